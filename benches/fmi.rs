@@ -82,7 +82,7 @@ fn nanoseconds(time: f64) -> String {
 
 /// Exports a model and unpacks it.
 fn unpacked(model: &str, archive: &Path) -> PathBuf {
-    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(model).join("scene.toml");
+    let scene = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("models").join(model).join("scene.toml");
     let text = fs::read_to_string(scene).expect("a scene");
     Scene::from_toml(&text).expect("a sound scene").export_fmu(archive).expect("an FMU");
     let folder = archive.with_extension("");

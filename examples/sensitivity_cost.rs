@@ -9,9 +9,9 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use cotree::Scene;
-use cotree::analysis::Study;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
+use cotree_study::analysis::Study;
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 

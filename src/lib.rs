@@ -2,8 +2,8 @@
 //! 1998), and FMUs that hold them.
 //!
 //! A [`Scene`] describes bodies, joints, drivers and loads. It is read from TOML or JSON, or built in Rust. [`Scene::simulate`] runs its
-//! experiment with the code that runs in an FMU; [`Scene::export_fmu`] writes the FMU; [`compile()`] gives what both are made of;
-//! [`equations()`] shows the equations as text, LaTeX, C, Fortran, Rust or Python.
+//! experiment with the code that runs in an FMU; [`Scene::export_fmu`] writes the FMU; [`compile()`] gives what both are made of.
+//! Printed equations, pictures and studies are crates of their own, `cotree-text`, `cotree-draw` and `cotree-study`.
 //!
 //! # From a text to results
 //!
@@ -109,10 +109,10 @@
 //! | numbers, vectors, places | [`Quantity`], [`Vector`], [`Corner`] |
 //! | faults | [`Faults`], [`Fault`], [`Severity`] |
 //! | results | [`Results`], [`Column`]; of many runs at once [`Scene::simulate_many`] |
-//! | equations and programs | [`compile()`], [`Compiled`], [`equations()`], [`Notation`] |
+//! | programs | [`compile()`], [`Compiled`] |
 //!
 //! The repository has a reference of the scene (`docs/scene-reference.md`), a page for each method in `docs`, and a map of the sources in
-//! `CONTRIBUTING.md`. The other modules are public for the command and the tests of that repository only.
+//! `CONTRIBUTING.md`. The other modules are public for the other crates and the tests of that repository only.
 
 #![cfg_attr(
     not(test),
@@ -125,12 +125,9 @@
     )
 )]
 
-// Public for the command and the tests of this repository.
+// Public for the crates above, the command and the tests of this repository.
 #[doc(hidden)]
-pub mod analysis;
-#[doc(hidden)]
-pub mod cli;
-mod columns;
+pub mod columns;
 #[doc(hidden)]
 pub mod compile;
 #[doc(hidden)]
@@ -143,33 +140,30 @@ pub mod equations;
 pub mod export;
 #[doc(hidden)]
 pub mod expr;
-mod files;
 #[doc(hidden)]
-pub mod fit;
+pub mod files;
 #[doc(hidden)]
 pub mod formulate;
 #[doc(hidden)]
 pub mod graph;
-mod import;
+#[doc(hidden)]
+pub mod import;
 #[doc(hidden)]
 pub mod lower;
 #[doc(hidden)]
 pub mod mechanism;
 #[doc(hidden)]
-pub mod motion;
-#[doc(hidden)]
 pub mod output;
-mod resolve;
+#[doc(hidden)]
+pub mod resolve;
 #[doc(hidden)]
 pub mod scene;
 #[doc(hidden)]
 pub mod simulate;
 #[doc(hidden)]
-pub mod sweep;
-#[doc(hidden)]
 pub mod tree;
 
-pub use compile::{Compiled, ExportFailure, Notation, compile, equations};
+pub use compile::{Compiled, ExportFailure, compile};
 pub use diagnostic::{Fault, Faults, Severity};
 pub use scene::{
     Body, Corner, Driver, Input, InputAs, Joint, Load, Motion, Parameter, Quantity, Scene, Shape, Side, Solver, Vector,

@@ -5,13 +5,13 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use cotree::compile::{self, Notation};
 use cotree::equations::Equations;
 use cotree::expr::{Expr, Symbol};
 use cotree::formulate::formulate;
 use cotree::scene::Scene;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::{Model, State};
+use cotree_text::written::{self, Notation};
 
 use crate::support::point::value;
 use crate::support::random::Random;
@@ -34,7 +34,7 @@ fn check(model: &str, folder: &Path) {
     let model = Model::new(formulated.lowered.program.clone()).unwrap();
     let loops: Vec<usize> = formulated.equations.loops().map(|(index, _)| index).collect();
     let sizes = Sizes::new(&model, &formulated.lowered.solved, loops.len());
-    let code = compile::equations(&scene, Notation::C).unwrap() + &sizes.driver(&mechanism.name);
+    let code = written::equations(&scene, Notation::C).unwrap() + &sizes.driver(&mechanism.name);
     // The C library's power and arc cosine are others than ours: both are right to about a unit of the last place.
     let exact = !["pow(", "acos("].iter().any(|function| code.contains(function));
     let program = compile(&mechanism.name, &code, folder);

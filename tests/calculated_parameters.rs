@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use cotree::analysis::Study;
 use cotree::compile::compile;
 use cotree::scene::Scene;
 use cotree::simulate::Results;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
+use cotree_study::analysis::Study;
 
 /// A crank whose mass, moment of inertia, mass centre and spring follow its length and thickness, through each other.
 const SCENE: &str = r#"

@@ -412,8 +412,10 @@ fn nothing_that_is_read_is_written_over() {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("written_over");
     std::fs::create_dir_all(&folder).unwrap();
     let scene = folder.join("scene.toml");
-    let text =
-        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("models/pendulum/scene.toml")).unwrap();
+    let text = std::fs::read_to_string(
+        Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("models/pendulum/scene.toml"),
+    )
+    .unwrap();
     std::fs::write(&scene, &text).unwrap();
     let run = |arguments: &[&str]| {
         let output = Command::new(env!("CARGO_BIN_EXE_cotree")).current_dir(&folder).args(arguments).output().unwrap();

@@ -81,7 +81,7 @@ impl Reference {
 }
 
 fn file(model: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(model).join("expected.csv")
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("models").join(model).join("expected.csv")
 }
 
 /// The names of the outputs, in the scene's order.

@@ -49,7 +49,7 @@ impl Run {
 }
 
 fn file(name: &str) -> Scene {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scenes/components");
+    let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("tests/scenes/components");
     sound(Scene::read(folder.join(format!("{name}.toml"))))
 }
 

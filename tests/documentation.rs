@@ -19,7 +19,7 @@ fn page(folder: &Path, scene: &str, options: &[&str]) -> (String, Vec<u8>) {
 }
 
 fn model(name: &str) -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name).join("scene.toml");
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("models").join(name).join("scene.toml");
     path.to_str().unwrap().to_owned()
 }
 

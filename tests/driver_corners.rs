@@ -251,7 +251,7 @@ fn a_driver_of_what_has_no_mass_stays_a_branch_with_a_warning() {
 fn sensitivities_end_at_a_corner() {
     let derivative = |law: &str, time: f64| {
         let scene = cotree::Scene::from_toml(&pen(law, "recommended")).expect("a sound scene");
-        let mut study = cotree::analysis::Study::new(&scene).expect("a sound scene");
+        let mut study = cotree_study::analysis::Study::new(&scene).expect("a sound scene");
         study.sensitivities(&["pen.angle".into()], &[time])
     };
     assert!(derivative("5*t", STOP).is_ok());

@@ -6,10 +6,10 @@ use crate::support::run;
 
 use std::sync::Arc;
 
-use cotree::analysis::{At, Study};
 use cotree::compile::compile;
 use cotree::scene::Scene;
 use cotree_fmu::model::Model;
+use cotree_study::analysis::{At, Study};
 
 use run::sound;
 use split_mix::Random;

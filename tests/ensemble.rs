@@ -25,7 +25,7 @@ impl Study {
     }
 
     fn of(model: &str) -> Self {
-        let path = format!("{}/models/{model}/scene.toml", env!("CARGO_MANIFEST_DIR"));
+        let path = format!("{}/models/{model}/scene.toml", concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
         Self::new(&Scene::read(path).unwrap())
     }
 
@@ -151,7 +151,7 @@ fn swing(law: &str) -> Scene {
 
 #[test]
 fn four_frames_and_two_loop_equations() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/models/four_bar/scene.toml");
+    let path = concat!(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."), "/models/four_bar/scene.toml");
     let hanging = r#"
         [bodies.bob]
         mass = 0.3

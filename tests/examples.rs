@@ -13,7 +13,7 @@ const REQUIREMENTS: &str = include_str!("../examples/requirements.txt");
 static ENVIRONMENT: LazyLock<Option<(PathBuf, PathBuf)>> = LazyLock::new(|| python::python("examples", REQUIREMENTS));
 
 fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
 }
 
 /// Exports a scene into a folder of its own for one test.

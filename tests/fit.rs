@@ -7,9 +7,9 @@ use std::path::Path;
 
 use command::{code, cotree, stderr, stdout};
 use cotree::Scene;
-use cotree::analysis::Study;
-use cotree::fit::{Ended, Fit, Request, Vary, fit};
 use cotree::output::csv::Table;
+use cotree_study::analysis::Study;
+use cotree_study::fit::{Ended, Fit, Request, Vary, fit};
 
 const SCENE: &str = r#"# A mass on a spring.
 format    = 1

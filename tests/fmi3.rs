@@ -31,6 +31,7 @@ use std::{env, fs};
 use cotree::export::FmiVersion;
 use cotree::export::inspect::Contents;
 use cotree::scene::Scene;
+use cotree_file::export_fmu;
 use fmu::Fmu;
 pub use fresh::NOTHING;
 
@@ -64,7 +65,7 @@ fn scene(model: &str) -> Scene {
         CORNER => "cart_pole",
         other => other,
     };
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("models/{name}/scene.toml"));
+    let file = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join(format!("models/{name}/scene.toml"));
     let mut text = fs::read_to_string(&file).expect("a scene");
     if model == DRIVEN {
         text = text.replace("angle = \"0.4356 + 4*pi*t\"", "angle = { input = \"turn\", as = \"position\" }");
@@ -79,7 +80,7 @@ fn scene(model: &str) -> Scene {
 /// Exports a model and unpacks it.
 fn unpacked(model: &str, version: FmiVersion, work: &Path) -> PathBuf {
     let file = work.join(format!("{model} é {}.fmu", version.number()));
-    scene(model).export_fmu_as(version, &file).expect("an FMU");
+    export_fmu(&scene(model), version, &file).expect("an FMU");
     let folder = file.with_extension("");
     let mut zip = zip::ZipArchive::new(fs::File::open(&file).expect("a file")).expect("an archive");
     zip.extract(&folder).expect("a folder");
@@ -104,7 +105,7 @@ fn valid(document: &Path) -> Result<Option<String>, String> {
     let Some((_, python)) = python::python("fmpy", REQUIREMENTS) else {
         return Ok(Some("COTREE_SKIP_FMPY=1 is set".to_owned()));
     };
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fmpy/schema.py");
+    let script = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("tests/fmpy/schema.py");
     python::run(Command::new(python).arg(script).arg(document)).map(|_| None)
 }
 
@@ -171,7 +172,8 @@ fn markdown(table: &str, [passed, nothing, failed]: [usize; 3]) -> String {
 
 /// The names of all models.
 fn every_model() -> Vec<String> {
-    let folders = fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("models")).expect("the models");
+    let folders =
+        fs::read_dir(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("models")).expect("the models");
     let folders =
         folders.map(|folder| folder.expect("readable")).filter(|folder| folder.path().join("scene.toml").exists());
     folders.map(|folder| folder.file_name().into_string().expect("UTF-8")).collect()
@@ -182,12 +184,12 @@ fn every_model() -> Vec<String> {
 #[test]
 fn both_versions_of_every_model_give_the_same_bits() {
     let Some((work, python)) = python::python("fmpy", REQUIREMENTS) else { return };
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fmpy/versions.py");
+    let script = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("tests/fmpy/versions.py");
     let others = every_model().into_iter().filter(|name| !MODELS.contains(&name.as_str()));
     for model in MODELS.into_iter().map(str::to_owned).chain(others) {
         let files = [FmiVersion::V2, FmiVersion::V3].map(|version| {
             let file = work.join(format!("{model}{}.fmu", version.number()));
-            scene(&model).export_fmu_as(version, &file).expect("an FMU");
+            export_fmu(&scene(&model), version, &file).expect("an FMU");
             file
         });
         let mut command = Command::new(&python);
@@ -201,7 +203,7 @@ fn an_fmu_of_either_version_says_what_it_is() {
     let work = tempfile::tempdir().expect("a folder");
     for version in [FmiVersion::V2, FmiVersion::V3] {
         let file = work.path().join("model.fmu");
-        scene("cart_pole").export_fmu_as(version, &file).expect("an FMU");
+        export_fmu(&scene("cart_pole"), version, &file).expect("an FMU");
         let contents = Contents::read(&file).expect("an FMU of cotree");
         assert_eq!(contents.version, version.number());
         let mass = contents.variables.iter().find(|variable| variable.name == "cart_mass").expect("a parameter");

@@ -5,15 +5,15 @@ use std::io::{Cursor, Read};
 
 use cotree::export::archive::{Package, SceneText, pack, write};
 use cotree::export::description::{Causality, Description, ScalarVariable, Start};
-use cotree::export::page::{Page, preformatted};
 use cotree::export::runtime::{LIBRARY, Platform, Runtime};
 use cotree::export::xml::fmi2 as xml;
 use cotree::export::{ExportError, FmiVersion};
 use cotree::mechanism::{DisplayUnit, Experiment, Unit};
-use cotree::output::accuracy::{Accuracy, Measurement};
-use cotree::output::drawing::{Body, Drawing};
-use cotree::output::page::{Facts, Live};
 use cotree::scene::Source;
+use cotree_draw::drawing::{Body, Drawing};
+use cotree_file::accuracy::{Accuracy, Measurement};
+use cotree_file::documentation::{Page, preformatted};
+use cotree_file::page::{Facts, Live};
 use cotree_fmu::context::Statistics;
 use cotree_fmu::program::Engine;
 use quick_xml::Reader;
@@ -300,7 +300,8 @@ impl Parts {
     fn package(&self) -> Package<'_> {
         let scene = Some(SceneText { extension: "toml", source: &self.source });
         let Self { description, runtimes, .. } = self;
-        Package { version: FmiVersion::V2, description, program: b"program", scene, page: self.page(), runtimes }
+        let extras = self.page().files(description, FmiVersion::V2).unwrap();
+        Package { version: FmiVersion::V2, description, program: b"program", scene, extras, runtimes }
     }
 }
 
@@ -430,7 +431,8 @@ fn a_missing_folder_is_named() {
 fn packages_of_the_runtime() -> BTreeSet<[String; 3]> {
     let arguments = "tree --locked --package cotree-fmu --edges normal,no-proc-macro --prefix none --format {p}|{l}";
     let mut cargo = std::process::Command::new(env!("CARGO"));
-    let output = cargo.args(arguments.split(' ')).current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap();
+    let output =
+        cargo.args(arguments.split(' ')).current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let lines = String::from_utf8(output.stdout).unwrap();
     let lines = lines.lines().filter(|line| !line.starts_with("cotree-fmu") && !line.trim().is_empty());

@@ -3,10 +3,10 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use crate::support::run::{compiled, file, model, started};
-use cotree::compile::{self, Notation};
 use cotree::expr::{Arena, Binary, Expr, Function, Order, Symbol, Unary};
 use cotree::scene::Scene;
 use cotree_fmu::program::Engine;
+use cotree_text::written::{self, Notation};
 
 /// Functions composed of others, as a user without them would write them.
 const WRITTEN_OUT: [(&str, &str); 8] = [
@@ -156,7 +156,7 @@ fn composed_functions_are_accurate_near_zero() {
 #[test]
 fn every_notation_shows_them_by_name() {
     let scene = Scene::from_toml(&scene()).expect("a scene");
-    let printed = |notation| compile::equations(&scene, notation).expect("equations");
+    let printed = |notation| written::equations(&scene, notation).expect("equations");
     let expected: [(Notation, &[&str]); 3] = [
         (Notation::Text, &["sinh(", "cosh(", "hypot(", "smoothstep(", "asin("]),
         (Notation::Latex, &[r"\sinh", r"\cosh", r"\operatorname{hypot}", r"\operatorname{smoothstep}", r"\arcsin"]),

@@ -48,7 +48,7 @@ fn beside(a: Place, b: Place, [x, y]: Place) -> Place {
 }
 
 fn folder(model: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(model)
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("models").join(model)
 }
 
 fn scene(model: &str) -> Scene {

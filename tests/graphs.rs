@@ -6,9 +6,10 @@ use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use cotree::compile;
-use cotree::output::compare::{Choice, Cost, Figures};
 use cotree::scene::Scene;
+use cotree_draw::graph;
+use cotree_study::compare;
+use cotree_study::compare::{Choice, Cost, Figures};
 
 use run::{models, scene_of, sound};
 
@@ -19,7 +20,7 @@ fn scenes() -> Vec<(String, Scene)> {
 #[test]
 fn every_element_is_in_the_picture() {
     for (name, scene) in scenes() {
-        let (graphs, drawing) = compile::graph(&scene).unwrap_or_else(|faults| panic!("{faults}"));
+        let (graphs, drawing) = graph::linear_graphs(&scene).unwrap_or_else(|faults| panic!("{faults}"));
         let svg = graphs.svg(&drawing);
         let mut reader = quick_xml::Reader::from_str(&svg);
         while !matches!(reader.read_event().unwrap(), quick_xml::events::Event::Eof) {}
@@ -38,7 +39,7 @@ fn every_element_is_in_the_picture() {
 #[test]
 fn the_dot_file_has_every_edge_with_its_direction() {
     for (name, scene) in scenes() {
-        let (graphs, _) = compile::graph(&scene).unwrap_or_else(|faults| panic!("{faults}"));
+        let (graphs, _) = graph::linear_graphs(&scene).unwrap_or_else(|faults| panic!("{faults}"));
         let dot = graphs.dot();
         let all = [Some(("T", &graphs.translation)), graphs.rotation.as_ref().map(|graph| ("R", graph))];
         for (prefix, graph) in all.into_iter().flatten() {
@@ -71,7 +72,7 @@ fn check_with_graphviz(name: &str, dot: &str) {
 #[test]
 fn nodes_keep_their_distance() {
     for (name, scene) in scenes() {
-        let (graphs, _) = compile::graph(&scene).unwrap_or_else(|faults| panic!("{faults}"));
+        let (graphs, _) = graph::linear_graphs(&scene).unwrap_or_else(|faults| panic!("{faults}"));
         for graph in [Some(&graphs.translation), graphs.rotation.as_ref()].into_iter().flatten() {
             for (a, first) in graph.places.iter().enumerate() {
                 for (b, second) in graph.places[..a].iter().enumerate() {
@@ -84,9 +85,9 @@ fn nodes_keep_their_distance() {
 }
 
 fn costs(model: &str) -> Vec<(Choice, Cost)> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(model).join("scene.toml");
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("models").join(model).join("scene.toml");
     let scene = Scene::read(&path).unwrap_or_else(|faults| panic!("{faults}"));
-    let comparison = compile::comparison(&scene).unwrap_or_else(|faults| panic!("{faults}"));
+    let comparison = compare::comparison(&scene).unwrap_or_else(|faults| panic!("{faults}"));
     let good = |choice: Choice| match choice.figures.clone() {
         Figures::Good(cost) => (choice, cost),
         Figures::Bad { fault } => panic!("{}: {fault}", choice.name),
@@ -126,8 +127,8 @@ fn costs_are_complete_and_fewer_equations_cost_less() {
 
 #[test]
 fn the_table_has_a_line_for_each_choice() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/slider_crank/scene.toml");
-    let comparison = compile::comparison(&Scene::read(&path).unwrap()).unwrap();
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("models/slider_crank/scene.toml");
+    let comparison = compare::comparison(&Scene::read(&path).unwrap()).unwrap();
     let text = comparison.to_string();
     for name in ["absolute", "joint", "recommended *", "cheapest"] {
         assert!(text.lines().any(|line| line.trim_start().starts_with(name)), "{text}");
@@ -138,7 +139,7 @@ fn the_table_has_a_line_for_each_choice() {
 }
 
 /// The drawing of a body whose tip is led.
-fn led(position: &str, dimension: usize) -> cotree::output::drawing::Drawing {
+fn led(position: &str, dimension: usize) -> cotree_draw::drawing::Drawing {
     let text = match dimension {
         1 => format!(
             "name = 'led'\ndimension = 1\nbodies.a = {{}}\ndrivers.hand = {{ on = 'a', position = [{position}] }}"
@@ -148,7 +149,7 @@ fn led(position: &str, dimension: usize) -> cotree::output::drawing::Drawing {
         ),
     };
     let scene = Scene::from_toml(&text).unwrap_or_else(|faults| panic!("{faults}"));
-    let drawing = compile::graph(&scene).unwrap_or_else(|faults| panic!("{faults}")).1;
+    let drawing = graph::linear_graphs(&scene).unwrap_or_else(|faults| panic!("{faults}")).1;
     assert!(drawing.svg().contains(">hand</text>"));
     drawing
 }

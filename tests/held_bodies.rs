@@ -156,7 +156,7 @@ fn what_joints_hold_still_has_sensitivities() {
     let names = ["weight", "swept", "reach", "ball.angle"].map(str::to_owned);
     let by = |preset: &str| {
         let scene = cotree::Scene::from_toml(&held(preset)).expect("a sound scene");
-        let mut study = cotree::analysis::Study::new(&scene).expect("a sound scene");
+        let mut study = cotree_study::analysis::Study::new(&scene).expect("a sound scene");
         let found = study.sensitivities(&names, &[STOP]).unwrap_or_else(|error| panic!("{preset}: {error}"));
         found.derivatives[0].clone()
     };

@@ -9,7 +9,12 @@ use std::path::Path;
 use command::{code, cotree, stderr, stdout};
 
 fn example(name: &str) -> String {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/import").join(name).to_str().unwrap().to_owned()
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+        .join("tests/import")
+        .join(name)
+        .to_str()
+        .unwrap()
+        .to_owned()
 }
 
 /// Imports a file, checks the scene, and gives the values of its variables at a time of its run.

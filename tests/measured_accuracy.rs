@@ -2,6 +2,7 @@
 
 use crate::support::run;
 
+use cotree_file::accuracy;
 use run::{compiled, scene_of};
 
 /// A wheel whose bearing drives it, faster and faster: its speed grows by a factor of 10^17 in each second.
@@ -30,7 +31,7 @@ step = 0.01
 
 #[test]
 fn motion_that_grows_without_bound_is_measured_at_its_beginning_only() {
-    let accuracy = compiled(RUNAWAY).accuracy().expect("a measurement");
+    let accuracy = accuracy::of(&compiled(RUNAWAY)).expect("a measurement");
     let [start, stop] = accuracy.span;
     assert!(accuracy.growing && start == 0.0 && stop > 0.1 && stop < 1.5, "{accuracy:?}");
     let work: u64 = accuracy.measurements.iter().map(|measurement| measurement.statistics.evaluations).sum();
@@ -41,7 +42,7 @@ fn motion_that_grows_without_bound_is_measured_at_its_beginning_only() {
 fn calm_motion_is_measured_as_a_whole() {
     for model in ["slider_crank", "double_pendulum", "quick_return"] {
         let compiled = compiled(&scene_of(model));
-        let accuracy = compiled.accuracy().expect("a measurement");
+        let accuracy = accuracy::of(&compiled).expect("a measurement");
         assert!(!accuracy.growing, "{model}: {accuracy:?}");
         assert_eq!(accuracy.span, [compiled.description.experiment.start, compiled.description.experiment.stop]);
     }
@@ -54,7 +55,7 @@ fn an_experiment_may_begin_at_any_time() {
         let scene = RUNAWAY
             .replace("drag = -4.0", "drag = 0.1")
             .replace("stop = 2.0", &format!("start = {start:?}\nstop = {:?}", start + 2.0));
-        let accuracy = compiled(&scene).accuracy().expect("a measurement");
+        let accuracy = accuracy::of(&compiled(&scene)).expect("a measurement");
         assert_eq!(accuracy.span, [start, start + 2.0]);
     }
 }

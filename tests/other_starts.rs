@@ -14,7 +14,7 @@ fn model_of(scene: &Scene) -> Arc<Model> {
 }
 
 fn model(name: &str) -> Arc<Model> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name).join("scene.toml");
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("models").join(name).join("scene.toml");
     model_of(&Scene::read(&path).unwrap_or_else(|faults| panic!("{}", faults.render(false, 100))))
 }
 

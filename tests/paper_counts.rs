@@ -10,7 +10,7 @@ use cotree::tree::Trees;
 
 /// Coordinates, loop equations of joints, and those of drivers. What holds by itself is no equation.
 fn counts(model: &str, choice: Coordinates) -> [usize; 3] {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(model).join("scene.toml");
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("models").join(model).join("scene.toml");
     let mechanism = Scene::read(&path).and_then(|scene| scene.resolve()).unwrap().mechanism;
     let system = System::new(&mechanism);
     let trees = Trees::select(&system, &choice).unwrap();

@@ -12,7 +12,7 @@ use cotree::tree::Trees;
 use proptest::prelude::*;
 
 fn mechanism() -> Mechanism {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/quick_return/scene.toml");
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("models/quick_return/scene.toml");
     Scene::read(&path).and_then(|scene| scene.resolve()).unwrap().mechanism
 }
 

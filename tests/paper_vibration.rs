@@ -15,7 +15,10 @@ use proptest::prelude::*;
 const BRANCHES: [&str; 4] = ["m1", "m3", "k13", "k15"];
 
 fn scene() -> String {
-    std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("models/vibration/scene.toml")).unwrap()
+    std::fs::read_to_string(
+        Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("models/vibration/scene.toml"),
+    )
+    .unwrap()
 }
 
 /// Without the springs and dampers to the ground.

@@ -13,13 +13,13 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use cotree::compile::{self, Notation};
 use cotree::expr::{Expr, Order, Symbol};
 use cotree::formulate::{Formulated, formulate};
 use cotree::mechanism::Mechanism;
 use cotree::scene::Scene;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::Model;
+use cotree_text::written::{self, Notation};
 
 use command::printed;
 use run::{file, models, scene_of, sound};
@@ -363,7 +363,7 @@ fn for_all_models(notation: Notation, check: impl Fn(&Case, &str, &[f64], bool))
     let scenes = ["functions", "equal_sides"].map(|name| (file(&format!("tests/scenes/{name}.toml")), name.to_owned()));
     for (text, name) in own.chain(scenes) {
         let scene = sound(Scene::from_toml(&text));
-        let code = compile::equations(&scene, notation).unwrap_or_else(|faults| panic!("{faults}"));
+        let code = written::equations(&scene, notation).unwrap_or_else(|faults| panic!("{faults}"));
         let mechanism: Mechanism = scene.resolve().unwrap_or_else(|faults| panic!("{faults}")).mechanism;
         let mut formulated = formulate(&mechanism).unwrap();
         let points = points(&formulated, 7 + name.len() as u64);

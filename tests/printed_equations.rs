@@ -5,13 +5,13 @@ use std::path::Path;
 
 use crate::support::random::{Family, random_case};
 use crate::support::run::models;
-use cotree::compile::{self, Notation};
 use cotree::equations::Equations;
 use cotree::expr::{Expr, Symbol};
 use cotree::formulate::equations;
 use cotree::mechanism::{Coordinates, JointId, Mechanism, Owner, Quantity, Variable};
-use cotree::output::text::{self, Prose};
 use cotree::scene::Scene;
+use cotree_text::written::{self, Notation};
+use cotree_text::{self as text, Prose};
 use serde_json::Value;
 
 /// Section 5.3 of the paper, then its sections 5.2 and 5.1.
@@ -19,7 +19,8 @@ const PAPER: [&str; 3] =
     ["tests/scenes/figure_1.toml", "models/quick_return/scene.toml", "models/vibration/scene.toml"];
 
 fn scene(path: &str) -> Scene {
-    Scene::read(Path::new(env!("CARGO_MANIFEST_DIR")).join(path)).unwrap_or_else(|faults| panic!("{faults}"))
+    Scene::read(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join(path))
+        .unwrap_or_else(|faults| panic!("{faults}"))
 }
 
 fn model(name: &str) -> Scene {
@@ -30,7 +31,7 @@ fn model(name: &str) -> Scene {
 fn the_examples_of_the_paper_as_text() {
     for path in PAPER {
         let scene = scene(path);
-        let text = compile::equations(&scene, Notation::Text).unwrap_or_else(|faults| panic!("{faults}"));
+        let text = written::equations(&scene, Notation::Text).unwrap_or_else(|faults| panic!("{faults}"));
         insta::assert_snapshot!(format!("text_{}", &*scene.resolve().unwrap().mechanism.name), text);
     }
 }
@@ -39,21 +40,21 @@ fn the_examples_of_the_paper_as_text() {
 fn the_examples_of_the_paper_as_latex() {
     for path in PAPER {
         let scene = scene(path);
-        let text = compile::equations(&scene, Notation::Latex).unwrap_or_else(|faults| panic!("{faults}"));
+        let text = written::equations(&scene, Notation::Latex).unwrap_or_else(|faults| panic!("{faults}"));
         insta::assert_snapshot!(format!("latex_{}", &*scene.resolve().unwrap().mechanism.name), text);
     }
 }
 
 #[test]
 fn the_derivation_of_the_slider_crank() {
-    let text = compile::steps(&scene(PAPER[0]), Prose::Text).unwrap_or_else(|faults| panic!("{faults}"));
+    let text = written::steps(&scene(PAPER[0]), Prose::Text).unwrap_or_else(|faults| panic!("{faults}"));
     insta::assert_snapshot!("steps_figure_1", text);
 }
 
 /// Letter by letter, with the user's names for the paper's.
 #[test]
 fn eqs_57_to_62_look_as_in_the_paper() {
-    let text = compile::equations(&scene(PAPER[0]), Notation::Text).unwrap_or_else(|faults| panic!("{faults}"));
+    let text = written::equations(&scene(PAPER[0]), Notation::Text).unwrap_or_else(|faults| panic!("{faults}"));
     for line in [
         "M[1,1] = I1 + m1*l5^2 + (m2 + m3)*(l5 + l6)^2",
         "M[1,2] = (m2*l7 + m3*(l7 + l8))*(l5 + l6)*(s1*c2 - c1*s2)",
@@ -68,7 +69,7 @@ fn eqs_57_to_62_look_as_in_the_paper() {
 
 #[test]
 fn eqs_38_39_and_42_look_as_in_the_paper() {
-    let text = compile::equations(&scene(PAPER[1]), Notation::Text).unwrap_or_else(|faults| panic!("{faults}"));
+    let text = written::equations(&scene(PAPER[1]), Notation::Text).unwrap_or_else(|faults| panic!("{faults}"));
     for line in [
         "Phi[1] = (l7 + l8)*(s1*c3 - c1*s3) - l2*c1",
         "Phi[2] = l1 + l2 - (l3 + l4)*s1 - (l5 + l6)*c2",
@@ -278,8 +279,8 @@ fn elements(html: &str) -> usize {
 fn pages_are_well_formed() {
     for name in models() {
         let scene = model(&name);
-        let motion = compile::equations(&scene, Notation::Html).unwrap_or_else(|faults| panic!("{faults}"));
-        let steps = compile::steps(&scene, Prose::Html).unwrap_or_else(|faults| panic!("{faults}"));
+        let motion = written::equations(&scene, Notation::Html).unwrap_or_else(|faults| panic!("{faults}"));
+        let steps = written::steps(&scene, Prose::Html).unwrap_or_else(|faults| panic!("{faults}"));
         assert!(elements(&motion) > 60 && elements(&steps) > 60, "{name}");
         assert!(!motion.contains("http"), "{name}: the page needs the network");
         let mechanism = mechanism(&scene);
@@ -292,8 +293,8 @@ fn pages_are_well_formed() {
 fn latex_documents_are_balanced() {
     for name in models() {
         let scene = model(&name);
-        let motion = compile::equations(&scene, Notation::Latex).unwrap_or_else(|faults| panic!("{faults}"));
-        let steps = compile::steps(&scene, Prose::Latex).unwrap_or_else(|faults| panic!("{faults}"));
+        let motion = written::equations(&scene, Notation::Latex).unwrap_or_else(|faults| panic!("{faults}"));
+        let steps = written::steps(&scene, Prose::Latex).unwrap_or_else(|faults| panic!("{faults}"));
         for document in [motion, steps] {
             let count = |what: &str| document.matches(what).count();
             let plain = document.replace("\\{", "").replace("\\}", "");

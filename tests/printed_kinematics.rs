@@ -9,13 +9,14 @@ use std::path::Path;
 use std::process::Command;
 use std::sync::Arc;
 
-use cotree::compile::{self, Notation};
+use cotree::compile;
 use cotree::component::{Direction, Held};
 use cotree::equations::Constraint;
 use cotree::formulate::formulate;
 use cotree::scene::Scene;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
+use cotree_text::written::{self, Notation};
 
 use command::printed;
 
@@ -134,7 +135,7 @@ impl Case {
     }
 
     fn code(&self, notation: Notation) -> String {
-        compile::equations(&self.scene, notation).unwrap()
+        written::equations(&self.scene, notation).unwrap()
     }
 
     fn n(&self) -> usize {
@@ -158,7 +159,10 @@ impl Case {
 /// Driven without and with masses, and free.
 fn cases() -> Vec<Case> {
     let model = |name: &str| {
-        Scene::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name).join("scene.toml")).unwrap()
+        Scene::read(
+            Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("models").join(name).join("scene.toml"),
+        )
+        .unwrap()
     };
     let four_bar = Scene::from_toml(FOUR_BAR).unwrap();
     let held = [
@@ -317,7 +321,7 @@ fn without_masses_their_matrices_are_zero() {
     for (notation, load) in
         [(Notation::C, "Q[0] = 0e0;"), (Notation::Rust, "Q[0] = 0e0_f64;"), (Notation::Fortran, "load(1) = 0e0_real64")]
     {
-        let code = compile::equations(&scene, notation).unwrap();
+        let code = written::equations(&scene, notation).unwrap();
         assert!(code.contains(load) && code.contains("The scene gives no masses"), "{code}");
     }
 }

@@ -1,11 +1,12 @@
 //! The lesson of scenes that the paper has no example for: couplings, one dimension, inputs, and drivers that prescribe everything.
 
-use cotree::compile::{self, Notation};
-use cotree::output::text::Prose;
 use cotree::scene::Scene;
+use cotree_text::Prose;
+use cotree_text::written::{self, Notation};
 
 fn scene(path: &str) -> Scene {
-    Scene::read(format!("{}/{path}", env!("CARGO_MANIFEST_DIR"))).unwrap_or_else(|faults| panic!("{faults}"))
+    Scene::read(format!("{}/{path}", concat!(env!("CARGO_MANIFEST_DIR"), "/../..")))
+        .unwrap_or_else(|faults| panic!("{faults}"))
 }
 
 fn written(text: &str) -> Scene {
@@ -13,11 +14,11 @@ fn written(text: &str) -> Scene {
 }
 
 fn lesson(scene: &Scene) -> String {
-    compile::steps(scene, Prose::Text).unwrap_or_else(|faults| panic!("{faults}"))
+    written::steps(scene, Prose::Text).unwrap_or_else(|faults| panic!("{faults}"))
 }
 
 fn equations(scene: &Scene) -> String {
-    compile::equations(scene, Notation::Text).unwrap_or_else(|faults| panic!("{faults}"))
+    written::equations(scene, Notation::Text).unwrap_or_else(|faults| panic!("{faults}"))
 }
 
 /// Lines without the spaces that align their signs.
@@ -142,13 +143,13 @@ fn the_quick_return_has_an_axis_that_turns() {
 
 #[test]
 fn lessons_of_all_models_hold_and_have_pictures() {
-    for folder in std::fs::read_dir(format!("{}/models", env!("CARGO_MANIFEST_DIR"))).unwrap() {
+    for folder in std::fs::read_dir(format!("{}/models", concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))).unwrap() {
         let scene = Scene::read(folder.unwrap().path().join("scene.toml")).unwrap();
         assert_checked(&lesson(&scene), 5);
-        let page = compile::steps(&scene, Prose::Html).unwrap();
+        let page = written::steps(&scene, Prose::Html).unwrap();
         let pictures = page.matches("<figure>").count();
         assert!((2..=4).contains(&pictures), "the mechanism and its graphs, in the plane also a cut and a circuit");
-        let page = compile::steps(&scene, Prose::Latex).unwrap();
+        let page = written::steps(&scene, Prose::Latex).unwrap();
         assert_eq!(page.matches("\\begin{tikzpicture}").count(), pictures);
     }
 }
@@ -311,9 +312,9 @@ fn drivers_that_follow_an_input_are_explained() {
             "motor'' rad/s^2 acceleration of the driver `motor` = rate of the input `speed`",
         ],
     );
-    let code = compile::equations(&written(&following), Notation::C).unwrap();
+    let code = written::equations(&written(&following), Notation::C).unwrap();
     assert!(code.contains("motor (its rate is the input speed)"), "{code}");
-    let json = compile::equations(&written(&following), Notation::Json).unwrap();
+    let json = written::equations(&written(&following), Notation::Json).unwrap();
     let json: serde_json::Value = serde_json::from_str(&json).unwrap();
     assert_eq!(json["followers"][0]["driver"], "motor");
     assert_eq!(json["followers"][0]["rate"], "motor'");
@@ -325,11 +326,11 @@ fn drivers_that_follow_an_input_are_explained() {
 fn parentheses_of_latex_pages_close_on_other_lines() {
     for model in ["andrews", "planetary_gear", "trammel"] {
         let scene = scene(&format!("models/{model}/scene.toml"));
-        let page = compile::steps(&scene, Prose::Latex).unwrap_or_else(|faults| panic!("{faults}"));
+        let page = written::steps(&scene, Prose::Latex).unwrap_or_else(|faults| panic!("{faults}"));
         assert_eq!(page.matches(r"\Bigl").count(), page.matches(r"\Bigr").count(), "{model}");
         assert_eq!(page.matches(r"\left").count(), page.matches(r"\right").count(), "{model}");
     }
-    let page = compile::equations(&written(&chain(6, "joint")), Notation::Latex).unwrap();
+    let page = written::equations(&written(&chain(6, "joint")), Notation::Latex).unwrap();
     assert!(page.contains(r"\Bigl("), "long formulas are broken");
     assert_eq!(page.matches(r"\Bigl").count(), page.matches(r"\Bigr").count());
 }
@@ -387,13 +388,13 @@ fn accelerations_are_written_out_and_what_moves_what_is_read() {
 #[test]
 fn cut_and_circuit_are_drawn_into_the_mechanism() {
     let scene = written(SLIDER_CRANK);
-    let html = compile::steps(&scene, Prose::Html).unwrap();
+    let html = written::steps(&scene, Prose::Html).unwrap();
     assert_eq!(html.matches("<figure>").count(), 4);
     for angle in ["\u{3b8}1", "\u{3b8}2"] {
         assert!(html.contains(&format!(">{angle}</text>")), "{angle}");
     }
     assert_eq!(html.matches("stroke-dasharray=\"7 4\"").count(), 2, "rod and slider are cut free");
-    let latex = compile::steps(&scene, Prose::Latex).unwrap();
+    let latex = written::steps(&scene, Prose::Latex).unwrap();
     assert_eq!(latex.matches("\\begin{tikzpicture}").count(), 4);
 }
 

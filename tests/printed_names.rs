@@ -3,9 +3,9 @@
 use std::path::Path;
 use std::process::Command;
 
-use cotree::compile::{self, Notation};
-use cotree::output::text::Prose;
 use cotree::scene::Scene;
+use cotree_text::Prose;
+use cotree_text::written::{self, Notation};
 
 /// A led arm with an odd name whose parameters are called like matrices, reactions, cosines and shared parts.
 const ODD: &str = r#"
@@ -66,7 +66,7 @@ fn odd() -> Scene {
 }
 
 fn printed(notation: Notation) -> String {
-    compile::equations(&odd(), notation).unwrap_or_else(|faults| panic!("{faults}"))
+    written::equations(&odd(), notation).unwrap_or_else(|faults| panic!("{faults}"))
 }
 
 #[test]
@@ -92,14 +92,14 @@ fn the_letters_of_the_lesson_are_no_parameters() {
          loads.motor = { type = 'torque', on = 'rod', value = 'F_h3' }",
     )
     .unwrap_or_else(|faults| panic!("{faults}"));
-    let text = compile::steps(&scene, Prose::Text).unwrap_or_else(|faults| panic!("{faults}"));
+    let text = written::steps(&scene, Prose::Text).unwrap_or_else(|faults| panic!("{faults}"));
     let text: String = text.lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" ") + "\n").collect();
     for line in
         ["g_ = (0, -g)", "F[m1] = m_1*(g_ - a[m1])", "T[m1] = -T_m1*alpha[m1] - k . (r[r2] x F[r2])", "T[T4] = F_h3"]
     {
         assert!(text.contains(line), "no {line} in\n{text}");
     }
-    let latex = compile::steps(&scene, Prose::Latex).unwrap();
+    let latex = written::steps(&scene, Prose::Latex).unwrap();
     assert!(latex.contains(r"\mathbf{g} &= ") && !latex.contains("g_{}"), "{latex}");
 }
 
@@ -137,7 +137,7 @@ fn compile(folder: &Path, page: &str) {
 
 #[test]
 fn pages_compile_whatever_the_scene_is_called() {
-    let lesson = compile::steps(&odd(), Prose::Latex).unwrap();
+    let lesson = written::steps(&odd(), Prose::Latex).unwrap();
     let equations = printed(Notation::Latex);
     // Where there is no pdfLaTeX, at least every character that it does not know is explained to it.
     for page in [&equations, &lesson] {

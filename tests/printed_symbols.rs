@@ -5,20 +5,21 @@ use std::collections::HashMap;
 
 use cotree::compile;
 use cotree::formulate::formulate;
-use cotree::output::text::Prose;
-use cotree::output::text::Written;
 use cotree::scene::Scene;
+use cotree_text::Prose;
+use cotree_text::Written;
+use cotree_text::written::{self, Notation};
 use nalgebra::{DMatrix, DVector};
 use serde_json::Value;
 
 fn model(name: &str) -> Scene {
-    let path = format!("{}/models/{name}/scene.toml", env!("CARGO_MANIFEST_DIR"));
+    let path = format!("{}/models/{name}/scene.toml", concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
     Scene::read(path).unwrap_or_else(|faults| panic!("{faults}"))
 }
 
 fn named(scene: &Scene, written: Written) -> String {
     let mechanism = scene.resolve().unwrap().mechanism;
-    compile::named(&mut formulate(&mechanism).unwrap(), written).unwrap()
+    written::named(&mut formulate(&mechanism).unwrap(), written).unwrap()
 }
 
 fn value(tree: &Value, names: &HashMap<String, f64>) -> f64 {
@@ -165,7 +166,7 @@ fn formulas_with_numbers_and_with_names_give_what_the_runtime_computes() {
         ("vibration", 0.4, 0),
     ] {
         let scene = model(name);
-        let plain = compile::equations(&scene, compile::Notation::Json).unwrap();
+        let plain = written::equations(&scene, Notation::Json).unwrap();
         let symbols = named(&scene, Written::Json);
         assert!(symbols.len() > plain.len(), "{name}");
         for json in [plain, symbols] {
@@ -198,7 +199,7 @@ fn every_number_has_a_name_and_the_loads_are_apart() {
 
 fn reduced(scene: &Scene, symbols: bool) -> Value {
     let mechanism = scene.resolve().unwrap().mechanism;
-    let json = compile::reduced(&mut formulate(&mechanism).unwrap(), Written::Json, symbols).unwrap().unwrap();
+    let json = written::reduced(&mut formulate(&mechanism).unwrap(), Written::Json, symbols).unwrap().unwrap();
     serde_json::from_str(&json).unwrap()
 }
 

@@ -1,38 +1,51 @@
-//! The rooms of the house: data flows one way, so each folder of `src` uses only those before it.
+//! The rooms of the house: data flows one way, so each crate uses only those before it, and each folder of a crate too.
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The folders and files of `src`, each after all that it uses.
-const ROOMS: [&str; 23] = [
-    "diagnostic",
-    "files",
-    "columns",
-    "graph",
-    "expr",
-    "mechanism",
-    "scene",
-    "component",
-    "resolve",
-    "tree",
-    "equations",
-    "lower",
-    "formulate",
-    "analysis",
-    "output",
-    "export",
-    "compile",
-    "simulate",
-    "import",
-    "motion",
-    "sweep",
-    "fit",
-    "cli",
+/// A crate: its name, its folder, and the folders and files in it, each after all that it uses. A crate without a list is one room.
+type Crate = (&'static str, &'static str, &'static [&'static str]);
+
+/// The crates, each after all that it uses.
+const CRATES: [Crate; 6] = [
+    (
+        "cotree",
+        "src",
+        &[
+            "diagnostic",
+            "files",
+            "columns",
+            "graph",
+            "expr",
+            "mechanism",
+            "scene",
+            "component",
+            "resolve",
+            "tree",
+            "equations",
+            "lower",
+            "formulate",
+            "output",
+            "export",
+            "compile",
+            "simulate",
+            "import",
+        ],
+    ),
+    ("cotree_study", "crates/study/src", &["analysis", "bench", "compare", "motion", "sweep", "fit"]),
+    ("cotree_draw", "crates/draw/src", &["svg", "png", "drawing", "dxf", "line", "pose", "graph", "plot", "study"]),
+    ("cotree_text", "crates/text/src", &[]),
+    (
+        "cotree_file",
+        "crates/file/src",
+        &["page", "accuracy", "icon", "documentation", "front", "moving", "film", "export"],
+    ),
+    ("cotree_cli", "crates/cli/src", &[]),
 ];
 
 fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
+    PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
 }
 
 /// Rust files, in folders too.
@@ -43,7 +56,7 @@ fn files(path: &Path) -> Vec<PathBuf> {
     found
 }
 
-/// The rooms that a file names as `crate::room` or in `use crate::{room, ...}`, its tests left out.
+/// The rooms of its crate that a file names as `crate::room` or in `use crate::{room, ...}`, its tests left out.
 fn used(text: &str) -> BTreeSet<String> {
     let code: String = text.split("#[cfg(test)]").next().unwrap_or_default().split_whitespace().collect();
     let word = |rest: &str| rest.chars().take_while(|c| c.is_ascii_alphanumeric() || *c == '_').collect::<String>();
@@ -73,15 +86,30 @@ fn used(text: &str) -> BTreeSet<String> {
 }
 
 #[test]
+fn no_crate_uses_one_that_comes_after_it() {
+    let mut back = Vec::new();
+    for (place, (_, folder, _)) in CRATES.iter().enumerate() {
+        for file in files(&root().join(folder)) {
+            let text = fs::read_to_string(&file).expect("a source file");
+            let after = CRATES[place + 1..].iter().filter(|(name, ..)| text.contains(&format!("{name}::")));
+            back.extend(after.map(|(name, ..)| format!("{} uses `{name}`", file.display())));
+        }
+    }
+    assert!(back.is_empty(), "{}", back.join("\n"));
+}
+
+#[test]
 fn no_room_uses_one_that_comes_after_it() {
     let mut back = Vec::new();
-    for (place, room) in ROOMS.iter().enumerate() {
-        let folder = root().join(room);
-        let of_room = if folder.is_dir() { files(&folder) } else { vec![folder.with_extension("rs")] };
-        for file in of_room {
-            let text = fs::read_to_string(&file).expect("a source file");
-            let after = used(&text).into_iter().filter(|used| ROOMS[place + 1..].contains(&used.as_str()));
-            back.extend(after.map(|used| format!("{} uses `{used}`", file.display())));
+    for (_, folder, rooms) in CRATES {
+        for (place, room) in rooms.iter().enumerate() {
+            let own = root().join(folder).join(room);
+            let of_room = if own.is_dir() { files(&own) } else { vec![own.with_extension("rs")] };
+            for file in of_room {
+                let text = fs::read_to_string(&file).expect("a source file");
+                let after = used(&text).into_iter().filter(|used| rooms[place + 1..].contains(&used.as_str()));
+                back.extend(after.map(|used| format!("{} uses `{used}`", file.display())));
+            }
         }
     }
     assert!(back.is_empty(), "{}", back.join("\n"));
@@ -89,10 +117,13 @@ fn no_room_uses_one_that_comes_after_it() {
 
 #[test]
 fn every_room_is_in_the_list() {
-    let there = fs::read_dir(root()).expect("the sources").map(|entry| entry.expect("an entry").path());
-    let names = there.map(|path| path.file_stem().expect("a name").to_string_lossy().into_owned());
-    let names: BTreeSet<String> = names.filter(|name| !matches!(name.as_str(), "lib" | "main")).collect();
-    assert_eq!(names, ROOMS.iter().map(|room| (*room).to_owned()).collect());
+    for (_, folder, rooms) in CRATES.iter().filter(|(.., rooms)| !rooms.is_empty()) {
+        let there =
+            fs::read_dir(root().join(folder)).expect("the sources").map(|entry| entry.expect("an entry").path());
+        let names = there.map(|path| path.file_stem().expect("a name").to_string_lossy().into_owned());
+        let names: BTreeSet<String> = names.filter(|name| name != "lib").collect();
+        assert_eq!(names, rooms.iter().map(|room| (*room).to_owned()).collect(), "{folder}");
+    }
 }
 
 #[test]

@@ -24,7 +24,7 @@ guide = { type = "prismatic", between = ["ground", "slider"], axis = [1, 0] }
 "#;
 
 fn docs(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("docs").join(name)
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("docs").join(name)
 }
 
 /// Compares a file, or writes it.

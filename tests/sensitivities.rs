@@ -3,9 +3,9 @@
 use crate::support::fine;
 
 use cotree::Scene;
-use cotree::analysis::Study;
 use cotree::simulate::{Run, settings};
 use cotree_fmu::model::Model;
+use cotree_study::analysis::Study;
 use std::sync::Arc;
 
 use fine::model;
@@ -216,7 +216,7 @@ fn a_driven_mechanism_and_its_reactions() {
 
 #[test]
 fn every_model_and_everything_that_can_be_set() {
-    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
+    let folder = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("models");
     let mut checked = 0;
     for entry in folder.read_dir().unwrap() {
         let name = entry.unwrap().file_name().into_string().unwrap();
@@ -331,7 +331,7 @@ fn parameters_that_do_nothing_give_zeros_and_many_are_those_of_one_by_one() {
 }
 
 /// Derivatives of a model by these parameters at these times.
-fn derivatives(text: &str, names: &[&str], times: &[f64]) -> cotree::analysis::Sensitivities {
+fn derivatives(text: &str, names: &[&str], times: &[f64]) -> cotree_study::analysis::Sensitivities {
     let names: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();
     Study::new(&Scene::from_toml(text).unwrap()).unwrap().sensitivities(&names, times).unwrap()
 }

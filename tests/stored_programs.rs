@@ -12,7 +12,7 @@ use crate::support::run::{models, sound};
 
 #[test]
 fn the_stored_programs_are_those_of_the_models() {
-    let root = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
+    let root = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
     let mut other = Vec::new();
     for model in models() {
         let scene = Scene::read(root.join("models").join(&model).join("scene.toml"));

@@ -7,7 +7,7 @@ use std::path::Path;
 use command::{code, cotree, stderr, stdout};
 
 fn docs() -> std::path::PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("docs")
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("docs")
 }
 
 /// The blocks of code in a language.

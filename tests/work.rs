@@ -20,7 +20,7 @@ use run::{models, sound};
 const POINTS: u32 = 50;
 
 fn root() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+    PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
 }
 
 /// Operations of the kernel of the motion, then steps, rejected steps and evaluations of the scene's experiment, communication points included.

@@ -15,7 +15,7 @@ TEXT = re.compile(r"(licen[cs]e|copying|copyright|notice|unlicense)", re.IGNOREC
 def linked(metadata):
     """The packages that the program needs when it runs, without itself."""
     nodes = {node["id"]: node for node in metadata["resolve"]["nodes"]}
-    found, waiting = set(), [metadata["resolve"]["root"]]
+    found, waiting = set(), [package["id"] for package in metadata["packages"] if package["name"] == "cotree-cli"]
     while waiting:
         for dependency in nodes[waiting.pop()]["deps"]:
             if dependency["pkg"] not in found and any(kind["kind"] is None for kind in dependency["dep_kinds"]):

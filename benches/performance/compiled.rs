@@ -3,9 +3,9 @@
 use std::fmt::Write;
 use std::process::Command;
 
-use cotree::compile::{Notation, equations};
 use cotree::scene::Scene;
 use cotree_fmu::model::{Model, State};
+use cotree_text::written::{Notation, equations};
 
 use crate::Failure;
 

@@ -9,7 +9,7 @@ pub fn model(name: &str) -> String {
 }
 
 fn file(path: &str) -> String {
-    std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(path)).unwrap_or_default()
+    std::fs::read_to_string(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join(path)).unwrap_or_default()
 }
 
 /// A slider-crank with a spring and damper of 1e9 N/m.

@@ -20,7 +20,7 @@ pub struct Programs {
 
 impl Programs {
     pub fn new() -> Self {
-        let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
+        let models = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("models");
         let mut folders: Vec<_> =
             fs::read_dir(models).into_iter().flatten().flatten().map(|entry| entry.path()).collect();
         folders.sort();

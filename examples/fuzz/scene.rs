@@ -7,8 +7,8 @@ use std::sync::Arc;
 use cotree::compile::compile_with;
 use cotree::formulate::Formulated;
 use cotree::output::figures::summarise;
-use cotree::output::pose::draw;
 use cotree::scene::{Faults, Scene};
+use cotree_draw::pose::draw;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 
@@ -22,7 +22,7 @@ pub struct Scenes {
 
 impl Scenes {
     pub fn new() -> Self {
-        let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+        let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
         let mut files = Vec::new();
         for folder in ["models", "tests/faults", "tests/scenes", "examples/coupled"] {
             collect(&root.join(folder), &mut files);

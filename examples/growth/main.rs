@@ -12,6 +12,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use cotree::compile::compile;
+use cotree::export::FmiVersion;
 use cotree::formulate::formulate;
 use cotree::scene::Scene;
 use cotree_fmu::instance::Instance;
@@ -63,7 +64,7 @@ fn row(name: &str, size: usize) -> Result<String, Failure> {
     let program = compile(&scene)?.program;
     let file = std::env::temp_dir().join(format!("cotree_growth_{name}_{size}.fmu"));
     let start = Instant::now();
-    scene.export_fmu(&file)?;
+    cotree_file::export_fmu(&scene, FmiVersion::V2, &file)?;
     let exporting = start.elapsed();
     let bytes = std::fs::metadata(&file)?.len();
     std::fs::remove_file(&file)?;

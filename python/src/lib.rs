@@ -12,7 +12,7 @@ use pyo3::prelude::*;
 /// Runs the command line; the first argument is the program's name. Returns the exit code.
 #[pyfunction]
 fn command(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
-    py.detach(|| cotree::cli::run_with(arguments))
+    py.detach(|| cotree_cli::run_with(arguments))
 }
 
 /// Scenes and their runs.

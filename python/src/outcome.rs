@@ -1,7 +1,7 @@
 //! What a call ends with: exceptions, and columns of numbers.
 
 use cotree::Faults;
-use cotree::analysis::{Failure, StudyError};
+use cotree_study::analysis::{Failure, StudyError};
 use pyo3::create_exception;
 use pyo3::exceptions::{PyException, PyKeyboardInterrupt, PyOSError, PyValueError};
 use pyo3::prelude::*;

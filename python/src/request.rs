@@ -1,6 +1,5 @@
 //! What is asked of a run: values by name, times, inputs over time.
 
-use clap::ValueEnum;
 use cotree::compile::quantity;
 use cotree::diagnostic::every;
 use cotree::export::description::Description;
@@ -71,10 +70,9 @@ pub fn possible(experiment: Experiment) -> PyResult<Experiment> {
 }
 
 /// One of the words that an option of the command line takes.
-pub fn word<T: ValueEnum>(name: &str, text: &str) -> PyResult<T> {
-    T::from_str(text, false).map_err(|_| {
-        let words = T::value_variants().iter().filter_map(ValueEnum::to_possible_value);
-        let words: Vec<String> = words.map(|word| word.get_name().to_owned()).collect();
+pub fn word<T: Copy>(name: &str, text: &str, words: &[(&str, &str, T)]) -> PyResult<T> {
+    words.iter().find(|(word, ..)| *word == text).map(|(.., value)| *value).ok_or_else(|| {
+        let words: Vec<&str> = words.iter().map(|(word, ..)| *word).collect();
         wrong(format!("{name}: `{text}` is none of {}", words.join(", ")))
     })
 }

@@ -6,17 +6,18 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::time::Duration;
 
-use cotree::analysis::report::{Report, Style};
-use cotree::analysis::{At, Sensitivities, Study};
+use cotree_study::analysis::report::{Report, Style};
+use cotree_study::analysis::{At, Sensitivities, Study};
 use cotree::export::FmiVersion;
-use cotree::fit::{FitError, Request, Vary, fit};
-use cotree::output::bench;
+use cotree_study::fit::{FitError, Request, Vary, fit};
+use cotree_study::bench;
 use cotree::output::csv::Table;
 use cotree::output::statistics::Accumulator;
-use cotree::output::text::Prose;
+use cotree_text::Prose;
 use cotree::scene::Text;
 use cotree::simulate::{Ended, Ensemble, Measure, Run, points};
-use cotree::{Compiled, Notation, Scene};
+use cotree::{Compiled, Scene};
+use cotree_text::written::Notation;
 use cotree_fmu::instance::MOST_LANES;
 use cotree_fmu::model::Model;
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
@@ -171,8 +172,8 @@ impl Core {
 
     /// Writes the FMU.
     fn export(&self, py: Python<'_>, path: PathBuf, fmi: &str) -> PyResult<()> {
-        let version: FmiVersion = request::word("fmi", fmi)?;
-        py.detach(|| self.scene.export_fmu_as(version, path)).map_err(|error| match error {
+        let version = request::word("fmi", fmi, &FmiVersion::WORDS)?;
+        py.detach(|| cotree_file::export_fmu(&self.scene, version, path)).map_err(|error| match error {
             cotree::ExportFailure::Scene(faults) => scene_error(&faults),
             cotree::ExportFailure::File(error) => file_error(error),
         })
@@ -180,14 +181,14 @@ impl Core {
 
     /// The equations of motion in a notation.
     fn equations(&self, py: Python<'_>, notation: &str) -> PyResult<String> {
-        let notation: Notation = request::word("notation", notation)?;
-        py.detach(|| cotree::equations(&self.scene, notation)).map_err(|faults| scene_error(&faults))
+        let notation = request::word("notation", notation, &Notation::WORDS)?;
+        py.detach(|| cotree_text::written::equations(&self.scene, notation)).map_err(|faults| scene_error(&faults))
     }
 
     /// The derivation of the equations.
     fn steps(&self, py: Python<'_>, notation: &str) -> PyResult<String> {
-        let prose: Prose = request::word("notation", notation)?;
-        py.detach(|| cotree::compile::steps(&self.scene, prose)).map_err(|faults| scene_error(&faults))
+        let prose = request::word("notation", notation, &Prose::WORDS)?;
+        py.detach(|| cotree_text::written::steps(&self.scene, prose)).map_err(|faults| scene_error(&faults))
     }
 
     /// The mechanism in figures and names.
@@ -198,14 +199,14 @@ impl Core {
 
     /// The drawing at the start, as SVG.
     fn drawing(&self, py: Python<'_>) -> PyResult<String> {
-        let (_, drawing) = py.detach(|| cotree::compile::graph(&self.scene)).map_err(|faults| scene_error(&faults))?;
+        let (_, drawing) = py.detach(|| cotree_draw::graph::linear_graphs(&self.scene)).map_err(|faults| scene_error(&faults))?;
         Ok(drawing.svg())
     }
 
     /// The page that shows the mechanism in motion.
     fn page(&self, py: Python<'_>, runtime: Option<Vec<u8>>) -> PyResult<String> {
         let made = py
-            .detach(|| cotree::compile::page::page(&self.scene, runtime).map(|(_, page)| page.map(|page| page.html())));
+            .detach(|| cotree_file::moving::page(&self.scene, runtime).map(|(_, page)| page.map(|page| page.html())));
         made.map_err(|faults| scene_error(&faults))?.map_err(RunError::new_err)
     }
 

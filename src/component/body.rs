@@ -33,10 +33,10 @@ pub(crate) const KEYS: &[Key] = &[
 ];
 
 /// Its variables.
-pub(crate) const VARIABLES: &[Q] = &[Q::X, Q::Y, Q::Angle, Q::Vx, Q::Vy, Q::Omega, Q::Ax, Q::Ay, Q::Alpha];
+pub const VARIABLES: &[Q] = &[Q::X, Q::Y, Q::Angle, Q::Vx, Q::Vy, Q::Omega, Q::Ax, Q::Ay, Q::Alpha];
 
 /// Those of its points.
-pub(crate) const POINT_VARIABLES: &[Q] = &[Q::X, Q::Y, Q::Vx, Q::Vy, Q::Ax, Q::Ay];
+pub const POINT_VARIABLES: &[Q] = &[Q::X, Q::Y, Q::Vx, Q::Vy, Q::Ax, Q::Ay];
 
 pub(super) fn element(system: &mut System, id: BodyId) -> Element {
     let name = &system.mechanism.bodies[id.0].name;

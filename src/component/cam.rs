@@ -9,7 +9,7 @@ mod mounting;
 mod profile;
 
 pub use profile::Phase;
-pub(crate) use profile::Profile;
+pub use profile::Profile;
 
 use super::frame::Placed;
 use super::key::{BODY_AND_POINT, Form, Key, Range};

@@ -15,7 +15,7 @@ use crate::scene::quantity::{Quantity, Value};
 
 /// How the ground of a part lies in that of the scene, or in a body.
 #[derive(Debug)]
-pub(crate) struct Frame<'a> {
+pub struct Frame<'a> {
     /// Are left and right exchanged?
     pub mirror: bool,
     /// By how much it is turned then.
@@ -114,7 +114,7 @@ fn body_of(name: &str) -> &str {
 pub(crate) type Refusal = (&'static str, Span, &'static str);
 
 /// An element that is being placed.
-pub(crate) struct Placed<'a> {
+pub struct Placed<'a> {
     pub frame: &'a Frame<'a>,
     component: &'static Component,
     element: &'a mut Part,

@@ -4,7 +4,7 @@ use crate::mechanism::{BodyId, Formula, Place};
 
 /// A sign of a drawing. Where nothing else is said it is at the two points of the part.
 #[derive(Clone)]
-pub(crate) enum Icon {
+pub enum Icon {
     /// A pin that holds the points together.
     Pin,
     /// A block that slides along an axis of the first body.
@@ -40,14 +40,14 @@ pub(crate) enum Icon {
 }
 
 /// The strokes of a sign of this length, from (0, 0) to (length, 0). One is the radius of a pin.
-pub(crate) type Glyph = fn(f64) -> Vec<Stroke>;
+pub type Glyph = fn(f64) -> Vec<Stroke>;
 
 /// The strokes of a sign around (0, 0), y up. One is the radius of a pin.
-pub(crate) type RoundGlyph = fn() -> Vec<Stroke>;
+pub type RoundGlyph = fn() -> Vec<Stroke>;
 
 /// A line of a sign.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Stroke {
+pub struct Stroke {
     pub points: Vec<[f64; 2]>,
     /// Is it an area with this outline? Else a line.
     pub closed: bool,

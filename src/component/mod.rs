@@ -5,7 +5,7 @@ mod actuator;
 mod angle_driver;
 mod arm;
 mod belt;
-pub(crate) mod body;
+pub mod body;
 mod cam;
 mod constant_force;
 mod coupled;
@@ -43,11 +43,11 @@ mod torsion_spring;
 mod weld;
 
 pub use cam::Phase;
-pub(crate) use cam::Profile;
+pub use cam::Profile;
 pub use coupled::CoupledEdge;
 pub use element::*;
 pub(crate) use frame::{Frame, Placed, change_both, sum, within_a_turn};
-pub(crate) use icon::{Glyph, Icon, RoundGlyph, Stroke};
+pub use icon::{Glyph, Icon, RoundGlyph, Stroke};
 pub use implied::{Implied, Measured};
 pub use reference::{examples, reference};
 pub use resistance::Resistance;
@@ -94,7 +94,7 @@ pub(crate) const RESIDUALS: &[Quantity] = &[Quantity::PositionResidual, Quantity
 
 /// The section of the scene that a component belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Section {
+pub enum Section {
     Joints,
     Drivers,
     Loads,
@@ -117,7 +117,7 @@ impl Section {
 
 /// What a component needs of the scene's dimension.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Room {
+pub enum Room {
     /// A line will do.
     Line,
     /// It turns, so it needs the plane.
@@ -130,7 +130,7 @@ pub(crate) enum Room {
 
 /// One component, in one place.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Component {
+pub struct Component {
     /// Its `type`; for a driver the key of the motion that it prescribes.
     pub name: &'static str,
     pub section: Section,
@@ -248,7 +248,7 @@ impl Component {
 pub(crate) type Linear = [Formula; 3];
 
 impl Part {
-    pub(crate) fn component(&self) -> &'static Component {
+    pub fn component(&self) -> &'static Component {
         // Parts are made with the names of components only.
         ALL.iter().copied().find(|component| component.name == self.kind).unwrap_or(&weld::WELD)
     }
@@ -266,7 +266,7 @@ impl Mechanism {
     }
 
     /// The profiles of its cams, at these parameters.
-    pub(crate) fn profiles(&self, parameters: &[f64]) -> Vec<Profile> {
+    pub fn profiles(&self, parameters: &[f64]) -> Vec<Profile> {
         self.joints.iter().filter_map(|part| (part.component().profile)(part, self, parameters)).collect()
     }
 

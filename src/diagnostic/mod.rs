@@ -4,8 +4,8 @@ mod every;
 pub mod fault;
 pub(crate) mod render;
 pub mod span;
-pub(crate) mod suggest;
-pub(crate) mod visible;
+pub mod suggest;
+pub mod visible;
 
 pub use every::every;
 pub use fault::{Fault, Faults, Severity};

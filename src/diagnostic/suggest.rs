@@ -14,7 +14,7 @@ pub(crate) fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a s
 }
 
 /// Names in backticks, joined by commas; a long list is cut.
-pub(crate) fn list<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+pub fn list<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     const MOST: usize = 12;
     let mut names = names.into_iter();
     let mut shown: Vec<String> = names.by_ref().take(MOST).map(|name| format!("`{name}`")).collect();
@@ -34,7 +34,7 @@ pub(crate) fn hint<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>
 }
 
 /// "did you mean `x`?", or else the names that there are.
-pub(crate) fn known<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str, IntoIter: Clone>) -> String {
+pub fn known<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str, IntoIter: Clone>) -> String {
     let candidates = candidates.into_iter();
     match list(candidates.clone()) {
         names if names.is_empty() => "there are none".to_owned(),

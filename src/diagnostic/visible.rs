@@ -12,7 +12,7 @@ fn is_hidden(c: char) -> bool {
 }
 
 /// Text for a terminal: what is hidden is written as `\u001b`, as TOML and JSON write it. JSON so changed says the same as before.
-pub(crate) fn visible(text: &str) -> Cow<'_, str> {
+pub fn visible(text: &str) -> Cow<'_, str> {
     if !text.contains(is_hidden) {
         return text.into();
     }

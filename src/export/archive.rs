@@ -11,9 +11,8 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, System, ZipArchive, ZipWriter};
 
 use super::description::Description;
-use super::page::Page;
 use super::runtime::{LIBRARY, Platform, Runtime};
-use super::{ExportError, FmiVersion, icon, libraries, xml};
+use super::{ExportError, FmiVersion, libraries, xml};
 use crate::diagnostic::Source;
 use crate::files;
 
@@ -29,9 +28,17 @@ pub struct Package<'a> {
     pub program: &'a [u8],
     /// The text that the scene came from, if it came from a file.
     pub scene: Option<SceneText<'a>>,
-    pub page: Page<'a>,
+    pub extras: Vec<Extra>,
     /// The runtimes, one for each platform that the FMU is to run on.
     pub runtimes: &'a [Runtime],
+}
+
+/// A file that an FMU carries beside the model: its page, a picture.
+#[derive(Clone, Debug)]
+pub struct Extra {
+    /// Where it is in the FMU.
+    pub name: &'static str,
+    pub bytes: Vec<u8>,
 }
 
 /// The text of a scene file.
@@ -131,10 +138,9 @@ enum Content<'a> {
 
 /// Every file of the FMU, by name.
 fn entries<'a>(package: &'a Package) -> Result<BTreeMap<String, Content<'a>>, ExportError> {
-    let Package { version, description, page, .. } = package;
-    let files: [(&str, Cow<[u8]>); 5] = [
+    let Package { version, description, extras, .. } = package;
+    let files: [(&str, Cow<[u8]>); 4] = [
         ("resources/program.bin", package.program.into()),
-        ("documentation/index.html", page.html(description, *version).into_bytes().into()),
         (
             "documentation/licenses/license.txt",
             LICENSE.replace("{libraries}", &libraries::notices()).into_bytes().into(),
@@ -144,6 +150,7 @@ fn entries<'a>(package: &'a Package) -> Result<BTreeMap<String, Content<'a>>, Ex
     ];
     let mut entries: BTreeMap<String, Content> =
         files.into_iter().map(|(name, bytes)| (name.to_owned(), Content::Bytes(bytes))).collect();
+    entries.extend(extras.iter().map(|own| (own.name.to_owned(), Content::Bytes((&*own.bytes).into()))));
     let described = described(package)?.into_iter();
     entries.extend(described.map(|(name, bytes)| (name.to_owned(), Content::Bytes(bytes.into()))));
     for runtime in package.runtimes {
@@ -158,24 +165,18 @@ fn entries<'a>(package: &'a Package) -> Result<BTreeMap<String, Content<'a>>, Ex
     Ok(entries)
 }
 
-/// The descriptions and pictures, which each version has its own places for.
+/// The descriptions, of which each version has its own.
 fn described(package: &Package) -> Result<Vec<(&'static str, Vec<u8>)>, ExportError> {
     let description = package.description;
-    let picture = icon::png(package.page.drawing)?;
     Ok(match package.version {
         FmiVersion::V2 => {
             let text = xml::fmi2::model_description(description).map_err(ExportError::Description)?;
-            vec![("modelDescription.xml", text), ("model.png", picture)]
+            vec![("modelDescription.xml", text)]
         }
         FmiVersion::V3 => {
             let text = xml::fmi3::model_description(description).map_err(ExportError::Description)?;
             let terminals = xml::terminals::terminals(description).map_err(ExportError::Description)?;
-            let mut files = vec![
-                ("modelDescription.xml", text),
-                ("documentation/diagram.png", picture.clone()),
-                ("documentation/diagram.svg", package.page.drawing.svg().into_bytes()),
-                ("terminalsAndIcons/icon.png", picture),
-            ];
+            let mut files = vec![("modelDescription.xml", text)];
             files.extend(terminals.map(|text| ("terminalsAndIcons/terminalsAndIcons.xml", text)));
             files
         }

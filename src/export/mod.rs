@@ -3,27 +3,26 @@
 pub mod archive;
 pub mod describe;
 pub mod description;
-pub mod icon;
 pub mod inspect;
 mod libraries;
-pub mod page;
 pub mod runtime;
 mod terminals;
 pub mod xml;
 
 /// A version of FMI. Both have the same program and the same runtime inside.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FmiVersion {
     /// FMI 2.0
     #[default]
-    #[value(name = "2")]
     V2,
     /// FMI 3.0
-    #[value(name = "3")]
     V3,
 }
 
 impl FmiVersion {
+    /// The words for them, and what each means.
+    pub const WORDS: [(&'static str, &'static str, Self); 2] = [("2", "FMI 2.0", Self::V2), ("3", "FMI 3.0", Self::V3)];
+
     /// As descriptions spell it.
     pub fn number(self) -> &'static str {
         match self {

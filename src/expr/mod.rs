@@ -28,7 +28,7 @@ impl Expr {
     /// The number 1, the same in every arena.
     pub const ONE: Expr = Expr(1);
 
-    pub(crate) fn index(self) -> usize {
+    pub fn index(self) -> usize {
         self.0 as usize
     }
 }

@@ -1,13 +1,13 @@
 //! From a mechanism to its equations and its program: formulate, assemble, find the redundant loop equations, lower.
 
 pub mod assemblies;
-pub(crate) mod assembly;
-pub(crate) mod attempt;
+pub mod assembly;
+pub mod attempt;
 mod impulses;
 mod jumps;
-pub(crate) mod limits;
+pub mod limits;
 mod restrictions;
-pub(crate) mod start;
+pub mod start;
 mod suspect;
 pub mod tree_search;
 
@@ -67,7 +67,7 @@ pub fn formulate(mechanism: &Mechanism) -> Result<Formulated<'_>, Vec<Fault>> {
 ///
 /// # Errors
 /// As there, or equations that are too large to be written.
-pub(crate) fn formulate_written(mechanism: &Mechanism) -> Result<Formulated<'_>, Vec<Fault>> {
+pub fn formulate_written(mechanism: &Mechanism) -> Result<Formulated<'_>, Vec<Fault>> {
     let formulated = formulate(mechanism)?;
     limits::check_written(&formulated.equations)?;
     Ok(formulated)
@@ -195,7 +195,7 @@ fn typical_length(equations: &mut Equations) -> f64 {
 }
 
 /// Values of symbols at the start of the experiment, without coordinates.
-pub(crate) fn default_value(mechanism: &Mechanism, symbol: Symbol) -> f64 {
+pub fn default_value(mechanism: &Mechanism, symbol: Symbol) -> f64 {
     match symbol {
         Symbol::Parameter(i) => mechanism.parameters.get(i).map_or(0.0, |parameter| parameter.value),
         Symbol::Input(i, crate::expr::Order::Position) => mechanism.inputs[i].start,
@@ -423,13 +423,13 @@ pub fn undetermined(mechanism: &Mechanism) -> Result<Vec<Variable>, Vec<Fault>> 
 
 /// Which loop equations a mechanism imposes, and what its joints imply in second order.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Pattern {
+pub struct Pattern {
     active: Vec<bool>,
     implied: Vec<String>,
 }
 
 /// That of a mechanism; none if it cannot be assembled.
-pub(crate) fn pattern(mechanism: &Mechanism) -> Option<Pattern> {
+pub fn pattern(mechanism: &Mechanism) -> Option<Pattern> {
     let choice = match &mechanism.coordinates {
         Coordinates::Cheapest => &Coordinates::Recommended,
         choice => choice,

@@ -25,7 +25,7 @@ pub struct Start {
 }
 
 /// Values of expressions at a state; accelerations, reactions and other symbols that are not part of it count as zero.
-pub(crate) fn evaluate_at(arena: &Arena, state: &State, exprs: &[Expr]) -> Vec<f64> {
+pub fn evaluate_at(arena: &Arena, state: &State, exprs: &[Expr]) -> Vec<f64> {
     arena.evaluate(exprs, &|symbol: Symbol| match symbol {
         Symbol::Time => state.time(),
         Symbol::Parameter(i) => state.parameters()[i],

@@ -4,7 +4,7 @@ use crate::equations::Equations;
 use crate::expr::{Expr, indicators};
 
 /// Those of a motion: of its accelerations, and of the rates that drivers prescribe, for where these jump no acceleration does. None where drivers prescribe all.
-pub(crate) fn motion_indicators(equations: &mut Equations, accelerations: &[Expr]) -> Vec<Expr> {
+pub fn motion_indicators(equations: &mut Equations, accelerations: &[Expr]) -> Vec<Expr> {
     if accelerations.is_empty() {
         return Vec::new();
     }

@@ -10,7 +10,7 @@ use crate::mechanism::{Initial, Quantity};
 
 /// Conditions of one order with their expressions.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Conditions {
+pub struct Conditions {
     pub conditions: Vec<Condition>,
     pub results: Vec<Expr>,
     /// (row, column) and derivative; columns are coordinates, then followers.
@@ -37,7 +37,7 @@ pub(super) fn settable<'m>(equations: &mut Equations<'m>) -> Vec<Settable<'m>> {
 }
 
 /// The conditions on positions (`Order::Position`) or on velocities.
-pub(crate) fn conditions(equations: &mut Equations, order: Order, length: f64) -> Conditions {
+pub fn conditions(equations: &mut Equations, order: Order, length: f64) -> Conditions {
     let mechanism = equations.system.mechanism;
     let settable = settable(equations);
     let chosen: Vec<&Initial> =
@@ -87,7 +87,7 @@ fn differentiate(
     }
 }
 
-pub(crate) fn order_of(quantity: Quantity) -> Order {
+pub fn order_of(quantity: Quantity) -> Order {
     match quantity {
         Quantity::Vx | Quantity::Vy | Quantity::Omega | Quantity::V | Quantity::Rate => Order::Velocity,
         _ => Order::Position,

@@ -2,7 +2,7 @@
 
 /// What a key wants.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Wanted {
+pub struct Wanted {
     /// "a length"
     pub what: &'static str,
     /// "m"; empty for a pure number.

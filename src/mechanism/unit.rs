@@ -20,7 +20,7 @@ pub struct Unit {
 
 impl Unit {
     /// That of a kind of values.
-    pub(crate) fn of(wanted: &Wanted, display: Option<DisplayUnit>) -> Unit {
+    pub fn of(wanted: &Wanted, display: Option<DisplayUnit>) -> Unit {
         Unit { exponents: wanted.exponents.unwrap_or_default(), si: wanted.si.to_owned(), display }
     }
 

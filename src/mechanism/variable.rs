@@ -116,7 +116,7 @@ impl Quantity {
     }
 
     /// Its SI unit.
-    pub(crate) fn measure(self) -> Wanted {
+    pub fn measure(self) -> Wanted {
         self.row().2
     }
 

@@ -15,7 +15,7 @@ use crate::scene::part as written;
 
 impl written::Part {
     /// Its component: a driver's by the motion that it prescribes, else by its type.
-    pub(crate) fn component(&self, section: Section) -> Option<&'static Component> {
+    pub fn component(&self, section: Section) -> Option<&'static Component> {
         let kind = self.text("type");
         let mut found = section.components().filter(|component| match section {
             Section::Drivers => self.get(component.name).is_some(),

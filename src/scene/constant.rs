@@ -4,7 +4,7 @@ use crate::expr::{Binary, Function, Unary};
 use crate::mechanism::{Comparison, Formula};
 
 /// The value of a formula of numbers and parameters; not a number if it uses anything else.
-pub(crate) fn evaluate(formula: &Formula, parameters: &[f64]) -> f64 {
+pub fn evaluate(formula: &Formula, parameters: &[f64]) -> f64 {
     let value = |formula: &Formula| evaluate(formula, parameters);
     match formula {
         Formula::Number(number) => *number,

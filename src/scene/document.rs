@@ -8,14 +8,14 @@ use crate::diagnostic::span::{Span, Text};
 
 /// A value of a document.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Node {
+pub struct Node {
     /// Where it is written; a text without its quotes if it is written verbatim.
     pub span: Span,
     pub kind: Kind,
 }
 
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Kind {
+pub enum Kind {
     /// In the order of the text.
     Table(Vec<(Text, Node)>),
     Array(Vec<Node>),

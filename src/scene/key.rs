@@ -1,11 +1,11 @@
 //! The keys of a scene: how each is written, in which unit, and what it says.
 
-pub(crate) use crate::mechanism::Range;
+pub use crate::mechanism::Range;
 use crate::mechanism::measure::Wanted;
 
 /// A key of a table.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Key {
+pub struct Key {
     pub name: &'static str,
     pub form: Form,
     pub need: Need,
@@ -15,7 +15,7 @@ pub(crate) struct Key {
 
 /// Must a key be there?
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Need {
+pub enum Need {
     /// Yes; the words say what to write.
     Required(&'static str),
     /// No; a number is zero then.
@@ -28,7 +28,7 @@ pub(crate) enum Need {
 
 /// How the value of a key is written.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Form {
+pub enum Form {
     /// Two points of different bodies.
     Points,
     /// Two different bodies.

@@ -5,17 +5,17 @@
 
 mod brackets;
 mod builder;
-pub(crate) mod constant;
+pub mod constant;
 pub(crate) mod decode;
 pub(crate) mod dimension;
 pub(crate) mod document;
 pub(crate) mod expression;
 mod json;
-pub(crate) mod key;
+pub mod key;
 pub(crate) mod model;
 pub(crate) mod operand;
 pub(crate) mod part;
-pub(crate) mod quantity;
+pub mod quantity;
 pub(crate) mod tables;
 pub(crate) mod unit;
 

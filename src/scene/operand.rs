@@ -10,7 +10,7 @@ pub(crate) const METRE: &str = "unit.m";
 
 /// A number or an expression.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Operand {
+pub enum Operand {
     Number(f64),
     /// A number with its unit as they are written, and the value in SI.
     Measure(f64, String, f64),

@@ -33,6 +33,11 @@ impl Part {
         self
     }
 
+    /// With a number for a key, in place of the value that it has.
+    pub fn with_number(self, key: &str, value: f64) -> Part {
+        self.set(key, super::Quantity::from(value))
+    }
+
     /// Adds an entry to the table that a key has.
     fn add(mut self, key: &str, name: &str, value: impl Into<Node>) -> Part {
         self.add_entry(key, Text::from(name), value.into());
@@ -56,12 +61,12 @@ impl Part {
     }
 
     /// The entries of a table with names, if it is one.
-    pub(crate) fn entries(&self, key: &str) -> &[(Text, Node)] {
+    pub fn entries(&self, key: &str) -> &[(Text, Node)] {
         if let Some(Node { kind: Kind::Table(entries), .. }) = self.get(key) { entries } else { &[] }
     }
 
     /// What a key says, if it is there.
-    pub(crate) fn get(&self, key: &str) -> Option<&Node> {
+    pub fn get(&self, key: &str) -> Option<&Node> {
         let Kind::Table(entries) = &self.node.kind else { return None };
         entries.iter().find(|(other, _)| other.text == key).map(|(_, node)| node)
     }

@@ -235,7 +235,7 @@ pub(crate) fn from_exponents(exponents: Exponents) -> Unit {
 
 impl Unit {
     /// As the user writes it.
-    pub(crate) fn shown(&self) -> &str {
+    pub fn shown(&self) -> &str {
         self.display.as_ref().map_or(&self.si, |display| &display.name)
     }
 }

@@ -12,7 +12,6 @@ use std::sync::Arc;
 use cotree_fmu::instance::{Inaccuracy, Instance, InstanceError, TOLERANCES};
 use cotree_fmu::model::Model;
 use cotree_fmu::program::check::Fault;
-use simulation::Simulation;
 
 use crate::export::description::Description;
 use crate::mechanism::Experiment;
@@ -20,6 +19,7 @@ use crate::output::csv::Table;
 pub use many::{Ended, Ensemble, Settings};
 pub use measure::Measure;
 pub use results::{Column, Results, SimulateError};
+use simulation::Simulation;
 
 /// What to simulate.
 #[derive(Clone, Debug)]

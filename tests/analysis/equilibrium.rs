@@ -1,8 +1,8 @@
 //! Equilibria against statics by hand.
 
 use super::support::*;
-use cotree::analysis::report::Statics;
-use cotree::analysis::{Failure, Stability};
+use cotree_study::analysis::report::Statics;
+use cotree_study::analysis::{Failure, Stability};
 
 const G: f64 = 9.81;
 

@@ -1,8 +1,8 @@
 //! Linear systems and modes against closed forms, and against themselves in other coordinates.
 
 use super::support::*;
-use cotree::analysis::{Failure, Point, StateSpace, Variation, modes};
 use cotree_fmu::model::Model;
+use cotree_study::analysis::{Failure, Point, StateSpace, Variation, modes};
 use nalgebra::{Complex, DMatrix, DVector, Matrix2};
 
 #[test]

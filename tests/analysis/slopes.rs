@@ -1,12 +1,12 @@
 //! The matrices of linear systems against differences of what the runtime computes.
 
 use super::support::*;
-use cotree::analysis::{Point, StateSpace, Variation};
 use cotree_fmu::constraints::accelerations::Accelerations;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::{Model, State};
 use cotree_fmu::program::Source;
+use cotree_study::analysis::{Point, StateSpace, Variation};
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 

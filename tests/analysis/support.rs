@@ -1,8 +1,8 @@
 //! What the tests of the analysis share.
 
-use cotree::analysis::{Equilibrium, Failure, Point, StateSpace, Variation, at_rest};
 use cotree::formulate::{Formulated, formulate};
 use cotree_fmu::model::Model;
+use cotree_study::analysis::{Equilibrium, Failure, Point, StateSpace, Variation, at_rest};
 
 use super::run::mechanism;
 pub use super::run::scene_of;

@@ -4,7 +4,7 @@ use super::run;
 
 /// The scene of a model, with a tolerance of 1e-10.
 pub fn model(name: &str) -> String {
-    let path = format!("{}/models/{name}/scene.toml", env!("CARGO_MANIFEST_DIR"));
+    let path = format!("{}/models/{name}/scene.toml", concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
     let text = run::from_here(name, std::fs::read_to_string(path).unwrap());
     assert!(text.contains("[experiment]"));
     let at = text.find("[experiment]").unwrap();

@@ -142,6 +142,8 @@ def rewrite(copy):
     tuning += f"/// File and name of each.\npub const NAMES: [(&str, &str); {len(varied)}] = [\n{table}];\n"
     Path(copy, "fmu/src/tuning.rs").write_text(tuning)
     Path(copy, "examples/constants.rs").write_text(Path(__file__).with_name("driver.rs").read_text())
+    manifest = Path(copy, "crates/cli/Cargo.toml")
+    manifest.write_text(manifest.read_text() + '\n[[example]]\nname = "constants"\npath = "../../examples/constants.rs"\n')
 
 
 INTRODUCTION = """# The constants of the runtime

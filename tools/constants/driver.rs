@@ -10,7 +10,6 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use cotree::analysis::Study;
 use cotree::compile::compile;
 use cotree::scene::Scene;
 use cotree::simulate::{Ensemble, Run, Settings};
@@ -18,6 +17,7 @@ use cotree_fmu::instance::MOST_LANES;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::Engine;
 use cotree_fmu::tuning::{self, NAMES};
+use cotree_study::analysis::Study;
 use support::hard::families::FAMILIES;
 use support::hard::four_bar::{neutral_with_flap, stiff_at_change_points};
 use support::hard::reference::Reference;

@@ -11,7 +11,7 @@ use crate::mechanism::{BodyId, Mechanism, Part};
 
 /// A cam for given parameters.
 #[derive(Clone, Debug)]
-pub(crate) struct Profile {
+pub struct Profile {
     /// The joint.
     pub name: String,
     /// The cam; `None` is the ground.
@@ -39,7 +39,7 @@ pub(crate) struct Profile {
 
 /// A cam at one of its angles \[SI\].
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Sample {
+pub struct Sample {
     pub angle: f64,
     /// The law and its derivatives by the angle.
     pub law: [f64; 4],

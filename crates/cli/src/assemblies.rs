@@ -1,0 +1,91 @@
+//! `cotree assemblies`
+
+use std::path::PathBuf;
+
+use clap::Args;
+use cotree::compile::compile_with;
+use cotree::formulate::assemblies::{Assemblies, Value, assemblies};
+use cotree::mechanism::{Mechanism, Unit};
+use cotree::scene::{Faults, Initial, Scene, Text};
+use cotree_draw::pose::draw;
+
+use super::failure::Failure;
+use super::{MessageFormat, output};
+
+/// Find the ways in which a mechanism can be assembled, with lines to paste that pick each
+///
+/// The loops are closed from many starts. What neither drivers nor known initial values give is held where the scene begins.
+#[derive(Args)]
+#[command(after_help = "Example:\n  cotree assemblies four_bar.toml --drawings poses")]
+pub struct FindAssemblies {
+    /// Scene file (TOML or JSON)
+    scene: PathBuf,
+    /// From how many starts
+    #[arg(long, value_name = "NUMBER", default_value_t = 200)]
+    starts: usize,
+    /// A folder for a drawing of each, `1.png`, `2.png`, ...
+    #[arg(long, value_name = "FOLDER")]
+    drawings: Option<PathBuf>,
+}
+
+impl FindAssemblies {
+    pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
+        let scene = output::load(&self.scene)?;
+        let resolved = scene.resolve()?;
+        let found =
+            assemblies(&resolved.mechanism, self.starts).map_err(|list| Faults::new(scene.source.clone(), list))?;
+        output::print(&text(&found, &resolved.mechanism, self.starts))?;
+        let Some(folder) = self.drawings.as_ref().filter(|_| !found.is_continuous()) else { return Ok(()) };
+        std::fs::create_dir_all(folder).map_err(|error| Failure::file("make", folder, error))?;
+        for (index, pose) in found.poses.iter().enumerate() {
+            let posed = posed(scene.clone(), found.held.iter().chain(pose));
+            let (_, picture) = compile_with(&posed, |formulated| draw(formulated).svg())?;
+            let path = folder.join(format!("{}.png", index + 1));
+            output::picture(&path, &picture, "the drawing of this assembly", format)?;
+        }
+        Ok(())
+    }
+}
+
+/// The scene in one of its assemblies.
+fn posed<'v>(mut scene: Scene, pose: impl Iterator<Item = &'v Value>) -> Scene {
+    scene.initial.retain(|initial| initial.known);
+    for value in pose {
+        if scene.initial.iter().all(|known| known.variable.text != value.name) {
+            let variable = Text::from(value.name.as_str());
+            scene.initial.push(Initial { variable, value: value.value.into(), known: false });
+        }
+    }
+    scene
+}
+
+fn text(found: &Assemblies, mechanism: &Mechanism, starts: usize) -> String {
+    let shown = |value: &Value| {
+        let unit = mechanism.units.of(&if value.angular { Unit::angle() } else { Unit::length() });
+        format!("{:.6} {}", value.value / unit.factor, unit.name)
+    };
+    let held: Vec<String> = found.held.iter().map(|held| format!("`{}` at {}", held.name, shown(held))).collect();
+    let with = if held.is_empty() { String::new() } else { format!(" with {}", held.join(", ")) };
+    if found.is_continuous() {
+        return format!(
+            "{}: more than {} poses{with}: they are no single ones\n",
+            mechanism.name,
+            found.poses.len() - 1
+        );
+    }
+    let count = found.poses.len();
+    let ways = if count == 1 { "1 way".to_string() } else { format!("{count} ways") };
+    let given = |name: &str| {
+        let known = mechanism.initial.iter().filter(|own| own.known).map(|own| mechanism.variable_name(own.variable));
+        found.held.iter().any(|held| held.name == name) || known.into_iter().any(|known| known == name)
+    };
+    let mut text = format!("{}: the loops close in {ways}{with} (from {starts} starts)\n", mechanism.name);
+    for (index, (pose, times)) in found.poses.iter().zip(&found.found).enumerate() {
+        let own = if index == 0 { ", that of the scene" } else { "" };
+        text += &format!("\n# {} (found {times} times{own})\n[initial]\n", index + 1);
+        for value in pose.iter().filter(|value| !given(&value.name)) {
+            text += &format!("\"{}\" = {{ guess = \"{}\" }}\n", value.name, shown(value));
+        }
+    }
+    text
+}

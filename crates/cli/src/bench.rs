@@ -1,0 +1,49 @@
+//! `cotree bench`
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use clap::Args;
+use cotree_fmu::model::Model;
+use cotree_study::bench::measure;
+
+use super::failure::Failure;
+use super::{MessageFormat, output};
+
+/// Measure speed against error: every method at many tolerances, on this very scene
+///
+/// Errors are those of the outputs at a thousand times and more, read from the steps' polynomials, against a converged run: of the two
+/// methods that agree best the one that the model does not choose by itself. Time is processor time (on Windows wall time), the fastest of several runs
+/// on one thread, without initialisation. Parameters and inputs have their defaults.
+#[derive(Args)]
+#[command(after_help = "Examples:\n  cotree bench slider_crank.toml --plot slider_crank.svg\n  \
+                  cotree bench slider_crank.toml --json > slider_crank.json\n\n\
+                  Methods: auto (what the FMU does by itself), taylor, explicit, implicit; loops if drivers determine the motion.")]
+pub struct Bench {
+    /// Scene file (TOML or JSON)
+    scene: PathBuf,
+    /// As JSON, for scripts
+    #[arg(long)]
+    json: bool,
+    /// Draw time over error, as an SVG file
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
+}
+
+impl Bench {
+    pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
+        output::apart(&[Some(&self.scene)], &[self.plot.as_deref()])?;
+        let compiled = output::compile(&self.scene, format)?;
+        let variables = compiled.description.reported();
+        let experiment = compiled.description.experiment;
+        let model = Model::new(compiled.program).map_err(|error| Failure::Numerical(error.to_string()))?;
+        let bench = measure(&Arc::new(model), &variables, experiment).map_err(Failure::Numerical)?;
+        if let Some(path) = &self.plot {
+            output::write(path, &cotree_draw::study::bench::svg(&bench))?;
+        }
+        if self.json {
+            return output::json(&bench);
+        }
+        output::print(&bench.to_string())
+    }
+}

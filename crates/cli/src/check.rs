@@ -1,0 +1,96 @@
+//! `cotree check`
+
+use std::path::PathBuf;
+
+use clap::Args;
+use cotree::compile::{Compiled, compile_with};
+use cotree::formulate::attempt::attempt;
+use cotree::output::figures::summarise;
+use cotree::output::summary::Summary;
+use cotree::scene::Scene;
+use cotree_draw::pose::{draw, draw_attempt};
+use cotree_text::assumptions::assumptions;
+
+use super::failure::Failure;
+use super::{MessageFormat, output};
+
+/// Check a scene: every fault at once, with its place and what to do
+///
+/// A scene without faults is described in a few lines, with what was assumed because the scene does not say it.
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  cotree check slider_crank.toml\n  cotree check slider_crank.toml --drawing attempt.png"
+)]
+pub struct Check {
+    /// Scene file (TOML or JSON)
+    scene: PathBuf,
+    /// Draw it into an SVG or PNG file; if its loops cannot be closed, the best attempt with the gap in red
+    #[arg(long, value_name = "FILE")]
+    drawing: Option<PathBuf>,
+}
+
+impl Check {
+    pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
+        output::is_picture(self.drawing.as_deref(), &["svg", "png"])?;
+        output::apart(&[Some(&self.scene)], &[self.drawing.as_deref()])?;
+        let scene = output::load(&self.scene)?;
+        let made = compile_with(&scene, |formulated| {
+            let picture = self.drawing.as_ref().map(|_| draw(formulated).svg());
+            (summarise(formulated), assumptions(formulated, &scene), picture)
+        });
+        let (compiled, (summary, assumptions, picture)) = match made {
+            Ok(made) => made,
+            Err(faults) => {
+                self.draw_attempt(&scene, format)?;
+                return Err(faults.into());
+            }
+        };
+        if let (Some(path), Some(picture)) = (&self.drawing, picture) {
+            output::picture(path, &picture, "the drawing", format)?;
+        }
+        match format {
+            MessageFormat::Human => {
+                output::warn(compiled.warnings.as_ref(), format);
+                output::print(&self.verdict(&summary, &assumptions))
+            }
+            MessageFormat::Json => output::print(&format!("{:#}\n", self.json(&compiled, assumptions))),
+        }
+    }
+
+    /// Draws what comes closest to a mechanism whose loops cannot be closed.
+    fn draw_attempt(&self, scene: &Scene, format: MessageFormat) -> Result<(), Failure> {
+        let (Some(path), Ok(resolved)) = (&self.drawing, scene.resolve()) else { return Ok(()) };
+        let Some(mut attempt) = attempt(&resolved.mechanism) else { return Ok(()) };
+        output::picture(path, &draw_attempt(&mut attempt).svg(), "the best attempt, with the gap in red", format)
+    }
+
+    fn verdict(&self, summary: &Summary, assumptions: &[String]) -> String {
+        let mut text = format!(
+            "{}: no errors: {}, {}, mobility {}\n",
+            self.scene.display(),
+            counted(summary.bodies.len(), "body", "bodies"),
+            counted(summary.joints.len(), "joint", "joints"),
+            summary.mobility
+        );
+        if summary.mobility == 0 && summary.drivers.is_empty() {
+            text += "  nothing can move: the joints alone hold every body\n";
+        }
+        for assumption in assumptions {
+            text += &format!("  assumed: {assumption}\n");
+        }
+        text
+    }
+
+    fn json(&self, compiled: &Compiled, assumptions: Vec<String>) -> serde_json::Value {
+        let mut json = compiled.warnings.as_ref().map_or_else(
+            || serde_json::json!({ "file": self.scene.display().to_string(), "faults": [], "omitted": 0 }),
+            |warnings| warnings.to_json(),
+        );
+        json["assumptions"] = assumptions.into();
+        json
+    }
+}
+
+fn counted(count: usize, one: &str, many: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { many })
+}

@@ -1,0 +1,100 @@
+//! `cotree export`
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use cotree::compile;
+use cotree::export::runtime::{self, PLATFORMS, Platform, Runtime, RuntimeError};
+use cotree::export::{ExportError, FmiVersion};
+use cotree_file::accuracy;
+use cotree_file::documentation::Page;
+use cotree_file::moving::Origin;
+use cotree_file::{front, moving};
+
+use super::failure::Failure;
+use super::words::one_of;
+use super::{MessageFormat, output};
+
+/// Make an FMU: one file for any tool that reads FMI 2.0, or 3.0 with --fmi 3
+///
+/// The FMU has its solver inside and needs neither cotree nor anything else. The same scene gives the same file.
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  cotree export slider_crank.toml\n  cotree export slider_crank.toml -o fmus/crank.fmu\n  cotree export slider_crank.toml --fmi 3\n  \
+                  cotree export slider_crank.toml --platform linux64,win64 --runtimes target/runtimes"
+)]
+pub struct Export {
+    /// Scene file (TOML or JSON)
+    scene: PathBuf,
+    /// Where the FMU goes [default: the name of the scene, .fmu, in the current folder]
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Every variable that the mechanism has, not only those that the scene asks for
+    #[arg(long)]
+    all: bool,
+    /// Version of FMI
+    #[arg(long, value_name = "VERSION", default_value = "2", value_parser = one_of(&FmiVersion::WORDS))]
+    fmi: FmiVersion,
+    /// Platforms that the FMU is to run on, such as linux64,win64 [default: all, which is every one that there is a runtime for]
+    #[arg(long, value_name = "PLATFORMS", value_delimiter = ',')]
+    platform: Vec<String>,
+    /// A smaller file: the page in its documentation plays a stored run instead of carrying the runtime for browsers (400 kB)
+    #[arg(long)]
+    lean: bool,
+    /// Folder with the runtimes of other platforms, made by tools/build-runtimes.sh [default: `runtimes` beside the program]
+    #[arg(long, value_name = "FOLDER", env = "COTREE_RUNTIMES")]
+    runtimes: Option<PathBuf>,
+}
+
+impl Export {
+    pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
+        let runtimes = self.runtimes().map_err(ExportError::from)?;
+        let scene = output::load(&self.scene)?;
+        let (scene, left_out) = if self.all { compile::with_everything(&scene)? } else { (scene, Vec::new()) };
+        let (mut compiled, front) = compile::compile_with(&scene, front::front)?;
+        compiled.warn(left_out);
+        let accuracy = accuracy::of(&compiled);
+        accuracy::warn_of_growth(&mut compiled, &accuracy);
+        output::warn(compiled.warnings.as_ref(), format);
+        if let Some(inaccuracy) = accuracy.as_ref().ok().and_then(|accuracy| accuracy.inaccuracy.as_ref()) {
+            output::warn_inaccurate(&compiled, "", inaccuracy, format);
+        }
+        let origin = self.origin(accuracy::affordable(&compiled, &accuracy))?;
+        let live = moving::documentation(&scene, &compiled, origin);
+        let path = self.output.unwrap_or_else(|| format!("{}.fmu", compiled.description.identifier).into());
+        output::apart(&[Some(&self.scene)], &[Some(&path)])?;
+        let page = Page { drawing: &front.drawing, facts: &front.facts, accuracy: &accuracy, live: &live };
+        let extras = page.files(&compiled.description, self.fmi)?;
+        compiled.write_fmu(self.fmi, extras, &runtimes, &path)?;
+        output::print(&format!("{}\n", path.display()))
+    }
+
+    fn folder(&self) -> PathBuf {
+        self.runtimes.clone().unwrap_or_else(runtime::default_folder)
+    }
+
+    /// Where the motion in the documentation comes from: a stored run may cost as much as the measurement of accuracy.
+    fn origin(&self, affordable: f64) -> Result<Origin, ExportError> {
+        let module = if self.lean { None } else { runtime::for_browsers(&self.folder())? };
+        Ok(module.map_or(Origin::Stored(affordable), Origin::Solver))
+    }
+
+    /// The runtimes for the platforms asked for.
+    fn runtimes(&self) -> Result<Vec<Runtime>, RuntimeError> {
+        let folder = self.folder();
+        let platforms = match &self.platform[..] {
+            names if names.is_empty() || names == ["all"] => available(&folder),
+            names => names.iter().map(|name| Platform::named(name)).collect::<Result<_, _>>()?,
+        };
+        if platforms.is_empty() {
+            return Err(RuntimeError::Host);
+        }
+        platforms.into_iter().map(|platform| Runtime::find(platform, &folder)).collect()
+    }
+}
+
+/// The platforms that there is a runtime for.
+fn available(folder: &Path) -> Vec<Platform> {
+    let is_there = |platform: &Platform| Platform::host() == Some(*platform) || platform.file(folder).exists();
+    PLATFORMS.iter().copied().filter(is_there).collect()
+}

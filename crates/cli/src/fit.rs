@@ -1,0 +1,125 @@
+//! `cotree fit`
+
+use std::path::PathBuf;
+
+use clap::Args;
+use cotree::scene::Scene;
+use cotree_study::fit::{self, Fit as Found, FitError, Request, Vary};
+
+use super::failure::Failure;
+use super::times::Times;
+use super::{MessageFormat, output, study};
+
+/// Find values of parameters from a measured motion: least squares, with standard errors and correlations
+///
+/// Parameters, constant inputs and initial values are changed until the outputs are as near as possible to what was measured, by Levenberg's and
+/// Marquardt's method with the exact derivatives of the motion. Columns count by their standard deviations, which are estimated from their residuals
+/// unless --sigma gives them. All is SI.
+#[derive(Args)]
+#[command(after_help = "Examples:\n  \
+                  cotree fit suspension.toml --to measured.csv --vary stiffness,damping --plot fit.png\n  \
+                  cotree fit suspension.toml --to measured.csv --vary \"stiffness=1..50 kN/m\" --sigma \"wheel.s=0.2 mm\" -o fitted.toml\n\n\
+                  The table begins with a line such as `time,wheel.s` or `time [ms]; wheel.s [mm]`: names of variables of the scene,\n\
+                  in any order.")]
+pub struct Fit {
+    /// Scene file (TOML or JSON)
+    scene: PathBuf,
+    /// What was measured: a CSV file with the columns `time` and variables of the scene
+    #[arg(long = "to", value_name = "FILE")]
+    measured: PathBuf,
+    /// What is varied: parameters, constant inputs or initial values, with bounds if wanted, such as stiffness,damping=0..10
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', required = true)]
+    vary: Vec<String>,
+    /// Standard deviation of a column, such as "wheel.s=0.2 mm"; may be given several times [default: estimated from the residuals]
+    #[arg(long = "sigma", value_name = "NAME=VALUE")]
+    deviations: Vec<String>,
+    /// Set a parameter or an input, also where the search begins; may be given several times
+    #[arg(long = "set", value_name = "NAME=VALUE")]
+    settings: Vec<String>,
+    /// Draw measured and fitted values, and the residuals: an SVG or a PNG file
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
+    /// The result as JSON, for scripts
+    #[arg(long)]
+    json: bool,
+    /// Write the scene with the values that were found; all else in it stays as it is
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// End of the simulation, such as 10 or "10 s" [default: the scene's]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    stop: Option<String>,
+    /// Relative tolerance of the solver [default: the scene's]
+    #[arg(long, value_name = "NUMBER")]
+    tolerance: Option<f64>,
+}
+
+impl Fit {
+    pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
+        output::apart(&[Some(&self.scene), Some(&self.measured)], &[self.plot.as_deref(), self.output.as_deref()])?;
+        output::is_picture(self.plot.as_deref(), &["svg", "png"])?;
+        let scene = output::load(&self.scene)?;
+        let request = self.request()?;
+        let named = self.measured.display().to_string();
+        let reporting = scene.reporting(request.table.names().iter().map(String::as_str));
+        let mut study = study::with_settings(&reporting, &self.settings).map_err(|failure| asked(failure, &named))?;
+        let times = Times::of(self.stop.clone(), None, self.tolerance);
+        study.set_experiment(times.experiment(study.experiment())?);
+        let found = fit::fit(&mut study, &request);
+        output::warn(study.take_warnings().as_ref(), format);
+        let found = found.map_err(|error| failure(error, &named))?;
+        match self.json {
+            true => output::json(&found.json())?,
+            false => output::print(&found.text())?,
+        }
+        self.write(&scene, &found, format)
+    }
+
+    fn request(&self) -> Result<Request, Failure> {
+        let wrong = |option: &str, text: &str, message: String| Failure::Usage(format!("--{option} {text}: {message}"));
+        let vary = self.vary.iter().map(|text| Vary::read(text).map_err(|message| wrong("vary", text, message)));
+        let deviation = |text: &String| {
+            let pair = text.split_once('=').map(|(name, value)| (name.trim().to_owned(), value.trim().to_owned()));
+            pair.ok_or_else(|| wrong("sigma", text, "write name=value".to_owned()))
+        };
+        Ok(Request {
+            table: output::table(&self.measured)?,
+            vary: vary.collect::<Result<_, _>>()?,
+            deviations: self.deviations.iter().map(deviation).collect::<Result<_, _>>()?,
+        })
+    }
+
+    /// The picture, and the scene with the values that were found.
+    fn write(&self, scene: &Scene, found: &Found, format: MessageFormat) -> Result<(), Failure> {
+        if let Some(path) = &self.plot {
+            output::picture(
+                path,
+                &cotree_draw::study::fit::plot(found).svg(),
+                "measured and fitted values, residuals",
+                format,
+            )?;
+        }
+        if let Some(path) = &self.output {
+            let values = found.quantities.iter().map(|own| (own.name.clone(), own.value, own.unit.clone()));
+            let text = fit::with_values(scene, &values.collect::<Vec<_>>()).map_err(Failure::Usage)?;
+            output::write(path, &text)?;
+            output::wrote(path, "the scene with these values", format);
+        }
+        Ok(())
+    }
+}
+
+/// Variables that the table names and the scene does not have are no fault of the scene.
+fn asked(failure: Failure, table: &str) -> Failure {
+    match failure {
+        Failure::Scene(faults) => output::unknown(faults, &format!("`{table}`")),
+        other => other,
+    }
+}
+
+fn failure(error: FitError, table: &str) -> Failure {
+    match error {
+        FitError::Study(error) => asked(error.into(), table),
+        FitError::Request(faults) => Failure::Usage(faults.join("\n")),
+        FitError::Undetermined(message) => Failure::Numerical(message),
+    }
+}

@@ -1,0 +1,35 @@
+//! `cotree info`
+
+use std::path::PathBuf;
+
+use clap::Args;
+use cotree::export::inspect::Contents;
+
+use super::failure::Failure;
+use super::output;
+
+/// Show what is in an FMU that cotree has made
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  cotree info slider_crank.fmu\n  cotree info slider_crank.fmu --scene > slider_crank.toml"
+)]
+pub struct Info {
+    /// FMU file
+    fmu: PathBuf,
+    /// Print the scene that the FMU was made from, and nothing else
+    #[arg(long)]
+    scene: bool,
+}
+
+impl Info {
+    pub fn run(self) -> Result<(), Failure> {
+        let contents = Contents::read(&self.fmu).map_err(|error| Failure::file("read", &self.fmu, error))?;
+        if !self.scene {
+            return output::print(&contents.to_string());
+        }
+        let scene = contents.scene.ok_or_else(|| {
+            Failure::file("print the scene of", &self.fmu, "its scene was built in Rust, not read from a file")
+        })?;
+        output::print_file(&scene)
+    }
+}

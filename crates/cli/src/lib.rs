@@ -1,0 +1,165 @@
+//! The command line: one file for each command.
+
+#![cfg_attr(
+    not(test),
+    warn(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::unreachable,
+        reason = "no input may cause a panic"
+    )
+)]
+
+mod assemblies;
+mod bench;
+mod check;
+mod completions;
+mod equilibrium;
+mod export;
+mod failure;
+mod fit;
+mod import;
+mod info;
+mod linearize;
+mod man;
+mod modes;
+mod motion;
+mod new;
+mod output;
+mod schema;
+mod show;
+mod simulate;
+mod study;
+mod sweep;
+mod times;
+mod trace;
+mod view;
+mod watch;
+mod words;
+
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
+
+/// Planar mechanisms to FMUs: describe bodies and joints in a scene file, get equations of motion, a simulation, and an
+/// FMU for any tool that reads FMI 2.0 or 3.0.
+#[derive(Parser)]
+#[command(
+    name = "cotree",
+    version,
+    arg_required_else_help = true,
+    after_help = "First steps:\n  cotree new my_mechanism            write a commented scene to start from\n  \
+                  cotree check my_mechanism.toml     is it right?\n  \
+                  cotree simulate my_mechanism.toml  see it move, as numbers\n  \
+                  cotree view my_mechanism.toml      see it move, in a browser\n  \
+                  cotree export my_mechanism.toml    make my_mechanism.fmu\n\n\
+                  Exit codes: 0 good, 1 the scene is at fault, 2 usage or files, 3 the numbers do not work out, 130 stopped by\n            \
+                  Ctrl-C. Also 1, without a word, if standard output is closed before everything is written."
+)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+    #[command(flatten)]
+    global: Global,
+}
+
+#[derive(Args)]
+struct Global {
+    /// How faults of the scene are reported: for people, or as JSON on standard output for editors and scripts
+    #[arg(long, global = true, value_name = "FORMAT", default_value = "human", display_order = 100)]
+    message_format: MessageFormat,
+}
+
+/// How faults are reported.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum MessageFormat {
+    /// With the lines they are about
+    Human,
+    /// One JSON object
+    Json,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    New(new::New),
+    Check(check::Check),
+    Show(show::Show),
+    Simulate(simulate::Simulate),
+    Sweep(sweep::Sweep),
+    Fit(fit::Fit),
+    View(view::View),
+    Watch(watch::Watch),
+    Trace(trace::Trace),
+    Equilibrium(equilibrium::Equilibrium),
+    Linearize(linearize::Linearize),
+    Assemblies(assemblies::FindAssemblies),
+    Modes(modes::Modes),
+    Motion(motion::Motion),
+    Export(export::Export),
+    Import(import::Import),
+    Bench(bench::Bench),
+    Info(info::Info),
+    Schema(schema::Schema),
+    Completions(completions::Completions),
+    Man(man::Manual),
+}
+
+/// Runs the command that the process was started with.
+pub fn run() -> ExitCode {
+    run_with(std::env::args_os()).into()
+}
+
+/// Runs a command, and gives its exit code; the first argument is the program's name.
+pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    let cli = match Cli::try_parse_from(arguments) {
+        Ok(cli) => cli,
+        Err(error) => {
+            let printed = error.print();
+            return match (error.use_stderr(), printed) {
+                (true, _) => failure::USAGE,
+                (false, Ok(())) => 0,
+                (false, Err(_)) => failure::UNREAD,
+            };
+        }
+    };
+    let format = cli.global.message_format;
+    let result = match cli.command {
+        Command::New(command) => command.run(),
+        Command::Check(command) => command.run(format),
+        Command::Show(command) => command.run(format),
+        Command::Simulate(command) => command.run(format),
+        Command::Sweep(command) => command.run(format),
+        Command::Fit(command) => command.run(format),
+        Command::View(command) => command.run(format),
+        Command::Watch(command) => command.run(),
+        Command::Trace(command) => command.run(format),
+        Command::Equilibrium(command) => command.run(format),
+        Command::Linearize(command) => command.run(format),
+        Command::Assemblies(command) => command.run(format),
+        Command::Modes(command) => command.run(format),
+        Command::Motion(command) => command.run(format),
+        Command::Export(command) => command.run(format),
+        Command::Import(command) => command.run(format),
+        Command::Bench(command) => command.run(format),
+        Command::Info(command) => command.run(),
+        Command::Schema(command) => command.run(),
+        Command::Completions(command) => command.run(Cli::command()),
+        Command::Man(command) => command.run(Cli::command()),
+    };
+    match result {
+        Ok(()) => 0,
+        Err(failure) => failure.report(format),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        super::Cli::command().debug_assert();
+    }
+}

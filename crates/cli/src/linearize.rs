@@ -1,0 +1,69 @@
+//! `cotree linearize`
+
+use clap::Args;
+use cotree::mechanism::Experiment;
+use cotree::simulate;
+use cotree_study::analysis::At;
+
+use super::MessageFormat;
+use super::failure::Failure;
+use super::study::{self, Asked};
+
+/// More points than this are a mistake in `--step` or `--stop`.
+const MOST_POINTS: u64 = 1_000_000;
+
+/// Linearise a mechanism: A, B, C, D from the inputs of the scene to its outputs
+///
+/// dx/dt = A x + B u, y = C x + D u for small changes about a point of the motion. The states are independent coordinates and
+/// their rates: as few as the mechanism has. The derivatives are exact.
+#[derive(Args)]
+#[command(after_help = "Examples:\n  cotree linearize cart_pole.toml\n  \
+                  cotree linearize cart_pole.toml --equilibrium --json -o plant.json\n  \
+                  cotree linearize four_bar.toml --at \"0.5 s\"\n  \
+                  cotree linearize four_bar.toml --along --step \"50 ms\" --csv -o matrices.csv")]
+pub struct Linearize {
+    #[command(flatten)]
+    asked: Asked,
+    /// At this time of the motion [default: at its start]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, conflicts_with_all = ["equilibrium", "along"])]
+    at: Option<String>,
+    /// At the equilibrium next to the start
+    #[arg(long, conflicts_with = "along")]
+    equilibrium: bool,
+    /// At every communication point of the motion
+    #[arg(long)]
+    along: bool,
+    /// With --along: end of the motion [default: the scene's]
+    #[arg(long, value_name = "TIME", requires = "along", allow_hyphen_values = true)]
+    stop: Option<String>,
+    /// With --along: time between points [default: the scene's]
+    #[arg(long, value_name = "TIME", requires = "along", allow_hyphen_values = true)]
+    step: Option<String>,
+}
+
+impl Linearize {
+    pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
+        let mut study = self.asked.open()?;
+        let at = if self.equilibrium { At::Equilibrium } else { At::Times(self.times(study.experiment())?) };
+        let found = study.linearize(&at);
+        self.asked.write(study, format, found)
+    }
+
+    fn times(&self, mut experiment: Experiment) -> Result<Vec<f64>, Failure> {
+        let start = experiment.start;
+        if !self.along {
+            return Ok(vec![self.at.as_deref().map_or(Ok(start), |at| study::time("at", at, start))?]);
+        }
+        if let Some(stop) = &self.stop {
+            experiment.stop = study::time("stop", stop, start)?;
+        }
+        if let Some(step) = &self.step {
+            experiment.step = study::time("step", step, 0.0)?;
+        }
+        if experiment.step <= 0.0 || simulate::count(experiment) > MOST_POINTS {
+            let message = format!("--step: {:?} s gives no points, or more than {MOST_POINTS}", experiment.step);
+            return Err(Failure::Usage(message));
+        }
+        Ok(simulate::points(experiment).collect())
+    }
+}

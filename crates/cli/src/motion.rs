@@ -1,0 +1,163 @@
+//! `cotree motion`
+
+use std::path::PathBuf;
+
+use clap::Args;
+use cotree::compile::{self, compile_with};
+use cotree::mechanism::{Unit, Units};
+use cotree::output::csv::Writer;
+use cotree::scene::Scene;
+use cotree_study::motion::{self, Figures, MotionError, Request};
+
+use super::failure::Failure;
+use super::output::{self, Output};
+use super::{MessageFormat, study};
+
+/// Say what a mechanism does in one turn or stroke of its input: range, limits, transmission, drive, reactions, shaking
+///
+/// The input moves with constant speed. What the scene gives no masses for is left out. Transmission angles are 90 degrees less the angle between the
+/// static force that a load on the output makes at a joint, and the path of that joint; the joint-force index is the largest joint force for a
+/// load of one. The shaking moment is about the input joint.
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  cotree motion crank_rocker.toml --input O2 --output O4 --speed \"20 rad/s\" --every \"60 deg\"\n  \
+                  cotree motion press.toml --plot press.png -o press.csv\n  \
+                  cotree motion excavator.toml --input cylinder --range \"0 mm..400 mm\" --json\n  \
+                  cotree motion four_bar.toml --point coupler.tracer --fluctuation 0.02"
+)]
+pub struct Motion {
+    /// Scene file (TOML or JSON)
+    scene: PathBuf,
+    /// The joint (or its driver) that is moved [default: the joint with a driver]
+    #[arg(long, value_name = "JOINT")]
+    input: Option<String>,
+    /// The joint on the ground whose motion is of interest [default: the first other one that can move]
+    #[arg(id = "output_joint", long = "output", value_name = "JOINT")]
+    output_joint: Option<String>,
+    /// Speed of the input, such as "20 rad/s" or "300 rpm" [default: that at the start of the scene, or 1 rad/s]
+    #[arg(long, value_name = "SPEED")]
+    speed: Option<String>,
+    /// From where to where the input moves, such as "-30 deg..60 deg" [default: one turn, or as far as it goes both ways]
+    #[arg(long, value_name = "FROM..TO", allow_hyphen_values = true)]
+    range: Option<String>,
+    /// A row of the printed table every so much of the input, such as "30 deg" [default: a twelfth of a turn or of the range]
+    #[arg(long, value_name = "STEP")]
+    every: Option<String>,
+    /// A point whose path is described: length, area, inflections, cusps, crossings
+    #[arg(long, value_name = "POINT")]
+    point: Option<String>,
+    /// How near an end of its stroke the output is to stay, such as "0.5 mm": for how much of the input it does
+    #[arg(long, value_name = "TOLERANCE")]
+    dwell: Option<String>,
+    /// Permitted coefficient of fluctuation of the speed, such as 0.02: the flywheel for it
+    #[arg(long, value_name = "NUMBER")]
+    fluctuation: Option<f64>,
+    /// Units to show results in [default: the scene's, or deg,mm]
+    #[arg(long, value_name = "UNITS", value_delimiter = ',')]
+    units: Vec<String>,
+    /// Set a parameter or an input, such as rod_length="1.2 m"; may be given several times
+    #[arg(long = "set", value_name = "NAME=VALUE")]
+    settings: Vec<String>,
+    /// Everything as JSON, in SI units, with all samples
+    #[arg(long)]
+    json: bool,
+    /// The whole table as CSV
+    #[arg(short = 'o', long, value_name = "FILE")]
+    table: Option<PathBuf>,
+    /// Draw the table: an SVG or a PNG file
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
+}
+
+impl Motion {
+    pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
+        output::apart(&[Some(&self.scene)], &[self.table.as_deref(), self.plot.as_deref()])?;
+        output::is_picture(self.plot.as_deref(), &["svg", "png"])?;
+        let mut scene = output::load(&self.scene)?;
+        if !self.settings.is_empty() {
+            scene = study::with_settings(&scene, &self.settings)?.settled(scene);
+        }
+        let display = compile_with(&scene, |formulated| formulated.equations.system.mechanism.display.clone());
+        let display = display.map_or(Units::default(), |(_, display)| display);
+        let units = self.units(&display)?;
+        let figures = motion::study(&scene, &self.request(&scene)?)?;
+        if let Some(path) = &self.table {
+            let (header, rows) = figures.csv(&units);
+            let mut writer = Writer::with_header(Output::new(Some(path))?, header.iter().map(String::as_str))?;
+            rows.iter().try_for_each(|row| writer.row(row[0], &row[1..]))?;
+            output::finish(writer, Some(path))?;
+            output::wrote(path, &format!("{} rows", rows.len()), format);
+        }
+        if let Some(path) = &self.plot {
+            output::picture(
+                path,
+                &cotree_draw::study::motion::plot(&figures, &units).svg(),
+                "the table as curves",
+                format,
+            )?;
+        }
+        if self.json {
+            return output::json(&figures);
+        }
+        output::print(&figures.text(self.every(&figures)?, &units))
+    }
+
+    fn request(&self, scene: &Scene) -> Result<Request, Failure> {
+        let wrong = |option: &str, message: String| Failure::Usage(format!("--{option}: {message}"));
+        let names = Request { input: self.input.clone(), output: self.output_joint.clone(), ..Request::default() };
+        let [input, output] =
+            motion::angular(scene, &names)?.map(|angular| if angular { Unit::angle() } else { Unit::length() });
+        let number = |option: &str, text: &str, unit: &Unit| {
+            compile::quantity(text, unit).map_err(|message| wrong(option, message))
+        };
+        let range = match self.range.as_deref().map(|range| range.split_once("..").ok_or(range)) {
+            None => None,
+            Some(Ok((from, to))) => {
+                let [from, to] = [number("range", from, &input)?, number("range", to, &input)?];
+                Some([from.min(to), from.max(to)])
+            }
+            Some(Err(range)) => return Err(wrong("range", format!("write `from..to`, not `{range}`"))),
+        };
+        if self.fluctuation.is_some_and(|share| !(share > 0.0 && share < 2.0)) {
+            return Err(wrong("fluctuation", "must be between 0 and 2".to_owned()));
+        }
+        let dwell = self.dwell.as_deref().map(|near| number("dwell", near, &output)).transpose()?;
+        if dwell.is_some_and(|near| !(near > 0.0 && near.is_finite())) {
+            return Err(wrong("dwell", "must be above zero".to_owned()));
+        }
+        let speed = self.speed.as_deref().map(|speed| number("speed", speed, &input.per_second())).transpose()?;
+        Ok(Request { speed, range, point: self.point.clone(), dwell, fluctuation: self.fluctuation, ..names })
+    }
+
+    fn units(&self, display: &Units) -> Result<Units, Failure> {
+        let mut asked = Units::default();
+        for name in self.units.iter().filter(|name| !name.eq_ignore_ascii_case("si")) {
+            asked.add(compile::unit(name).map_err(|message| Failure::Usage(format!("--units {name}: {message}")))?);
+        }
+        let si = self.units.iter().any(|name| name.eq_ignore_ascii_case("si"));
+        Ok(if si { asked } else { asked.before(display).before(&motion::usual()) })
+    }
+
+    /// How much of the input is between two printed rows.
+    fn every(&self, figures: &Figures) -> Result<f64, Failure> {
+        match &self.every {
+            Some(text) => motion::step(text, figures.input.angular)
+                .map_err(|message| Failure::Usage(format!("--every: {message}"))),
+            None => {
+                let inputs = figures.table.first().map(|column| column.values.as_slice()).unwrap_or_default();
+                let ends = inputs.first().zip(inputs.last());
+                Ok(ends.map_or(1.0, |(first, last)| (last - first) / 12.0))
+            }
+        }
+    }
+}
+
+impl From<MotionError> for Failure {
+    fn from(error: MotionError) -> Self {
+        match error {
+            MotionError::Scene(faults) => Failure::Scene(faults),
+            MotionError::Request(message) => Failure::Usage(message),
+            MotionError::Run(error) => error.into(),
+        }
+    }
+}

@@ -1,0 +1,231 @@
+//! Where results go: standard output, or a file that is whole or not there.
+
+use std::io::{self, BufWriter, IsTerminal, StdoutLock, Write};
+use std::path::Path;
+
+use cotree::compile::{self, Compiled};
+use cotree::diagnostic::visible::visible;
+use cotree::files::{self, Draft};
+use cotree::output::csv::{Table, Writer};
+use cotree::scene::{Fault, Faults, Scene, Span};
+use cotree_draw::png::{self, Size};
+use cotree_fmu::instance::Inaccuracy;
+use serde::Serialize;
+
+use super::MessageFormat;
+use super::failure::{self, Failure};
+
+/// The largest table of values over time [bytes].
+const LARGEST_TABLE: u64 = 256 << 20;
+
+/// Where a table goes.
+pub enum Output {
+    Standard(BufWriter<StdoutLock<'static>>),
+    File(Draft),
+}
+
+impl Output {
+    /// A file if a path is given, otherwise standard output.
+    pub fn new(path: Option<&Path>) -> Result<Self, Failure> {
+        match path {
+            Some(path) => Ok(Output::File(Draft::new(path).map_err(|error| Failure::file("write", path, error))?)),
+            None => Ok(Output::Standard(BufWriter::with_capacity(1 << 16, io::stdout().lock()))),
+        }
+    }
+
+    /// Ends the output: only now does the file appear.
+    pub fn commit(self) -> io::Result<()> {
+        match self {
+            Output::Standard(mut out) => out.flush(),
+            Output::File(draft) => draft.commit(),
+        }
+    }
+}
+
+impl Write for Output {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match self {
+            Output::Standard(out) => out.write(bytes),
+            Output::File(draft) => draft.write(bytes),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        match self {
+            Output::Standard(out) => out.flush(),
+            Output::File(draft) => draft.flush(),
+        }
+    }
+}
+
+/// The file for a table or a report: none if it is `-`, which stands for standard output.
+pub fn file(path: Option<&Path>) -> Option<&Path> {
+    path.filter(|path| !is_standard(path))
+}
+
+fn is_standard(path: &Path) -> bool {
+    path == Path::new("-")
+}
+
+/// Makes sure that nothing that is read is written over, and nothing is written twice.
+pub fn apart(read: &[Option<&Path>], written: &[Option<&Path>]) -> Result<(), Failure> {
+    // A file that is not there yet is known by its folder.
+    let real = |path: &&Path| {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let place = || Some(folder.canonicalize().ok()?.join(path.file_name()?));
+        path.canonicalize().ok().or_else(place).unwrap_or_else(|| path.to_path_buf())
+    };
+    if written.iter().flatten().any(|path| is_standard(path)) {
+        let message = "only tables and reports (`-o`) go to standard output; name a file (`./-` for one of that name)";
+        return Err(Failure::Usage(format!("cannot write `-`: {message}")));
+    }
+    let mut taken: Vec<_> = read.iter().flatten().map(|path| (real(path), "is read")).collect();
+    for path in written.iter().flatten() {
+        let place = real(path);
+        if let Some((_, why)) = taken.iter().find(|(other, _)| *other == place) {
+            return Err(Failure::file("write", path, format!("it {why} by this command; choose another file")));
+        }
+        taken.push((place, "is already written"));
+    }
+    Ok(())
+}
+
+/// Writes to standard output; nothing in the text can make a terminal do or show something else.
+pub fn print(text: &str) -> Result<(), Failure> {
+    print_as_it_is(&visible(text))
+}
+
+/// Writes a file's own text to standard output: to the last byte, unless a terminal would obey it.
+pub fn print_file(text: &str) -> Result<(), Failure> {
+    if io::stdout().is_terminal() { print(text) } else { print_as_it_is(text) }
+}
+
+fn print_as_it_is(text: &str) -> Result<(), Failure> {
+    let mut out = io::stdout().lock();
+    out.write_all(text.as_bytes())?;
+    Ok(out.flush()?)
+}
+
+/// Writes a text file.
+pub fn write(path: &Path, text: &str) -> Result<(), Failure> {
+    write_bytes(path, text.as_bytes())
+}
+
+/// Writes a file.
+pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    files::write(path, bytes).map_err(|error| Failure::file("write", path, error))
+}
+
+/// Writes a text, to standard output if there is no file.
+pub fn put(file: Option<&Path>, text: &str) -> Result<(), Failure> {
+    file.map_or_else(|| print(text), |path| write(path, text))
+}
+
+/// Prints what scripts read.
+pub fn json(value: &impl Serialize) -> Result<(), Failure> {
+    print(&format!("{}\n", serde_json::to_string_pretty(value).map_err(io::Error::from)?))
+}
+
+/// Ends a table.
+pub fn finish(table: Writer<Output>, file: Option<&Path>) -> Result<(), Failure> {
+    table.finish().and_then(Output::commit).map_err(|error| match file {
+        Some(path) => Failure::file("write", path, error),
+        None => Failure::from(error),
+    })
+}
+
+/// Writes a picture, as PNG if its name ends so, and says what it is.
+pub fn picture(path: &Path, picture: &str, what: &str, format: MessageFormat) -> Result<(), Failure> {
+    if has_extension(path, "png") {
+        let png = png::png(picture, Size::Times(2.0)).map_err(|error| Failure::file("draw", path, error))?;
+        write_bytes(path, &png)?;
+    } else {
+        write(path, picture)?;
+    }
+    wrote(path, what, format);
+    Ok(())
+}
+
+/// Pictures are written in the format that the end of the name says, never in another.
+pub fn is_picture(path: Option<&Path>, kinds: &[&str]) -> Result<(), Failure> {
+    let Some(path) = path.filter(|path| !kinds.iter().any(|kind| has_extension(path, kind))) else { return Ok(()) };
+    let names: Vec<String> = kinds.iter().map(|kind| format!("`.{kind}`")).collect();
+    let name = path.display();
+    Err(Failure::Usage(format!("cannot write `{name}`: the name of the picture must end with {}", names.join(" or "))))
+}
+
+/// Does a name end with this, in any case?
+pub fn has_extension(path: &Path, extension: &str) -> bool {
+    path.extension().is_some_and(|own| own.eq_ignore_ascii_case(extension))
+}
+
+/// Says on standard error what has been written.
+pub fn wrote(path: &Path, what: &str, format: MessageFormat) {
+    if format == MessageFormat::Human {
+        failure::say(&format!("wrote {}: {what}\n", path.display()));
+    }
+}
+
+/// Reads a scene file.
+pub fn load(path: &Path) -> Result<Scene, Failure> {
+    // A file that cannot be read is no fault of the scene.
+    let bytes = files::read(path, Scene::LARGEST).map_err(|error| Failure::file("read", path, unreadable(&error)))?;
+    Ok(Scene::from_bytes(path, bytes)?)
+}
+
+/// A variable that was asked for elsewhere and does not exist is no fault of the scene.
+pub fn unknown(faults: Faults, asked: &str) -> Failure {
+    let is_asked = |fault: &&Fault| fault.code == "scene::unknown_output" && fault.span.is_nowhere();
+    let asked_for = faults.list.iter().filter(is_asked);
+    let message = |fault: &Fault| {
+        let message = fault.message.replace("what is asked for names", &format!("{asked} names"));
+        format!("{message}; {}", fault.help)
+    };
+    let messages: Vec<String> = asked_for.map(message).collect();
+    if messages.is_empty() { Failure::Scene(faults) } else { Failure::Usage(messages.join("\n")) }
+}
+
+/// Reads a table of values over time.
+pub fn table(path: &Path) -> Result<Table, Failure> {
+    let bytes = files::read(path, LARGEST_TABLE).map_err(|error| Failure::file("read", path, error))?;
+    let text = String::from_utf8(bytes).ok().filter(|text| !text.contains('\0')).ok_or_else(|| {
+        Failure::file("read", path, "it is not a text; an input table is CSV and begins with `time,name`")
+    })?;
+    Table::parse(&text).map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))
+}
+
+/// Why no scene can be read.
+fn unreadable(error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::FileTooLarge | io::ErrorKind::IsADirectory => format!("{error}, not a scene file"),
+        _ => error.to_string(),
+    }
+}
+
+/// Reads and compiles a scene file; its warnings go to standard error.
+pub fn compile(path: &Path, format: MessageFormat) -> Result<Compiled, Failure> {
+    compile_scene(&load(path)?, format)
+}
+
+/// Compiles a scene; its warnings go to standard error.
+pub fn compile_scene(scene: &Scene, format: MessageFormat) -> Result<Compiled, Failure> {
+    let compiled = compile::compile(scene)?;
+    warn(compiled.warnings.as_ref(), format);
+    Ok(compiled)
+}
+
+/// Shows on standard error why a motion may be less accurate than asked for; `of` says in which runs.
+pub fn warn_inaccurate(compiled: &Compiled, of: &str, inaccuracy: &Inaccuracy, format: MessageFormat) {
+    let fault =
+        Fault::warning("solver::accuracy", format!("{of}{inaccuracy}"), Span::default()).help(inaccuracy.help());
+    warn(Some(&Faults::new(compiled.source.clone(), vec![fault])), format);
+}
+
+/// Shows warnings, if there are any, on standard error.
+pub fn warn(warnings: Option<&Faults>, format: MessageFormat) {
+    let Some(warnings) = warnings else { return };
+    match format {
+        MessageFormat::Human => failure::warn(warnings),
+        MessageFormat::Json => failure::say(&format!("{}\n", warnings.to_json())),
+    }
+}

@@ -1,0 +1,227 @@
+//! `cotree simulate`
+
+mod asked;
+mod progress;
+mod record;
+mod request;
+mod sensitivity;
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use clap::Args;
+use cotree::compile::compile_with;
+use cotree::output::csv::{Table, Writer};
+use cotree::simulate::{self, Run, RunError};
+use cotree_fmu::instance::{Inaccuracy, InstanceError};
+use cotree_fmu::model::Model;
+
+use super::MessageFormat;
+use super::failure::Failure;
+use super::output::{self, Output};
+use super::study;
+use super::times::Times;
+use asked::Shown;
+use progress::Progress;
+use record::Record;
+
+/// Simulate a scene: its outputs over time, as a table, as a plot, and in figures
+///
+/// Runs exactly the code that the FMU runs. The table is CSV: `time` first, then the outputs of the scene. All is SI; with `--units` or
+/// `[display]` in the scene it is in those units, and the header says which. If the solver cannot go on, table and plot hold what comes
+/// before, and the exit code is 3.
+#[derive(Args)]
+#[command(after_help = "Examples:\n  cotree simulate slider_crank.toml -o result.csv --plot result.png\n  \
+                  cotree simulate slider_crank.toml --set rod_length=\"1.2 m\" --stop \"2 s\" --step \"1 ms\"\n  \
+                  cotree simulate slider_crank.toml --summary --units deg,mm,kN\n  \
+                  cotree simulate four_bar.toml --x coupler.tip.x --y coupler.tip.y --plot curve.svg -o curve.csv\n  \
+                  cotree simulate slider_crank.toml --sensitivity rod_length --step \"10 ms\"\n  \
+                  cotree simulate slider_crank.toml --sensitivity rod_length --summary --crossing cylinder.s=\"1.8 m\"\n  \
+                  cotree simulate slider_crank.toml --input gas.csv | head\n\n\
+                  An input table begins with a line such as `time,gas_force` or `time [ms]; gas_force [kN]`; values between its rows are \
+                  interpolated.")]
+pub struct Simulate {
+    /// Scene file (TOML or JSON)
+    scene: PathBuf,
+    /// Where the table goes; `-` is standard output [default: -, unless there is a summary]
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Draw the outputs over time: an SVG or a PNG file
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
+    /// Print each variable's smallest and largest value and when, its mean, effective and last value, instead of the table
+    #[arg(long)]
+    summary: bool,
+    /// The summary as JSON, for scripts
+    #[arg(long, requires = "summary")]
+    json: bool,
+    /// Variables to report instead of the scene's outputs, such as crank.angle,pin.fx
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    variables: Vec<String>,
+    /// Units to show results in, such as deg,mm,kN; `si` for SI with units in the header
+    #[arg(long, value_name = "UNITS", value_delimiter = ',')]
+    units: Vec<String>,
+    /// Report every so many rows only, such as 10, or one every so much time, such as "10 ms"
+    #[arg(long, value_name = "NUMBER|TIME", conflicts_with = "step")]
+    every: Option<String>,
+    /// Show angles between -180 and 180 degrees, however often they have turned
+    #[arg(long)]
+    wrap: bool,
+    /// What is along the axis of the plot instead of the time, such as coupler.tip.x; lengths are drawn true to scale
+    #[arg(long, value_name = "NAME", requires = "y", requires = "plot")]
+    x: Option<String>,
+    /// Which variables are drawn, such as coupler.tip.y
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "plot")]
+    y: Vec<String>,
+    /// Measured values, a CSV file with the columns `time` and variables: drawn as dots, with their distance from the simulated ones
+    #[arg(long, value_name = "FILE", conflicts_with = "x")]
+    overlay: Option<PathBuf>,
+    /// Inputs over time: a CSV file with the columns `time` and inputs of the scene
+    #[arg(long, value_name = "FILE")]
+    input: Option<PathBuf>,
+    /// Begin where the mechanism rests, as `cotree equilibrium` finds it, instead of where `[initial]` says
+    #[arg(long)]
+    from_equilibrium: bool,
+    /// Set a parameter or a constant input, such as rod_length="1.2 m"; may be given several times
+    #[arg(long = "set", value_name = "NAME=VALUE")]
+    settings: Vec<String>,
+    /// Add the derivatives of all variables with respect to a parameter, constant input or initial value, at fixed time; may be given several times
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["plot", "units", "every", "wrap", "overlay", "input", "from_equilibrium"])]
+    sensitivity: Vec<String>,
+    /// With --sensitivity and --summary, also the times at which a variable crosses a value, such as cylinder.s="1.2 m"; may be given several times
+    #[arg(long, value_name = "NAME=VALUE", requires = "sensitivity", requires = "summary")]
+    crossing: Vec<String>,
+    #[command(flatten)]
+    times: Times,
+}
+
+impl Simulate {
+    pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
+        let read = [Some(self.scene.as_path()), self.input.as_deref(), self.overlay.as_deref()];
+        output::apart(&read, &[self.file(), self.plot.as_deref()])?;
+        output::is_picture(self.plot.as_deref(), &["svg", "png"])?;
+        let mut scene = output::load(&self.scene)?;
+        if !self.sensitivity.is_empty() {
+            return sensitivity::run(&self, scene, format);
+        }
+        if self.from_equilibrium {
+            scene = study::with_settings(&scene, &self.settings)?.resting(scene)?;
+        }
+        let scene = study::adapted(asked::with_outputs(&self, scene), &self.settings);
+        let (compiled, display) =
+            compile_with(&scene, |formulated| formulated.equations.system.mechanism.display.clone())
+                .map_err(|faults| output::unknown(faults, "the command line"))?;
+        output::warn(compiled.warnings.as_ref(), format);
+        let shown = Shown::new(&self, &display)?;
+        let [input, overlay] = [&self.input, &self.overlay].map(|file| file.as_deref().map(output::table).transpose());
+        let (input, overlay) = (input?, overlay?);
+        let reported = asked::reported(&self, &compiled)?;
+        let mut record = Record::new(&compiled, &reported, &shown);
+        let run = request::run(&self, &compiled.description, input.as_ref(), reported)?;
+        let model = Model::new(compiled.program.clone()).map_err(|error| Failure::Numerical(error.to_string()))?;
+        let (rows, ended) = self.table(&run, Arc::new(model), &mut record, &shown)?;
+        if let Ok(Some(inaccuracy)) = &ended {
+            output::warn_inaccurate(&compiled, "", inaccuracy, format);
+        }
+        self.draw(&run, &record, overlay.as_ref(), &shown, format)?;
+        self.conclude(&record, rows, format)?;
+        ended.map(drop)
+    }
+
+    /// Runs, and writes the table as it comes; how many rows it has, and why it ends before its time or is not as accurate as it should be.
+    fn table(
+        &self,
+        run: &Run,
+        model: Arc<Model>,
+        record: &mut Record,
+        shown: &Shown,
+    ) -> Result<(u64, Result<Option<Inaccuracy>, Failure>), Failure> {
+        let header = record.header(shown);
+        let header = header.iter().map(String::as_str);
+        let is_wanted = self.output.is_some() || !self.summary;
+        let mut writer = match is_wanted {
+            true => Some(Writer::with_header(Output::new(self.file())?, header)?),
+            false => None,
+        };
+        let is_kept = self.plot.is_some() || self.summary || self.overlay.is_some();
+        let every = request::thinning(self)?;
+        let mut progress = Progress::new(simulate::count(run.experiment));
+        let (mut points, mut rows, mut row) = (0, 0, Vec::new());
+        let ended = run.start(model, |time, values| {
+            progress.step(time);
+            points += 1;
+            if (points - 1) % every != 0 {
+                return Ok(());
+            }
+            let time = record.shown(time, values, self.wrap, &mut row);
+            if is_kept {
+                record.push(time, &row);
+            }
+            rows += 1;
+            writer.as_mut().map_or(Ok(()), |writer| writer.row(time, &row))
+        });
+        progress.end();
+        let ended = match ended {
+            // What was worked out before the solver gave up is worth having.
+            Err(RunError::Instance(error)) if rows > 0 => Err(self.cut_short(error, rows)),
+            ended => Ok(ended?),
+        };
+        writer.map_or(Ok(()), |writer| output::finish(writer, self.file()))?;
+        Ok((rows, ended))
+    }
+
+    /// Draws the plot, and says how far it is from what was measured.
+    fn draw(
+        &self,
+        run: &Run,
+        record: &Record,
+        overlay: Option<&Table>,
+        shown: &Shown,
+        format: MessageFormat,
+    ) -> Result<(), Failure> {
+        let file = self.overlay.as_deref().map(|path| path.display().to_string()).unwrap_or_default();
+        let measured = overlay.map(|table| record.overlay(table, &file)).transpose()?;
+        if let Some(path) = &self.plot {
+            let mut plot = record.plot(self, run, shown)?;
+            plot.series.extend(measured.iter().flat_map(|(series, _)| series.clone()));
+            output::picture(path, &plot.svg(), &format!("{} curves", plot.series.len()), format)?;
+        }
+        measured.map_or(Ok(()), |(_, report)| match self.summary {
+            true => output::print(&report),
+            false => {
+                super::failure::say(&report);
+                Ok(())
+            }
+        })
+    }
+
+    /// Prints the figures; says what was written and what can be done next.
+    fn conclude(&self, record: &Record, rows: u64, format: MessageFormat) -> Result<(), Failure> {
+        if self.summary && self.json {
+            output::json(&record.statistics())?;
+        } else if self.summary {
+            output::print(&record.statistics().to_string())?;
+        }
+        if let Some(path) = self.file() {
+            output::wrote(path, &format!("{rows} rows"), format);
+        }
+        if (self.file().is_some() || self.plot.is_some()) && format == MessageFormat::Human {
+            let scene = self.scene.display();
+            super::failure::say(&format!(
+                "next: `cotree view {scene}` shows the motion, `cotree export {scene}` makes the FMU\n"
+            ));
+        }
+        Ok(())
+    }
+
+    fn file(&self) -> Option<&Path> {
+        output::file(self.output.as_deref())
+    }
+
+    /// The failure of a run that has some of its rows.
+    fn cut_short(&self, error: InstanceError, rows: u64) -> Failure {
+        let place = self.file().map_or("the table".to_owned(), |path| format!("`{}`", path.display()));
+        let note = format!("{place} has the {rows} row{} before that", if rows == 1 { "" } else { "s" });
+        Failure::from(RunError::Instance(error)).with_note(&note)
+    }
+}

@@ -1,0 +1,227 @@
+//! What a run has reported, in the units in which it is shown: as a plot and in figures.
+
+use std::f64::consts::{PI, TAU};
+
+use cotree::columns::titled;
+use cotree::compile::Compiled;
+use cotree::diagnostic::suggest;
+use cotree::mechanism::{DisplayUnit, Unit};
+use cotree::output::csv::Table;
+use cotree::output::statistics::{Figures, Statistics};
+use cotree::simulate::Run;
+use cotree_draw::plot::{Plot, Series};
+
+use super::super::failure::Failure;
+use super::Simulate;
+use super::asked::Shown;
+
+/// Values over time.
+pub struct Record {
+    time: DisplayUnit,
+    times: Vec<f64>,
+    columns: Vec<Column>,
+}
+
+struct Column {
+    name: String,
+    unit: DisplayUnit,
+    si: Unit,
+    values: Vec<f64>,
+}
+
+impl Record {
+    pub fn new(compiled: &Compiled, reported: &[usize], shown: &Shown) -> Record {
+        let column = |&index: &usize| {
+            let variable = &compiled.description.variables[index];
+            Column {
+                name: variable.name.clone(),
+                unit: shown.of(&variable.unit),
+                si: variable.unit.clone(),
+                values: Vec::new(),
+            }
+        };
+        Record { time: shown.of(&Unit::time()), times: Vec::new(), columns: reported.iter().map(column).collect() }
+    }
+
+    /// Time and values, SI, as they are shown.
+    pub fn shown(&self, time: f64, values: &[f64], wrap: bool, row: &mut Vec<f64>) -> f64 {
+        row.clear();
+        row.extend(self.columns.iter().zip(values).map(|(column, &value)| {
+            let value = if wrap && is_angle(&column.si) { wrapped(value) } else { value };
+            value / column.unit.factor
+        }));
+        time / self.time.factor
+    }
+
+    /// Adds a row that is shown so.
+    pub fn push(&mut self, time: f64, row: &[f64]) {
+        self.times.push(time);
+        self.columns.iter_mut().zip(row).for_each(|(column, &value)| column.values.push(value));
+    }
+
+    /// A table's header.
+    pub fn header(&self, shown: &Shown) -> Vec<String> {
+        let columns = self.columns.iter().map(|column| shown.header(&column.name, &column.si));
+        std::iter::once(shown.header("time", &Unit::time())).chain(columns).collect()
+    }
+
+    pub fn statistics(&self) -> Statistics {
+        let figures = |column: &Column| Figures::of(&column.name, &column.unit.name, &self.times, &column.values);
+        let ends = [self.times.first(), self.times.last()].map(|time| time.copied().unwrap_or(0.0));
+        Statistics {
+            time_unit: self.time.name.clone(),
+            span: ends,
+            variables: self.columns.iter().filter_map(figures).collect(),
+        }
+    }
+
+    /// The curves over time, or over another variable.
+    pub fn plot(&self, options: &Simulate, run: &Run, shown: &Shown) -> Result<Plot, Failure> {
+        let title = run.description.model_name.clone();
+        if let Some(x) = options.x.as_deref().filter(|x| *x != "time") {
+            return self.plot_over(title, self.column(x)?, &options.y);
+        }
+        let wanted = |column: &&Column| options.y.is_empty() || options.y.contains(&column.name);
+        let mut series: Vec<Series> =
+            self.columns.iter().filter(wanted).map(|column| self.series(column, options.wrap)).collect();
+        series.extend(self.inputs(run, shown));
+        let axis = titled("time", &self.time.name);
+        Ok(Plot { title, axis, true_to_scale: None, time: self.times.clone(), series })
+    }
+
+    fn plot_over(&self, title: String, x: &Column, wanted: &[String]) -> Result<Plot, Failure> {
+        let columns: Vec<&Column> = wanted.iter().map(|name| self.column(name)).collect::<Result<_, _>>()?;
+        let series = |column: &&Column| Series {
+            name: column.name.clone(),
+            unit: column.unit.name.clone(),
+            values: column.values.clone(),
+            ..Series::default()
+        };
+        let is_length = x.si.exponents == Unit::length().exponents;
+        Ok(Plot {
+            title,
+            axis: titled(&x.name, &x.unit.name),
+            true_to_scale: is_length.then(|| x.unit.name.clone()),
+            time: x.values.clone(),
+            series: columns.iter().map(series).collect(),
+        })
+    }
+
+    fn column(&self, name: &str) -> Result<&Column, Failure> {
+        self.columns.iter().find(|column| column.name == name).ok_or_else(|| {
+            let known: Vec<&str> = self.columns.iter().map(|column| column.name.as_str()).collect();
+            Failure::Usage(format!("`{name}` is not reported; {}", suggest::known(name, known)))
+        })
+    }
+
+    /// A curve; where a wrapped angle begins a new turn it has a gap.
+    fn series(&self, column: &Column, wrap: bool) -> Series {
+        let mut series = Series { name: column.name.clone(), unit: column.unit.name.clone(), ..Series::default() };
+        if !(wrap && is_angle(&column.si)) {
+            series.values = column.values.clone();
+            return series;
+        }
+        let half = PI / column.unit.factor;
+        let mut at = Vec::new();
+        for (&time, &value) in self.times.iter().zip(&column.values) {
+            if series.values.last().is_some_and(|last: &f64| (value - last).abs() > half) {
+                at.push(time);
+                series.values.push(f64::NAN);
+            }
+            at.push(time);
+            series.values.push(value);
+        }
+        series.at = Some(at);
+        series
+    }
+
+    /// The inputs that the table gives, where they are not reported anyway.
+    fn inputs(&self, run: &Run, shown: &Shown) -> Vec<Series> {
+        let Some((table, variables)) = &run.inputs else { return Vec::new() };
+        let mut series = Vec::new();
+        for (place, &index) in variables.iter().enumerate() {
+            let variable = &run.description.variables[index];
+            if self.columns.iter().all(|column| column.name != variable.name) {
+                let unit = shown.of(&variable.unit);
+                let value = |time: &f64| table.at(place, time * self.time.factor).0 / unit.factor;
+                let values = self.times.iter().map(value).collect();
+                series.push(Series { name: variable.name.clone(), unit: unit.name, values, ..Series::default() });
+            }
+        }
+        series
+    }
+
+    /// Measured values for the variables of the same names, and how far they are from these.
+    pub fn overlay(&self, table: &Table, file: &str) -> Result<(Vec<Series>, String), Failure> {
+        let wrong = |message: String| Failure::Usage(format!("{file}: {message}"));
+        let (mut measured, mut report) = (Vec::new(), String::new());
+        for (place, (name, unit)) in table.names().iter().zip(table.units()).enumerate() {
+            let column = self.column(name).map_err(|_| {
+                let known: Vec<&str> = self.columns.iter().map(|column| column.name.as_str()).collect();
+                wrong(format!("the column `{name}` is no reported variable; {}", suggest::known(name, known)))
+            })?;
+            if let Some(unit) = unit.as_ref().filter(|unit| !unit.is_compatible(&column.si) && !column.si.si.is_empty())
+            {
+                return Err(wrong(format!(
+                    "`{name}` is in `{}`, but the variable in `{}`",
+                    unit.shown(),
+                    column.si.si
+                )));
+            }
+            let at: Vec<f64> = table.times().iter().map(|time| time / self.time.factor).collect();
+            let values: Vec<f64> = table.column(place).iter().map(|value| value / column.unit.factor).collect();
+            report += &self.difference(column, &at, &values);
+            measured.push(Series {
+                name: format!("{name} measured"),
+                unit: column.unit.name.clone(),
+                at: Some(at),
+                values,
+                measured: Some(name.clone()),
+                ..Series::default()
+            });
+        }
+        Ok((measured, report))
+    }
+
+    /// How far a variable is from what was measured, at the measured times within the run.
+    fn difference(&self, column: &Column, at: &[f64], values: &[f64]) -> String {
+        let (mut squares, mut most, mut count) = (0.0, [0.0, 0.0], 0);
+        for (&time, &value) in at.iter().zip(values) {
+            let next = self.times.partition_point(|&row| row < time);
+            let (Some(&after), Some(&there)) = (self.times.get(next), column.values.get(next)) else { continue };
+            let own = match next.checked_sub(1) {
+                Some(last) => {
+                    let part = (time - self.times[last]) / (after - self.times[last]);
+                    column.values[last] + part * (there - column.values[last])
+                }
+                None if after == time => there,
+                None => continue,
+            };
+            let difference: f64 = own - value;
+            squares += difference * difference;
+            count += 1;
+            if difference.abs() > most[0] {
+                most = [difference.abs(), time];
+            }
+        }
+        let (unit, time) = (&column.unit.name, &self.time.name);
+        if count == 0 {
+            return format!("{}: no measured value within the run\n", column.name);
+        }
+        let rms = (squares / f64::from(count)).sqrt();
+        format!(
+            "{}: differs from {count} measured values by RMS {rms:.4e} {unit}, at most {:.4e} {unit} at {} {time}\n",
+            column.name, most[0], most[1]
+        )
+    }
+}
+
+fn is_angle(unit: &Unit) -> bool {
+    unit.exponents == Unit::angle().exponents
+}
+
+/// From minus half a turn up to half a turn.
+fn wrapped(angle: f64) -> f64 {
+    let turned = (angle + PI).rem_euclid(TAU) - PI;
+    if turned <= -PI { PI } else { turned }
+}

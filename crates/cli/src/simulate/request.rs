@@ -1,0 +1,78 @@
+//! From the options of the command line to a run.
+
+use cotree::compile;
+use cotree::export::description::Description;
+use cotree::mechanism::Unit;
+use cotree::output::csv::Table;
+use cotree::simulate::{Run, settings};
+
+use super::super::failure::Failure;
+use super::super::times;
+use super::Simulate;
+
+/// The run that is asked for.
+pub fn run<'a>(
+    options: &Simulate,
+    description: &'a Description,
+    table: Option<&'a Table>,
+    reported: Vec<usize>,
+) -> Result<Run<'a>, Failure> {
+    let inputs = match table {
+        Some(table) => Some((table, columns(description, table)?)),
+        None => None,
+    };
+    // A run from equilibrium has them in its scene.
+    let settings = options.settings.iter().filter(|_| !options.from_equilibrium);
+    let settings: Vec<(usize, f64)> = Failure::every(settings.map(|setting| set(description, setting)))?;
+    if let Some((_, columns)) = &inputs
+        && let Some((index, _)) = settings.iter().find(|(index, _)| columns.contains(index))
+    {
+        let name = &description.variables[*index].name;
+        return Err(Failure::Usage(format!("`{name}` is given by --set and by the input table")));
+    }
+    let mut experiment = options.times.experiment(description.experiment)?;
+    if let Some(every) = options.every.as_ref().filter(|every| every.parse::<u64>().is_err()) {
+        let wrong = |message: String| Failure::Usage(format!("--every: {message}"));
+        experiment.step = compile::quantity(every, &Unit::time()).map_err(wrong)?;
+        times::check(experiment)?;
+    }
+    Ok(Run { description, experiment, settings, inputs, reported })
+}
+
+/// Of how many rows one is reported.
+pub fn thinning(options: &Simulate) -> Result<u64, Failure> {
+    match options.every.as_deref().map(str::parse::<u64>) {
+        Some(Ok(0)) => Err(Failure::Usage("--every: every 0th row is none".to_owned())),
+        Some(Ok(every)) => Ok(every),
+        _ => Ok(1),
+    }
+}
+
+/// `name=value` as variable and SI value.
+fn set(description: &Description, setting: &str) -> Result<(usize, f64), String> {
+    let wrong = |message: String| format!("--set {setting}: {message}");
+    let (name, value) = setting.split_once('=').ok_or_else(|| wrong("write name=value".to_owned()))?;
+    let (name, value) = (name.trim(), value.trim());
+    let index = settings::settable(description, name).map_err(wrong)?;
+    let variable = &description.variables[index];
+    let value = compile::quantity(value, &variable.unit).map_err(wrong)?;
+    settings::permitted(variable, value).map_err(wrong)?;
+    Ok((index, value))
+}
+
+/// The variable of each column of the table.
+fn columns(description: &Description, table: &Table) -> Result<Vec<usize>, Failure> {
+    let inputs = settings::Inputs::new(description);
+    let wrong = |message: String| Failure::Usage(format!("input table: {message}"));
+    let column = |(name, unit): (&String, &Option<Unit>)| {
+        let index = inputs.find(name).map_err(wrong)?;
+        let own = &description.variables[index].unit;
+        match unit {
+            Some(unit) if !own.si.is_empty() && !unit.is_compatible(own) => {
+                Err(wrong(format!("`{name}` is in `{}`, but the input in `{}`", unit.shown(), own.si)))
+            }
+            _ => Ok(index),
+        }
+    };
+    table.names().iter().zip(table.units()).map(column).collect()
+}

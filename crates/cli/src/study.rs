@@ -1,0 +1,102 @@
+//! What `equilibrium`, `linearize` and `modes` share: the scene with its settings, and where results go.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use cotree::compile;
+use cotree::mechanism::Unit;
+use cotree::scene::Scene;
+use cotree_study::analysis::report::{Report, Style};
+use cotree_study::analysis::{self, Study, StudyError};
+
+use super::MessageFormat;
+use super::failure::Failure;
+use super::output;
+
+/// The scene, its settings, and the form of the result.
+#[derive(Args)]
+pub struct Asked {
+    /// Scene file (TOML or JSON)
+    scene: PathBuf,
+    /// Set a parameter or an input, such as rod_length="1.2 m"; may be given several times
+    #[arg(long = "set", value_name = "NAME=VALUE")]
+    settings: Vec<String>,
+    /// The result as JSON, for scripts
+    #[arg(long, conflicts_with = "csv")]
+    json: bool,
+    /// The result as CSV, one value a line
+    #[arg(long)]
+    csv: bool,
+    /// Where the result goes; `-` is standard output [default: -]
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+}
+
+impl Asked {
+    /// Reads the scene, applies the settings.
+    pub fn open(&self) -> Result<Study, Failure> {
+        output::apart(&[Some(&self.scene)], &[output::file(self.output.as_deref())])?;
+        with_settings(&output::load(&self.scene)?, &self.settings)
+    }
+
+    /// Writes a result and the warnings of the study.
+    pub fn write(
+        &self,
+        mut study: Study,
+        format: MessageFormat,
+        result: Result<impl Report, StudyError>,
+    ) -> Result<(), Failure> {
+        output::warn(study.take_warnings().as_ref(), format);
+        let style = match (self.json, self.csv) {
+            (true, _) => Style::Json,
+            (_, true) => Style::Csv,
+            _ => Style::Text,
+        };
+        output::put(output::file(self.output.as_deref()), &result?.write(style))
+    }
+}
+
+/// A time given on the command line, not before the start.
+pub fn time(option: &str, text: &str, start: f64) -> Result<f64, Failure> {
+    let wrong = |message: String| Failure::Usage(format!("--{option}: {message}"));
+    let time = compile::quantity(text, &Unit::time()).map_err(wrong)?;
+    match time.is_finite() && time >= start {
+        true => Ok(time),
+        false => Err(wrong(format!("{time:?} s is before the start, {start:?} s"))),
+    }
+}
+
+/// A study of a scene with `name=value` of parameters and inputs.
+pub fn with_settings(scene: &Scene, settings: &[String]) -> Result<Study, Failure> {
+    let mut study = Study::new(scene)?;
+    let set = |setting: &String| set(&mut study, setting).map_err(|message| format!("--set {setting}: {message}"));
+    Failure::every(settings.iter().map(set))?;
+    Ok(study)
+}
+
+/// The scene as it is, or with its settings as defaults where these change which loop equations are imposed. What is wrong with a setting is said where the run is given it.
+pub fn adapted(scene: Scene, settings: &[String]) -> Scene {
+    if settings.is_empty() {
+        return scene;
+    }
+    match with_settings(&scene, settings) {
+        Ok(study) if study.restricts_otherwise(&scene) => study.settled(scene),
+        _ => scene,
+    }
+}
+
+/// `name=value` for a parameter or an input.
+fn set(study: &mut Study, setting: &str) -> Result<(), String> {
+    let (name, text) = setting.split_once('=').ok_or("write name=value")?;
+    study.set(name.trim(), |unit| compile::quantity(text.trim(), unit))
+}
+
+impl From<StudyError> for Failure {
+    fn from(error: StudyError) -> Self {
+        match error {
+            StudyError::Scene(faults) => Failure::Scene(faults),
+            StudyError::Analysis(analysis::Failure::Unknown(messages)) => Failure::usage(&messages),
+            StudyError::Analysis(error) => Failure::Numerical(error.to_string()),
+        }
+    }
+}

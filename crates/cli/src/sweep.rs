@@ -1,0 +1,246 @@
+//! `cotree sweep`
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use clap::Args;
+use cotree::compile::Compiled;
+use cotree::export::description::Description;
+use cotree::files;
+use cotree::scene::Scene;
+use cotree::simulate::Measure;
+use cotree_draw::study::sweep::Picture;
+use cotree_fmu::instance::MOST_LANES;
+use cotree_study::sweep::{self, Design, Factor, Inaccurate, Kind, Outcome, Record, RecordError, Rows};
+use indicatif::{ProgressBar, ProgressState, ProgressStyle};
+use signal_hook::consts::SIGINT;
+
+use super::failure::Failure;
+use super::times::Times;
+use super::{MessageFormat, output};
+
+/// The largest table of runs [bytes].
+const LARGEST_TABLE: u64 = 1 << 30;
+
+/// Run a scene with many values: a table with a few numbers of each run
+///
+/// Runs are spread over all processors and over the lanes of each; a run has the same bits whatever their number. The table is CSV: the number of the run, what was set, what was
+/// measured, and why a run failed if it did. With -o it is kept in FILE.part until the sweep is done: Ctrl-C loses nothing, and --resume goes on.
+#[derive(Args)]
+#[command(after_help = "Examples:\n  \
+                  cotree sweep slider_crank.toml --set crank_length=0.4..0.6:21 --set rod_length=1.4,1.5 --output \"max(cylinder.fn)\" --plot out.png\n  \
+                  cotree sweep slider_crank.toml --random 10000 --set \"rod_length=1.5 m~1 mm\" --output \"max(cylinder.s)\" -o out.csv\n  \
+                  cotree sweep slider_crank.toml --table runs.csv --output \"peak(crank.omega)\" -o out.csv --resume\n\n\
+                  Values: 1,1.2 (these); 0.4..0.6:21 (so many, both ends among them); with --random or --latin also 0.4..0.6 (any\n\
+                  between), 0.5+-0.01 or 0.5+-2% (any within), 0.5~0.01 (normal, by its standard deviation). Numbers may have units.\n\
+                  Measures: max, min, peak (of the magnitude), range, mean, rms, first, last, when_max, when_min of a variable, of its\n\
+                  values at communication points; a variable alone is its last value.")]
+pub struct Sweep {
+    /// Scene file (TOML or JSON)
+    scene: PathBuf,
+    /// What is varied: a parameter, a constant input or an initial value, and its values; of several all combinations
+    #[arg(long = "set", value_name = "NAME=VALUES")]
+    factors: Vec<String>,
+    /// What is measured, such as "max(cylinder.fn)"; may be given several times [default: the last values of the scene's outputs]
+    #[arg(long = "output", value_name = "MEASURE")]
+    measures: Vec<String>,
+    /// The runs as a CSV table: a line of names, then a line for each run
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["random", "latin"])]
+    table: Option<PathBuf>,
+    /// So many runs with random values
+    #[arg(long, value_name = "RUNS", conflicts_with = "latin")]
+    random: Option<usize>,
+    /// So many runs with random values, evenly spread over each range (Latin hypercube)
+    #[arg(long, value_name = "RUNS")]
+    latin: Option<usize>,
+    /// Start of the random numbers: the same seed gives the same runs
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Where the table goes; `-` is standard output [default: -]
+    #[arg(short = 'o', long = "csv", value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Draw what is measured: curves over one quantity, a map over two, histograms of random runs; an SVG or a PNG file
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
+    /// Go on with a sweep that was stopped
+    #[arg(long, requires = "output")]
+    resume: bool,
+    /// How many runs at a time [default: one for each processor]
+    #[arg(long, value_name = "COUNT", default_value_t = 0, hide_default_value = true)]
+    threads: usize,
+    /// How many runs side by side in each of them; the results are the same
+    #[arg(long, value_name = "COUNT", default_value_t = MOST_LANES as u64, value_parser = clap::value_parser!(u64).range(1..=MOST_LANES as u64))]
+    lanes: u64,
+    #[command(flatten)]
+    times: Times,
+}
+
+impl Sweep {
+    pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
+        output::apart(&[Some(&self.scene), self.table.as_deref()], &[self.file(), self.plot.as_deref()])?;
+        output::is_picture(self.plot.as_deref(), &["svg", "png"])?;
+        let scene = output::load(&self.scene)?;
+        let (compiled, measures) = self.compiled(&scene, format)?;
+        let design = self.design(&compiled.description)?;
+        let experiment = self.times.experiment(compiled.description.experiment)?;
+        let sweep = sweep::Sweep { compiled, experiment, measures, design };
+        let drawn = |_| Picture::new(&sweep).map_err(|message| Failure::Usage(format!("--plot: {message}")));
+        let mut picture = self.plot.as_ref().map(drawn).transpose()?;
+        let stop = Arc::new(AtomicBool::new(false));
+        // A second Ctrl-C ends the program at once.
+        let listening = signal_hook::flag::register_conditional_default(SIGINT, Arc::clone(&stop))
+            .and_then(|_| signal_hook::flag::register(SIGINT, Arc::clone(&stop)));
+        listening.map_err(|error| Failure::Usage(format!("cannot listen to Ctrl-C: {error}")))?;
+        match self.file() {
+            Some(path) => self.record(path, &sweep, &stop, picture.as_mut(), format),
+            None => self.print(&sweep, &stop, picture.as_mut(), format),
+        }?;
+        let (Some(path), Some(picture)) = (&self.plot, picture) else { return Ok(()) };
+        output::picture(path, &picture.svg(&sweep), &format!("the picture of {} runs", sweep.design.len()), format)
+    }
+
+    fn file(&self) -> Option<&Path> {
+        output::file(self.output.as_deref())
+    }
+
+    /// The scene with what is measured: what was asked for, else the last value of each output.
+    fn compiled(&self, scene: &Scene, format: MessageFormat) -> Result<(Compiled, Vec<Measure>), Failure> {
+        let read = |text: &String| text.parse::<Measure>().map_err(|message| format!("--output {text}: {message}"));
+        match Failure::every(self.measures.iter().map(read)) {
+            Ok(asked) if !asked.is_empty() => {
+                let compiled = sweep::measured(scene, &asked)?;
+                output::warn(compiled.warnings.as_ref(), format);
+                Ok((compiled, asked))
+            }
+            Ok(_) => {
+                let compiled = output::compile_scene(scene, format)?;
+                let Compiled { description, .. } = &compiled;
+                let name = |index: usize| &description.variables[index].name;
+                let measures = description.reported().into_iter().map(|index| Measure::last(name(index))).collect();
+                Ok((compiled, measures))
+            }
+            // What is wrong with the values is said, too.
+            Err(Failure::Usage(wrong)) => match self.design(&output::compile_scene(scene, format)?.description) {
+                Err(Failure::Usage(more)) => Err(Failure::usage(&[wrong, more])),
+                _ => Err(Failure::Usage(wrong)),
+            },
+            Err(other) => Err(other),
+        }
+    }
+
+    /// Threads, and lanes in each.
+    fn threads(&self) -> (usize, usize) {
+        (self.threads, self.lanes as usize)
+    }
+
+    /// That rounding errors are larger than the tolerance in some runs.
+    fn warn(&self, sweep: &sweep::Sweep, inaccurate: Option<&Inaccurate>, format: MessageFormat) {
+        if let Some(Inaccurate { runs, first }) = inaccurate {
+            let count = format!("{runs} of {} runs: ", sweep.design.len());
+            output::warn_inaccurate(&sweep.compiled, &count, first, format);
+        }
+    }
+
+    fn design(&self, description: &Description) -> Result<Design, Failure> {
+        let read =
+            |text: &String| Factor::read(description, text).map_err(|message| format!("--set {text}: {message}"));
+        let factors = Failure::every(self.factors.iter().map(read))?;
+        let design = match (&self.table, self.random, self.latin) {
+            (Some(path), ..) => {
+                let bytes = files::read(path, LARGEST_TABLE).map_err(|error| Failure::file("read", path, error))?;
+                let text = String::from_utf8(bytes).map_err(|_| Failure::file("read", path, "it is not a text"))?;
+                let placed = |message: String| format!("{}: {message}", path.display());
+                return Design::table(description, &text, factors)
+                    .map_err(|wrong| Failure::usage(&wrong.into_iter().map(placed).collect::<Vec<_>>()));
+            }
+            (_, Some(count), _) => Design::random(factors, Kind::Random, count, self.seed),
+            (_, _, Some(count)) => Design::random(factors, Kind::Latin, count, self.seed),
+            _ => Design::grid(factors),
+        };
+        design.map_err(Failure::Usage)
+    }
+
+    fn record(
+        &self,
+        path: &Path,
+        sweep: &sweep::Sweep,
+        stop: &AtomicBool,
+        mut picture: Option<&mut Picture>,
+        format: MessageFormat,
+    ) -> Result<(), Failure> {
+        let mut record = Record::open(path, sweep, self.resume)?;
+        if let Some(picture) = &mut picture {
+            picture.add(&record.outcomes(sweep)?);
+        }
+        let bar = bar(sweep.design.len(), record.done());
+        let mut failed = 0;
+        let ended = sweep.run(record.done(), self.threads(), stop, |first, outcomes| {
+            failed += failures(&outcomes);
+            picture.iter_mut().for_each(|picture| picture.add(&outcomes));
+            bar.set_position((first + outcomes.len()) as u64);
+            record.write(sweep, first, &outcomes)
+        });
+        bar.finish_and_clear();
+        let all = sweep.design.len();
+        self.warn(sweep, ended?.as_ref(), format);
+        if stop.load(Ordering::Relaxed) && record.done() < all {
+            let (done, part) = (record.done(), record.part().display());
+            return Err(Failure::Stopped(format!("stopped: {done} of {all} runs are in `{part}`; --resume goes on")));
+        }
+        record.finish()?;
+        output::print(&format!("{}: {all} runs{}\n", path.display(), said(failed)))
+    }
+
+    fn print(
+        &self,
+        sweep: &sweep::Sweep,
+        stop: &AtomicBool,
+        mut picture: Option<&mut Picture>,
+        format: MessageFormat,
+    ) -> Result<(), Failure> {
+        let mut rows = Rows::new(std::io::stdout().lock(), sweep)?;
+        let mut done = 0;
+        let inaccurate = sweep.run(0, self.threads(), stop, |first, outcomes| {
+            done = first + outcomes.len();
+            picture.iter_mut().for_each(|picture| picture.add(&outcomes));
+            rows.write(sweep, first, &outcomes)
+        })?;
+        rows.finish().flush()?;
+        let all = sweep.design.len();
+        self.warn(sweep, inaccurate.as_ref(), format);
+        match stop.load(Ordering::Relaxed) && done < all {
+            true => Err(Failure::Stopped(format!("stopped after {done} of {all} runs"))),
+            false => Ok(()),
+        }
+    }
+}
+
+/// A bar on standard error, if that is a terminal.
+fn bar(all: usize, done: usize) -> ProgressBar {
+    let style = ProgressStyle::with_template("{wide_bar} {pos}/{len} runs, {rate}/s, {eta} left");
+    let rate = |state: &ProgressState, out: &mut dyn std::fmt::Write| {
+        let _ = write!(out, "{:.0}", state.per_sec()); // a bar cannot say that it cannot be drawn
+    };
+    let style = style.unwrap_or_else(|_| ProgressStyle::default_bar()).with_key("rate", rate);
+    let bar = ProgressBar::new(all as u64).with_style(style);
+    bar.set_position(done as u64);
+    bar.reset_eta();
+    bar
+}
+
+fn failures(outcomes: &[Outcome]) -> usize {
+    outcomes.iter().filter(|outcome| outcome.is_err()).count()
+}
+
+/// How many of this session's runs failed.
+fn said(failed: usize) -> String {
+    if failed == 0 { String::new() } else { format!(", {failed} of them failed: see the column `failure`") }
+}
+
+impl From<RecordError> for Failure {
+    fn from(error: RecordError) -> Self {
+        Failure::Usage(error.to_string())
+    }
+}

@@ -1,0 +1,51 @@
+//! The times of a run and its tolerance, as options.
+
+use clap::Args;
+use cotree::compile;
+use cotree::mechanism::{Experiment, Unit};
+use cotree::simulate;
+
+use super::failure::Failure;
+
+/// Times and tolerance; what is not given is the scene's.
+#[derive(Args)]
+pub struct Times {
+    /// End of the simulation, such as 10 or "10 s" [default: the scene's]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    stop: Option<String>,
+    /// Time between reported values [default: the scene's]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    step: Option<String>,
+    /// Relative tolerance of the solver [default: the scene's]
+    #[arg(long, value_name = "NUMBER")]
+    tolerance: Option<f64>,
+}
+
+impl Times {
+    /// Of a command that has some of them only.
+    pub fn of(stop: Option<String>, step: Option<String>, tolerance: Option<f64>) -> Self {
+        Times { stop, step, tolerance }
+    }
+
+    /// Together with those of the scene.
+    pub fn experiment(&self, scene: Experiment) -> Result<Experiment, Failure> {
+        let second = Unit::time();
+        let time = |name: &str, text: &Option<String>, default: f64| match text {
+            Some(text) => {
+                compile::quantity(text, &second).map_err(|message| Failure::Usage(format!("--{name}: {message}")))
+            }
+            None => Ok(default),
+        };
+        let stop = time("stop", &self.stop, scene.stop)?;
+        let step = time("step", &self.step, scene.step)?;
+        let tolerance = self.tolerance.unwrap_or(scene.tolerance);
+        let experiment = Experiment { stop, step, tolerance, ..scene };
+        check(experiment)?;
+        Ok(experiment)
+    }
+}
+
+/// Can a run have these times and this tolerance?
+pub fn check(experiment: Experiment) -> Result<(), Failure> {
+    simulate::check(experiment).map_err(|(option, message)| Failure::Usage(format!("--{option}: {message}")))
+}

@@ -1,0 +1,207 @@
+//! `cotree trace`
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use clap::Args;
+use cotree::compile::{self, Compiled};
+use cotree::component::Profile;
+use cotree::diagnostic::suggest;
+use cotree::mechanism::Dimension;
+use cotree::output::csv::Writer;
+use cotree::scene::{Scene, Text};
+use cotree::simulate::{Run, RunError};
+use cotree_draw::dxf;
+use cotree_file::film;
+use cotree_fmu::instance::Inaccuracy;
+use cotree_fmu::model::Model;
+
+use super::MessageFormat;
+use super::failure::Failure;
+use super::output::{self, Output};
+
+/// Trace points: the curves that they draw during the experiment, as CSV, or as DXF for CAD; and profiles of cams
+///
+/// A point is `body.point`, or `body` for its mass centre. The name of a cam's joint stands for its profile, in the cam's axes with the shaft
+/// as origin.
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  cotree trace four_bar.toml coupler.tracer\n  cotree trace four_bar.toml coupler.tracer crank.pin -o curves.dxf\n  \
+                  cotree trace cam_oscillating.toml cam -o profile.dxf"
+)]
+pub struct Trace {
+    /// Scene file (TOML or JSON)
+    scene: PathBuf,
+    /// The points, or cams [default: the points of which the scene reports x and y]
+    points: Vec<String>,
+    /// Where the curves go: CSV in metres, or DXF in millimetres if the name ends with .dxf; `-` is standard output [default: -]
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+}
+
+impl Trace {
+    pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
+        let file = output::file(self.output.as_deref());
+        output::apart(&[Some(&self.scene)], &[file])?;
+        let mut scene = output::load(&self.scene)?;
+        let mechanism = scene.resolve()?.mechanism;
+        let cams = mechanism.profiles(&mechanism.parameter_values());
+        let (cams, points) = self.asked(&scene, cams)?;
+        scene.outputs.variables = variables(&points).map(|name| Text::from(name.as_str())).collect();
+        scene.outputs.expressions.clear();
+        let compiled = compile::compile(&scene)?;
+        output::warn(compiled.warnings.as_ref(), format);
+        match file.filter(|path| output::has_extension(path, "dxf")) {
+            Some(path) => curves(&compiled, (&points, &cams), path, format),
+            None => match &cams[..] {
+                [] => table(&compiled, &points, file, format),
+                [cam] if points.is_empty() => profile_table(cam, file),
+                _ => Err(Failure::Usage(
+                    "a table has one cam or the points of a run; a drawing (.dxf) takes them together".to_owned(),
+                )),
+            },
+        }
+    }
+
+    /// The cams and the points that are asked for, each once.
+    fn asked(&self, scene: &Scene, cams: Vec<Profile>) -> Result<(Vec<Profile>, Vec<String>), Failure> {
+        let (of_cams, points): (Vec<String>, Vec<String>) =
+            self.points.iter().cloned().partition(|name| cams.iter().any(|cam| cam.name == **name));
+        let cams: Vec<Profile> = cams.into_iter().filter(|cam| of_cams.contains(&cam.name)).collect();
+        let points = if points.is_empty() && !cams.is_empty() { Vec::new() } else { self.points(scene, points)? };
+        Ok((cams, points))
+    }
+
+    /// The points that are asked for, each once.
+    fn points(&self, scene: &Scene, named: Vec<String>) -> Result<Vec<String>, Failure> {
+        if scene.dimension == Dimension::One {
+            return Err(Failure::Usage(
+                "masses on a line draw no curves; `cotree simulate` gives their motion".to_owned(),
+            ));
+        }
+        let known: Vec<String> = (scene.bodies.iter())
+            .flat_map(|body| {
+                let name = &body.name.text;
+                let points = body.entries("points").iter().map(move |(point, _)| format!("{name}.{}", point.text));
+                std::iter::once(name.clone()).chain(points)
+            })
+            .collect();
+        let asked = match named.is_empty() {
+            true => film::points(scene).into_iter().map(str::to_owned).collect(),
+            false => named,
+        };
+        if asked.is_empty() {
+            let known = suggest::list(known.iter().map(String::as_str));
+            return Err(Failure::Usage(format!("the scene does not report x and y of a point; name points: {known}")));
+        }
+        let mut points: Vec<String> = Vec::new();
+        for point in asked {
+            if !known.contains(&point) {
+                let known = suggest::known(&point, known.iter().map(String::as_str));
+                return Err(Failure::Usage(format!("the scene has no point `{point}`; {known}")));
+            }
+            if !points.contains(&point) {
+                points.push(point);
+            }
+        }
+        Ok(points)
+    }
+}
+
+/// Both coordinates of each point.
+fn variables(points: &[String]) -> impl Iterator<Item = String> {
+    points.iter().flat_map(|point| ["x", "y"].map(|axis| format!("{point}.{axis}")))
+}
+
+fn run(
+    compiled: &Compiled,
+    points: &[String],
+    report: impl FnMut(f64, &[f64]) -> std::io::Result<()>,
+) -> Result<Option<Inaccuracy>, RunError> {
+    let description = &compiled.description;
+    let model = Model::new(compiled.program.clone())?;
+    let place = |name: String| description.variables.iter().position(|variable| variable.name == name);
+    let reported = variables(points).filter_map(place).collect();
+    let run = Run { description, experiment: description.experiment, settings: Vec::new(), inputs: None, reported };
+    run.start(Arc::new(model), report)
+}
+
+fn table(compiled: &Compiled, points: &[String], file: Option<&Path>, format: MessageFormat) -> Result<(), Failure> {
+    let columns: Vec<String> = variables(points).collect();
+    let mut writer = Writer::new(Output::new(file)?, columns.iter().map(String::as_str))?;
+    let mut rows = 0;
+    let ended = run(compiled, points, |time, values| {
+        rows += 1;
+        writer.row(time, values)
+    });
+    let failure = part(compiled, ended, rows, format)?;
+    output::finish(writer, file)?;
+    failure.map_or(Ok(()), Err)
+}
+
+/// A profile with the curve of the follower's point, for each half degree of the cam's angle.
+fn profile_table(cam: &Profile, file: Option<&Path>) -> Result<(), Failure> {
+    let columns = ["x [m]", "y [m]", "pitch_x [m]", "pitch_y [m]"].map(|column| format!("{}.{column}", cam.name));
+    let header = std::iter::once("angle [rad]").chain(columns.iter().map(String::as_str));
+    let mut writer = Writer::with_header(Output::new(file)?, header)?;
+    for sample in cam.samples(PROFILE) {
+        let [profile, pitch] = [sample.contact, sample.point].map(|at| from_shaft(cam, at));
+        writer.row(sample.angle, &[profile, pitch].concat())?;
+    }
+    output::finish(writer, file)
+}
+
+/// Points of a profile.
+const PROFILE: usize = 720;
+
+fn from_shaft(cam: &Profile, [x, y]: [f64; 2]) -> [f64; 2] {
+    [x - cam.hub[0], y - cam.hub[1]]
+}
+
+/// A profile as a curve that closes.
+fn outline(cam: &Profile) -> (String, Vec<[f64; 2]>) {
+    let mut curve: Vec<[f64; 2]> = cam.samples(PROFILE).iter().map(|sample| from_shaft(cam, sample.contact)).collect();
+    curve.extend(curve.first().copied());
+    (cam.name.clone(), curve)
+}
+
+fn curves(
+    compiled: &Compiled,
+    (points, cams): (&[String], &[Profile]),
+    path: &Path,
+    format: MessageFormat,
+) -> Result<(), Failure> {
+    if points.is_empty() {
+        return output::write(path, &dxf::curves(&cams.iter().map(outline).collect::<Vec<_>>()));
+    }
+    let mut curves: Vec<(String, Vec<[f64; 2]>)> = points.iter().map(|point| (point.clone(), Vec::new())).collect();
+    let mut rows = 0;
+    let ended = run(compiled, points, |_, values| {
+        rows += 1;
+        curves.iter_mut().zip(values.chunks(2)).for_each(|((_, curve), at)| curve.push([at[0], at[1]]));
+        Ok(())
+    });
+    let failure = part(compiled, ended, rows, format)?;
+    curves.extend(cams.iter().map(outline));
+    output::write(path, &dxf::curves(&curves))?;
+    failure.map_or(Ok(()), Err)
+}
+
+/// What was worked out before the solver gave up is worth having: the failure is reported after it.
+fn part(
+    compiled: &Compiled,
+    ended: Result<Option<Inaccuracy>, RunError>,
+    rows: u64,
+    format: MessageFormat,
+) -> Result<Option<Failure>, Failure> {
+    match ended {
+        Ok(inaccuracy) => {
+            inaccuracy.iter().for_each(|found| output::warn_inaccurate(compiled, "", found, format));
+            Ok(None)
+        }
+        Err(error @ RunError::Instance(_)) if rows > 0 => {
+            Ok(Some(Failure::from(error).with_note(&format!("the curves have the {rows} points before that"))))
+        }
+        Err(error) => Err(error.into()),
+    }
+}

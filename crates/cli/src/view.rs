@@ -1,0 +1,129 @@
+//! `cotree view`
+
+use std::ffi::OsStr;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use cotree::export::{ExportError, runtime};
+use cotree::scene::Scene;
+use cotree_draw::png::{Size, png};
+use cotree_file::film::{self, Take, Taken};
+use cotree_file::moving;
+
+use super::failure::Failure;
+use super::{MessageFormat, output};
+
+/// More pictures than this are a mistake in the rate or the speed.
+const MOST_PICTURES: u32 = 100_000;
+
+/// See it move: one page for a browser, with the mechanism in motion, plots and sliders
+///
+/// The page needs no network. It has the solver of the FMU inside if the runtime for browsers is there (`web/cotree_runtime.wasm` in
+/// the folder of runtimes, made by tools/build-runtimes.sh); otherwise it plays a run that is stored in it, and says so.
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  cotree view slider_crank.toml\n  cotree view slider_crank.toml -o crank.html --runtimes target/runtimes\n  \
+                  cotree view slider_crank.toml --svg --speed 0.25\n  cotree view slider_crank.toml --frames film --fps 30"
+)]
+pub struct View {
+    /// Scene file (TOML or JSON)
+    scene: PathBuf,
+    /// Where the page goes [default: the name of the scene, .html (.svg with --svg), in the current folder]
+    #[arg(short, long, value_name = "FILE", conflicts_with = "frames")]
+    output: Option<PathBuf>,
+    /// An animated SVG instead of the page, for a README: it plays the experiment again and again
+    #[arg(long, group = "film", conflicts_with = "frames")]
+    svg: bool,
+    /// Single pictures instead of the page, as frame_0000.png and so on, in this folder
+    #[arg(long, value_name = "FOLDER", group = "film")]
+    frames: Option<PathBuf>,
+    /// Pictures in a second of the film
+    #[arg(long, value_name = "NUMBER", default_value_t = 25.0, requires = "frames")]
+    fps: f64,
+    /// How fast the film plays: 0.25 is a quarter of the true speed
+    #[arg(long, value_name = "NUMBER", default_value_t = 1.0, requires = "film")]
+    speed: f64,
+    /// Width of the single pictures in pixels
+    #[arg(long, value_name = "PIXELS", default_value_t = 1280, requires = "frames", value_parser = clap::value_parser!(u16).range(16..=8192))]
+    width: u16,
+    /// Folder with the runtimes, made by tools/build-runtimes.sh [default: `runtimes` beside the program]
+    #[arg(long, value_name = "FOLDER", env = "COTREE_RUNTIMES")]
+    runtimes: Option<PathBuf>,
+}
+
+impl View {
+    pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
+        let scene = output::load(&self.scene)?;
+        if self.svg || self.frames.is_some() { self.film(&scene, format) } else { self.page(&scene, format) }
+    }
+
+    fn page(&self, scene: &Scene, format: MessageFormat) -> Result<(), Failure> {
+        let folder = self.runtimes.clone().unwrap_or_else(runtime::default_folder);
+        let module = runtime::for_browsers(&folder).map_err(ExportError::from)?;
+        let (compiled, page) = moving::page(scene, module)?;
+        output::warn(compiled.warnings.as_ref(), format);
+        let page = page.map_err(Failure::Numerical)?;
+        let path = self.path(&compiled.description.identifier, "html")?;
+        output::write(&path, &page.html())?;
+        output::print(&format!("{}\n", path.display()))
+    }
+
+    fn film(&self, scene: &Scene, format: MessageFormat) -> Result<(), Failure> {
+        for (name, value) in [("fps", self.fps), ("speed", self.speed)] {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(Failure::Usage(format!("--{name}: {value:?} is not above zero")));
+            }
+        }
+        let take = Take { rate: self.frames.is_some().then_some(self.fps), speed: self.speed };
+        let (compiled, taken) = film::film(scene, take, MOST_PICTURES)?;
+        output::warn(compiled.warnings.as_ref(), format);
+        let Taken { film, cut, inaccuracy } = taken.map_err(Failure::Numerical)?;
+        inaccuracy.iter().for_each(|found| output::warn_inaccurate(&compiled, "", found, format));
+        match &self.frames {
+            Some(folder) => {
+                self.write_frames(folder, film.len(), |sample| film.frame(sample))?;
+                output::print(&format!("{}\n", folder.display()))?;
+            }
+            None => {
+                let path = self.path(&compiled.description.identifier, "svg")?;
+                output::write(&path, &film.svg())?;
+                output::print(&format!("{}\n", path.display()))?;
+            }
+        }
+        let pictures = film.len();
+        cut.map_or(Ok(()), |error| {
+            Err(Failure::Numerical(error).with_note(&format!("the film has the {pictures} pictures before that")))
+        })
+    }
+
+    fn path(&self, identifier: &str, kind: &str) -> Result<PathBuf, Failure> {
+        let path = self.output.clone().unwrap_or_else(|| format!("{identifier}.{kind}").into());
+        output::apart(&[Some(&self.scene)], &[Some(&path)])?;
+        Ok(path)
+    }
+
+    /// One file for each picture. Those of a longer film, left in the folder, would be taken for its end.
+    fn write_frames(&self, folder: &Path, count: usize, frame: impl Fn(usize) -> String) -> Result<(), Failure> {
+        fs::create_dir_all(folder).map_err(|error| Failure::file("make", folder, error))?;
+        let entries = fs::read_dir(folder).map_err(|error| Failure::file("read", folder, error))?;
+        for name in entries.flatten().map(|entry| entry.file_name()) {
+            if number(&name).is_some_and(|number| number >= count) {
+                let left = "it is of a longer film; remove it, or choose another folder";
+                return Err(Failure::file("leave", &folder.join(name), left));
+            }
+        }
+        let width = f32::from(self.width);
+        for sample in 0..count {
+            let path = folder.join(format!("frame_{sample:04}.png"));
+            let picture = png(&frame(sample), Size::Wide(width));
+            output::write_bytes(&path, &picture.map_err(|error| Failure::file("draw", &path, error))?)?;
+        }
+        Ok(())
+    }
+}
+
+/// The number of a picture, by its name.
+fn number(name: &OsStr) -> Option<usize> {
+    name.to_str()?.strip_prefix("frame_")?.strip_suffix(".png")?.parse().ok()
+}

@@ -1,0 +1,460 @@
+//! Couplings: gears, belts, racks, rolling discs and links of constant length.
+
+use std::f64::consts::{PI, TAU};
+
+use super::labels::Labels;
+use super::shapes::{along, difference, dot, norm, normal, unit};
+use super::symbols;
+use super::view::View;
+use crate::svg::{Carrier, Pixel, Svg, number, polyline};
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Coupling {
+    pub name: String,
+    /// Indices of the bodies; `None` is the ground.
+    pub between: [Option<usize>; 2],
+    pub kind: CouplingKind,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub enum CouplingKind {
+    /// Two toothed wheels whose pitch circles touch; one of them is a ring if it contains the other's centre.
+    Gears([Wheel; 2]),
+    Band {
+        wheels: [Wheel; 2],
+        crossed: bool,
+    },
+    Rack {
+        pinion: Wheel,
+        /// The body of the bar; `None` is the ground.
+        bar: Option<usize>,
+        at: [f64; 2],
+        foot: [f64; 2],
+    },
+    Rolling {
+        disc: Wheel,
+        /// The disc's angle \[rad\].
+        angle: f64,
+        /// The body of the line; `None` is the ground.
+        line: Option<usize>,
+        /// The point of the line that the displacement counts from.
+        base: [f64; 2],
+        /// The line's direction; the disc is on its left.
+        axis: [f64; 2],
+    },
+    Link([[f64; 2]; 2]),
+    Cam(Cam),
+}
+
+/// A cam with its profile, and what of its follower touches it: a roller, a face, or only an edge.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cam {
+    /// The circle about its shaft that contains it.
+    pub hub: Wheel,
+    pub outline: Vec<[f64; 2]>,
+    pub roller: Option<Wheel>,
+    /// The body of the follower, and the ends of its face.
+    pub face: Option<(Option<usize>, [[f64; 2]; 2])>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wheel {
+    /// Index of the body; `None` is the ground.
+    pub body: Option<usize>,
+    pub centre: [f64; 2],
+    /// Its radius; of the pitch circle if it is toothed.
+    pub radius: f64,
+}
+
+impl Coupling {
+    pub fn is_finite(&self) -> bool {
+        self.corners().iter().flatten().all(|x| x.is_finite())
+    }
+
+    pub fn corners(&self) -> Vec<[f64; 2]> {
+        match &self.kind {
+            CouplingKind::Gears(wheels) | CouplingKind::Band { wheels, .. } => {
+                wheels.iter().flat_map(Wheel::corners).collect()
+            }
+            CouplingKind::Rack { pinion, at, .. } => pinion.corners().into_iter().chain([*at]).collect(),
+            CouplingKind::Rolling { disc, base, .. } => disc.corners().into_iter().chain([*base]).collect(),
+            CouplingKind::Link(ends) => ends.to_vec(),
+            CouplingKind::Cam(cam) => {
+                let wheels = [Some(cam.hub), cam.roller].into_iter().flatten();
+                let face = cam.face.iter().flat_map(|(_, ends)| *ends);
+                wheels.flat_map(|wheel| wheel.corners()).chain(cam.outline.iter().copied()).chain(face).collect()
+            }
+        }
+    }
+
+    /// The ends of a link, nothing for other couplings.
+    pub fn link_ends(&self) -> Vec<[f64; 2]> {
+        if let CouplingKind::Link(ends) = self.kind { ends.to_vec() } else { Vec::new() }
+    }
+
+    /// The body of the line (`None` is the ground) and that of the disc that rolls on it.
+    pub fn rolling_bodies(&self) -> Option<(Option<usize>, usize)> {
+        match &self.kind {
+            CouplingKind::Rolling { disc, line, .. } => disc.body.map(|disc| (*line, disc)),
+            _ => None,
+        }
+    }
+
+    pub fn wheels(&self) -> Vec<Wheel> {
+        match &self.kind {
+            CouplingKind::Gears(wheels) | CouplingKind::Band { wheels, .. } => wheels.to_vec(),
+            CouplingKind::Rack { pinion: wheel, .. } | CouplingKind::Rolling { disc: wheel, .. } => vec![*wheel],
+            CouplingKind::Link(_) => Vec::new(),
+            CouplingKind::Cam(cam) => [Some(cam.hub), cam.roller].into_iter().flatten().collect(),
+        }
+    }
+
+    /// Draws what lies behind the bodies; what rolls goes so far back and forth. Returns where its name belongs.
+    pub fn draw(&self, index: usize, travel: [f64; 2], view: &View, svg: &mut Svg, labels: &mut Labels) -> Pixel {
+        match &self.kind {
+            CouplingKind::Gears(wheels) => draw_gears(*wheels, view, svg, labels),
+            CouplingKind::Band { wheels, crossed } => draw_band(index, *wheels, *crossed, view, svg, labels),
+            CouplingKind::Rack { pinion, bar, at, foot } => {
+                let pitch = along(pinion.centre, 1.0, *foot);
+                let places = [pitch, *at].map(|point| view.pixel(point));
+                draw_rack(*pinion, *bar, places, travel, view, svg, labels)
+            }
+            CouplingKind::Rolling { disc, angle, line, base, axis } => {
+                let radius = view.length(disc.radius);
+                let [contact, low, high] = rolling_line([*base, disc.centre], *axis, radius, travel, view);
+                labels.obstruct(&[low, high], 1.3 * view.pin);
+                svg.carry(Carrier::of(*line));
+                symbols::rolling_line(svg, view, *line, [low, high]);
+                disc.draw(view, svg, labels, None);
+                let rim = along(disc.centre, disc.radius, [angle.cos(), angle.sin()]);
+                let spoke = [disc.centre, rim].map(|point| view.pixel(point));
+                svg.line(spoke[0], spoke[1], &format!(r#"stroke="{}" stroke-width="1.6""#, disc.colours().1));
+                contact
+            }
+            CouplingKind::Cam(cam) => cam.draw(view, svg, labels),
+            CouplingKind::Link(ends) => {
+                let ends = ends.map(|end| view.pixel(end));
+                labels.obstruct(&ends, view.pin);
+                along(ends[0], 0.5, difference(ends[1], ends[0]))
+            }
+        }
+    }
+
+    pub fn draw_front(&self, index: usize, view: &View, svg: &mut Svg) {
+        if let CouplingKind::Link(ends) = &self.kind {
+            svg.carry(Carrier::Link(index));
+            symbols::link(svg, view, ends.map(|end| view.pixel(end)));
+        }
+    }
+}
+
+impl Cam {
+    /// Draws the profile and what touches it. Returns where its name belongs.
+    fn draw(&self, view: &View, svg: &mut Svg, labels: &mut Labels) -> Pixel {
+        let corners: Vec<Pixel> = self.outline.iter().map(|&corner| view.pixel(corner)).collect();
+        let (fill, edge) = self.hub.colours();
+        svg.carry(Carrier::of(self.hub.body));
+        let style = format!(r#"fill="{fill}" fill-opacity="0.75" stroke="{edge}" stroke-width="1.3""#);
+        svg.path(&format!("{}Z", polyline(&corners)), &format!(r#"{style} stroke-linejoin="round""#));
+        labels.obstruct(&corners, view.pin);
+        if let Some(roller) = &self.roller {
+            roller.draw(view, svg, labels, None);
+        }
+        if let Some((body, ends)) = self.face {
+            let ends = ends.map(|end| view.pixel(end));
+            let edge = body.map_or(symbols::INK, |body| symbols::colour(body).1);
+            svg.carry(Carrier::of(body));
+            svg.line(ends[0], ends[1], &format!(r#"stroke="{edge}" stroke-width="3.2" stroke-linecap="round""#));
+            labels.obstruct(&ends, view.pin);
+        }
+        corners.into_iter().min_by(|a, b| a[0].total_cmp(&b[0])).unwrap_or_else(|| view.pixel(self.hub.centre))
+    }
+}
+
+/// How a circle is toothed: how many teeth, the direction in which one has its middle \[rad\], and are they inside?
+pub struct Teeth {
+    pub count: f64,
+    pub phase: f64,
+    pub inside: bool,
+}
+
+impl Wheel {
+    fn corners(&self) -> Vec<[f64; 2]> {
+        let [x, y] = self.centre;
+        vec![[x - self.radius, y - self.radius], [x + self.radius, y + self.radius]]
+    }
+
+    fn colours(&self) -> (&'static str, &'static str) {
+        self.body.map_or((symbols::GROUND, symbols::INK), symbols::colour)
+    }
+
+    fn draw(&self, view: &View, svg: &mut Svg, labels: &mut Labels, teeth: Option<Teeth>) {
+        let (at, radius) = (view.pixel(self.centre), view.length(self.radius));
+        let (fill, edge) = self.colours();
+        svg.carry(Carrier::of(self.body));
+        let style = format!(r#"fill="{fill}" fill-opacity="0.75" stroke="{edge}" stroke-width="1.3""#);
+        match teeth {
+            None => svg.circle(at, radius, &style),
+            Some(teeth) => {
+                let mut data = teeth.outline(at, radius);
+                if teeth.inside {
+                    data += &circle(at, radius + 2.2 * teeth.height(radius));
+                }
+                svg.path(&data, &format!(r#"{style} fill-rule="evenodd" stroke-linejoin="round""#));
+                let dashes = format!(r#"fill="none" stroke="{edge}" stroke-width="0.8" stroke-dasharray="7 3 1.5 3""#);
+                svg.circle(at, radius, &dashes);
+            }
+        }
+        let rim: Vec<Pixel> = (0..24).map(|step| along(at, radius, direction(TAU * f64::from(step) / 24.0))).collect();
+        labels.obstruct(&rim, view.pin);
+    }
+}
+
+impl Teeth {
+    /// From the pitch circle to the tip, and a little less than to the root.
+    fn height(&self, radius: f64) -> f64 {
+        1.8 * radius / self.count
+    }
+
+    fn outline(&self, centre: Pixel, radius: f64) -> String {
+        let side = if self.inside { -1.0 } else { 1.0 };
+        let (tip, root) = (radius + side * self.height(radius), radius - 1.1 * side * self.height(radius));
+        let corners = (0..self.count as usize).flat_map(|tooth| {
+            let middle = self.phase + TAU * tooth as f64 / self.count;
+            [(-0.33, root), (-0.15, tip), (0.15, tip), (0.33, root)]
+                .map(|(share, reach)| along(centre, reach, direction(middle + share * TAU / self.count)))
+        });
+        format!("{}Z", polyline(&corners.collect::<Vec<_>>()))
+    }
+}
+
+/// In the picture, y down; angles are counter-clockwise.
+fn direction(angle: f64) -> Pixel {
+    [angle.cos(), -angle.sin()]
+}
+
+fn circle([x, y]: Pixel, radius: f64) -> String {
+    let ([left, right, y], r) = ([x - radius, x + radius, y].map(number), number(radius));
+    format!("M{left} {y}A{r} {r} 0 1 0 {right} {y}A{r} {r} 0 1 0 {left} {y}Z")
+}
+
+/// Teeth of about the same size on both wheels, a gap of the second where the first has a tooth.
+pub fn toothed([a, b]: &[Wheel; 2], view: &View) -> [Teeth; 2] {
+    let away = difference(b.centre, a.centre);
+    let towards_b = away[1].atan2(away[0]);
+    let inner = a.radius.min(b.radius);
+    let is_inside = norm(away) < a.radius.max(b.radius);
+    let count = |wheel: &Wheel| teeth(view.length(wheel.radius).max(1.0), view.length(inner), view.pin);
+    // Inside a ring the pitch point lies behind the smaller wheel's centre, seen from the ring's.
+    let towards_pitch = if is_inside && b.radius > a.radius { towards_b + PI } else { towards_b };
+    let half = |wheel: &Wheel| PI / count(wheel);
+    let of_a = Teeth { count: count(a), phase: towards_pitch, inside: is_inside && a.radius > b.radius };
+    let facing = if is_inside { towards_pitch } else { towards_b + PI };
+    let of_b = Teeth { count: count(b), phase: facing + half(b), inside: is_inside && b.radius > a.radius };
+    [of_a, of_b]
+}
+
+/// The teeth of a wheel on a rack: one where they touch.
+pub fn of_pinion(pinion: &Wheel, foot: [f64; 2], view: &View) -> Teeth {
+    let radius = view.length(pinion.radius).max(1.0);
+    Teeth { count: teeth(radius, radius, view.pin), phase: foot[1].atan2(foot[0]), inside: false }
+}
+
+/// Draws two wheels that mesh. Returns the pitch point.
+fn draw_gears(wheels: [Wheel; 2], view: &View, svg: &mut Svg, labels: &mut Labels) -> Pixel {
+    let [a, b] = wheels;
+    let [of_a, of_b] = toothed(&wheels, view);
+    let towards_pitch = of_a.phase;
+    let both = if a.radius > b.radius { [(a, of_a), (b, of_b)] } else { [(b, of_b), (a, of_a)] };
+    for (wheel, teeth) in both {
+        wheel.draw(view, svg, labels, Some(teeth));
+    }
+    view.pixel(along(a.centre, a.radius, [towards_pitch.cos(), towards_pitch.sin()]))
+}
+
+/// The wheels and the common tangents of their circles: the outer ones, or the inner ones if the band is crossed. Returns the middle of one.
+fn draw_band(
+    index: usize,
+    wheels: [Wheel; 2],
+    crossed: bool,
+    view: &View,
+    svg: &mut Svg,
+    labels: &mut Labels,
+) -> Pixel {
+    for wheel in wheels {
+        wheel.draw(view, svg, labels, None);
+    }
+    svg.carry(Carrier::Band(index));
+    let centres = wheels.map(|wheel| view.pixel(wheel.centre));
+    let mut middle = centres[0];
+    for ends in tangents(centres, wheels.map(|wheel| view.length(wheel.radius)), crossed).into_iter().flatten() {
+        svg.line(ends[0], ends[1], &symbols::band_style());
+        labels.obstruct(&ends, view.pin);
+        middle = along(ends[0], 0.5, difference(ends[1], ends[0]));
+    }
+    middle
+}
+
+/// The free parts of a band: none if one circle lies in the other.
+pub fn tangents([a, b]: [Pixel; 2], [first, second]: [f64; 2], crossed: bool) -> Option<[[Pixel; 2]; 2]> {
+    let (distance, axis) = (norm(difference(b, a)), unit(difference(b, a)));
+    let opposite = if crossed { -second } else { second };
+    // The radius to where a tangent touches, along the line of centres and across it.
+    let cosine = (first - opposite) / distance;
+    let apart = cosine.abs() < 1.0;
+    let sine = (1.0 - cosine * cosine).sqrt();
+    let touch = |centre: Pixel, radius: f64, side: f64| {
+        along(along(centre, radius * cosine, axis), side * radius * sine, normal(axis))
+    };
+    apart.then(|| [1.0, -1.0].map(|side| [touch(a, first, side), touch(b, opposite, side)]))
+}
+
+/// The number of teeth of a wheel, if a wheel of radius `smallest` has as many as are visible, at least eight.
+fn teeth(radius: f64, smallest: f64, pin: f64) -> f64 {
+    let fewest = (TAU * smallest / (2.6 * pin)).round().clamp(8.0, 24.0);
+    (fewest * radius / smallest.max(1.0)).round().clamp(8.0, 240.0)
+}
+
+/// The bar reaches from its point over the contact `pitch`. Returns the contact.
+fn draw_rack(
+    pinion: Wheel,
+    bar: Option<usize>,
+    [pitch, at]: [Pixel; 2],
+    travel: [f64; 2],
+    view: &View,
+    svg: &mut Svg,
+    labels: &mut Labels,
+) -> Pixel {
+    let centre = view.pixel(pinion.centre);
+    let outward = unit(difference(pitch, centre));
+    let axis = normal(outward);
+    let radius = view.length(pinion.radius).max(1.0);
+    let count = teeth(radius, radius, view.pin);
+    let towards = (-outward[1]).atan2(outward[0]);
+    let own = Teeth { count, phase: towards, inside: false };
+    let (height, pitch_length) = (own.height(radius), TAU * radius / count);
+    let reach = dot(difference(at, pitch), axis);
+    let [back, forth] = travel.map(|reach| view.length(reach));
+    let ends = [reach.min(back), reach.max(forth)].map(|end| (end / pitch_length).round());
+    let (first, last) = (ends[0] - 0.3 * count, ends[1] + 0.3 * count);
+    let place = |along_it: f64, below: f64| along(along(pitch, along_it * pitch_length, axis), below, outward);
+    let mut corners = vec![place(last, 4.0 * height), place(first, 4.0 * height)];
+    let mut gap = first.floor();
+    while gap <= last {
+        corners.extend(
+            [(0.17, height), (0.35, -height), (0.65, -height), (0.83, height)]
+                .map(|(share, below)| place((gap + share).clamp(first, last), below)),
+        );
+        gap += 1.0;
+    }
+    let (fill, edge) = bar.map_or((symbols::GROUND, symbols::INK), symbols::colour);
+    let style = format!(r#"fill="{fill}" stroke="{edge}" stroke-width="1.3" stroke-linejoin="round""#);
+    svg.carry(Carrier::of(bar));
+    svg.path(&format!("{}Z", polyline(&corners)), &style);
+    labels.obstruct(&[place(first, 2.0 * height), place(last, 2.0 * height)], 2.0 * height);
+    pinion.draw(view, svg, labels, Some(own));
+    pitch
+}
+
+/// Where a disc touches its line, and the ends of the part of the line that is drawn: from the base to beyond the contact.
+fn rolling_line(
+    [base, centre]: [[f64; 2]; 2],
+    axis: [f64; 2],
+    radius: f64,
+    travel: [f64; 2],
+    view: &View,
+) -> [Pixel; 3] {
+    let axis = view.direction(axis);
+    let [base, centre] = [base, centre].map(|point| view.pixel(point));
+    // To the right of the axis; the picture's y points down.
+    let contact = along(centre, radius, normal(axis));
+    let reach = dot(difference(base, contact), axis);
+    let beyond = radius.max(6.0 * view.pin);
+    let [back, forth] = travel.map(|reach| view.length(reach));
+    let [low, high] = [reach.min(back) - beyond, reach.max(forth) + beyond].map(|end| along(contact, end, axis));
+    [contact, low, high]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::drawing::{Body, Drawing};
+
+    fn wheel(body: usize, x: f64, radius: f64) -> Wheel {
+        Wheel { body: Some(body), centre: [x, 0.0], radius }
+    }
+
+    fn picture(kind: CouplingKind) -> (View, String) {
+        let coupling = Coupling { name: "mesh".into(), between: [None; 2], kind };
+        let body = Body::default();
+        let drawing = Drawing { bodies: vec![body.clone(), body], couplings: vec![coupling], ..Drawing::default() };
+        (View::fit(&drawing), drawing.svg())
+    }
+
+    fn outlines(svg: &str) -> Vec<Vec<Pixel>> {
+        let paths = svg.split("<path d=\"M").skip(1).filter_map(|rest| rest.split_once('Z').map(|(path, _)| path));
+        let corner = |text: &str| -> Option<Pixel> {
+            let (x, y) = text.split_once(' ')?;
+            Some([x.parse().ok()?, y.parse().ok()?])
+        };
+        let paths = paths.map(|path| path.split('L').filter_map(corner).collect::<Vec<_>>());
+        paths.filter(|outline| outline.len() > 16).collect()
+    }
+
+    /// Seen from a centre, is a corner on the line to the other centre a tip (beyond the pitch circle)?
+    fn tip_faces(outline: &[Pixel], centre: Pixel, radius: f64, towards: f64) -> bool {
+        let off = |corner: &Pixel| {
+            let [x, y] = difference(*corner, centre);
+            let angle = (-y).atan2(x) - towards;
+            angle.sin().atan2(angle.cos()).abs()
+        };
+        let nearest = outline.iter().min_by(|a, b| off(a).total_cmp(&off(b))).expect("a wheel has corners");
+        norm(difference(*nearest, centre)) > radius
+    }
+
+    #[test]
+    fn a_tooth_of_one_wheel_stands_in_a_gap_of_the_other() {
+        for (a, b) in [(wheel(0, 0.0, 2.0), wheel(1, 3.0, 1.0)), (wheel(0, 0.0, 0.4), wheel(1, 1.7, 1.3))] {
+            let (view, svg) = picture(CouplingKind::Gears([a, b]));
+            let mut outlines = outlines(&svg);
+            outlines.sort_by_key(Vec::len);
+            let [small, large] = &outlines[..] else { panic!("{} outlines", outlines.len()) };
+            let (of_a, of_b) = if a.radius < b.radius { (small, large) } else { (large, small) };
+            assert!(tip_faces(of_a, view.pixel(a.centre), view.length(a.radius), 0.0));
+            assert!(!tip_faces(of_b, view.pixel(b.centre), view.length(b.radius), PI));
+            let ratio = large.len() as f64 / small.len() as f64;
+            let expected = a.radius.max(b.radius) / a.radius.min(b.radius);
+            assert!((ratio / expected - 1.0).abs() < 0.05, "{ratio} is not the ratio of the radii {expected}");
+        }
+    }
+
+    #[test]
+    fn a_wheel_inside_a_ring_has_its_teeth_outside_and_the_ring_inside() {
+        let (ring, pinion) = (wheel(0, 0.0, 3.0), wheel(1, 2.0, 1.0));
+        let (view, svg) = picture(CouplingKind::Gears([ring, pinion]));
+        let outlines = outlines(&svg);
+        // The larger wheel is drawn first, behind the other.
+        assert!(!tip_faces(&outlines[0], view.pixel(ring.centre), view.length(ring.radius), 0.0));
+        assert!(!tip_faces(&outlines[1], view.pixel(pinion.centre), view.length(pinion.radius), 0.0));
+    }
+
+    #[test]
+    fn every_coupling_is_named_and_what_is_not_finite_is_left_out() {
+        let disc = wheel(0, 0.0, 1.0);
+        let kinds = |x: f64| {
+            [
+                CouplingKind::Gears([wheel(0, x, 1.0), wheel(1, 3.0, 2.0)]),
+                CouplingKind::Rack { pinion: disc, bar: None, at: [x, -1.0], foot: [0.0, -1.0] },
+                CouplingKind::Rolling { disc, angle: 0.3, line: Some(1), base: [x, 0.0], axis: [1.0, 0.0] },
+                CouplingKind::Link([[x, 0.0], [2.0, 1.0]]),
+            ]
+        };
+        for kind in kinds(0.5) {
+            let (_, svg) = picture(kind);
+            assert!(svg.contains(">mesh</text>") && !svg.contains("NaN") && !svg.contains("inf"), "{svg}");
+        }
+        for kind in kinds(f64::NAN) {
+            assert!(!picture(kind).1.contains("mesh"));
+        }
+    }
+}

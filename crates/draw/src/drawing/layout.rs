@@ -1,0 +1,175 @@
+//! Places in the picture, and the order of drawing.
+
+use super::coupling::Coupling;
+use super::view::View;
+use super::{Body, Drawing, Hold, Joint, Shape, Spring, is_finite, shapes, symbols};
+use crate::svg::Pixel;
+
+impl Drawing {
+    /// Bodies from back to front: what slides on the ground, what carries a slider or a rolling disc, those, the others; long ones
+    /// first.
+    pub(super) fn drawing_order(&self, view: &View) -> Vec<usize> {
+        let layer = |body: usize| {
+            let prismatic = self.joints.iter().filter(|joint| matches!(joint.kind, Hold::Slider(_)));
+            let rolling = self.couplings.iter().filter_map(Coupling::rolling_bodies).filter_map(|(line, disc)| {
+                let carries = (line == Some(body)).then_some(1);
+                carries.or((disc == body).then_some(2))
+            });
+            prismatic
+                .filter_map(|joint| match joint.between {
+                    [Some(first), Some(_)] if first == body => Some(1),
+                    [Some(_), Some(second)] if second == body => Some(2),
+                    sides if sides.contains(&Some(body)) => Some(0),
+                    _ => None,
+                })
+                .chain(rolling)
+                .min()
+                .unwrap_or(3)
+        };
+        let mut order: Vec<(i32, f64, usize)> = (0..self.bodies.len())
+            .filter(|&body| self.bodies[body].is_finite())
+            .map(|body| (layer(body), shapes::extent(&self.outline(body, view)), body))
+            .collect();
+        order.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
+        order.into_iter().map(|(_, _, body)| body).collect()
+    }
+
+    /// The ends of a spring in the picture; at a slider the face of its block along the spring.
+    pub(super) fn spring_ends(&self, spring: &Spring, view: &View) -> [Pixel; 2] {
+        let ends = spring.ends.map(|end| view.pixel(end));
+        let axis = shapes::unit(shapes::difference(ends[1], ends[0]));
+        let length = shapes::norm(shapes::difference(ends[1], ends[0]));
+        let is_face = |joint: &Joint, end: [f64; 2]| {
+            let Hold::Slider(slide) = joint.kind else {
+                return false;
+            };
+            let slide = view.direction(slide);
+            let level = (slide[0] * axis[0] + slide[1] * axis[1]).abs() > 0.95;
+            joint.moving().1 == end && level
+        };
+        let retreat = |side: usize| {
+            let block = self.joints.iter().any(|joint| is_face(joint, spring.ends[side]));
+            if block { symbols::block_length(view).min(0.3 * length) } else { 0.0 }
+        };
+        [shapes::along(ends[0], retreat(0), axis), shapes::along(ends[1], -retreat(1), axis)]
+    }
+
+    /// Does a body extend from a point in about this direction?
+    pub(super) fn is_crowded(&self, at: Pixel, direction: Pixel, view: &View) -> bool {
+        (0..self.bodies.len()).map(|body| self.outline(body, view)).any(|outline| {
+            let touches = outline.iter().any(|&corner| shapes::norm(shapes::difference(corner, at)) < view.pin);
+            let away = shapes::unit(shapes::difference(shapes::middle(&outline), at));
+            touches && outline.len() > 1 && away[0] * direction[0] + away[1] * direction[1] > 0.7
+        })
+    }
+
+    /// The corners of a body in the picture, in order: of its shape, or of the bar along its points.
+    pub(super) fn outline(&self, index: usize, view: &View) -> Vec<Pixel> {
+        match &self.bodies[index].shape {
+            Some(shape) => shape.rim().into_iter().map(|corner| view.pixel(corner)).collect(),
+            None => self.bar(index, view),
+        }
+    }
+
+    /// What joins the points of a body: all there is of one without a shape; of one with a shape none if no point sticks out.
+    pub(super) fn bar(&self, index: usize, view: &View) -> Vec<Pixel> {
+        let body = &self.bodies[index];
+        if let Some(shape) = &body.shape {
+            let rim: Vec<Pixel> = shape.rim().into_iter().map(|corner| view.pixel(corner)).collect();
+            let covered = |point: &[f64; 2]| shapes::covers(&rim, view.pixel(*point), 1.5 * view.pin);
+            if body.points.iter().all(covered) {
+                return Vec::new();
+            }
+        }
+        let mut points: Vec<_> = body.points.iter().map(|&point| view.pixel(point)).collect();
+        if self.is_cornered(index) {
+            points.push(view.pixel(body.centre));
+        }
+        shapes::hull(points)
+    }
+
+    /// The bar along the points of a body, in the world; none if it has a shape.
+    pub(crate) fn corners(&self, index: usize) -> Vec<[f64; 2]> {
+        let body = &self.bodies[index];
+        if body.shape.is_some() {
+            return Vec::new();
+        }
+        let centre = self.is_cornered(index).then_some(body.centre);
+        shapes::hull(body.points.iter().copied().chain(centre).collect())
+    }
+
+    /// Is the mass centre of a body a corner of it? It is where the body is joined, or there is hardly another.
+    pub(super) fn is_cornered(&self, index: usize) -> bool {
+        let body = &self.bodies[index];
+        let joined =
+            |joint: &Joint| (0..2).any(|side| joint.between[side] == Some(index) && joint.at[side] == body.centre);
+        body.points.len() < 2 || self.joints.iter().any(joined)
+    }
+
+    /// Does a joint cover this place?
+    pub(super) fn is_covered(&self, at: [f64; 2], view: &View) -> bool {
+        let near =
+            |joint: [f64; 2]| shapes::norm(shapes::difference(view.pixel(joint), view.pixel(at))) < 1.8 * view.pin;
+        self.joints.iter().flat_map(|joint| joint.at).any(near)
+    }
+
+    /// The joint in which a body slides, if it does, and along what.
+    pub(super) fn slider(&self, body: usize) -> Option<(&Joint, [f64; 2])> {
+        self.joints.iter().filter(|joint| joint.is_finite()).find_map(|joint| match joint.kind {
+            Hold::Slider(axis) if joint.moving().0 == Some(body) => Some((joint, axis)),
+            _ => None,
+        })
+    }
+
+    pub(super) fn is_jointed_to_ground(&self, point: &[f64; 2], view: &View) -> bool {
+        self.joints
+            .iter()
+            .filter(|joint| joint.is_grounded() && joint.kind == Hold::Pin)
+            .any(|joint| shapes::norm(shapes::difference(view.pixel(joint.at[0]), view.pixel(*point))) < view.pin)
+    }
+}
+
+impl Body {
+    pub(super) fn is_finite(&self) -> bool {
+        self.extent().iter().all(is_finite)
+    }
+
+    /// Every place that it reaches.
+    pub(super) fn extent(&self) -> Vec<[f64; 2]> {
+        let rim = self.shape.as_ref().map(Shape::rim).unwrap_or_default();
+        self.points.iter().copied().chain([self.centre]).chain(rim).collect()
+    }
+}
+
+impl Shape {
+    /// Points around it, in order.
+    pub(super) fn rim(&self) -> Vec<[f64; 2]> {
+        match self {
+            Shape::Polygon(corners) => corners.clone(),
+            Shape::Disc([x, y], radius) => {
+                let angle = |step: u32| std::f64::consts::TAU * f64::from(step) / 48.0;
+                (0..48).map(|step| [x + radius * angle(step).cos(), y + radius * angle(step).sin()]).collect()
+            }
+        }
+    }
+}
+
+impl Joint {
+    /// The body that a slider is drawn on, and where: the second unless it is the ground.
+    pub(super) fn moving(&self) -> (Option<usize>, [f64; 2]) {
+        let side = usize::from(self.between[1].is_some());
+        (self.between[side], self.at[side])
+    }
+
+    pub(super) fn is_grounded(&self) -> bool {
+        self.between.contains(&None)
+    }
+
+    pub(super) fn is_finite(&self) -> bool {
+        let axis = match self.kind {
+            Hold::Slider(axis) | Hold::Slot(axis) => axis,
+            Hold::Pin | Hold::Fixed => [0.0, 0.0],
+        };
+        self.at.iter().all(is_finite) && is_finite(&axis)
+    }
+}

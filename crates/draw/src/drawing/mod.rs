@@ -1,0 +1,192 @@
+//! A drawing of the mechanism in one position, as a textbook would draw it.
+
+mod coupling;
+mod film;
+mod gap;
+mod geometry;
+mod labels;
+mod layout;
+mod marks;
+mod paint;
+mod shapes;
+mod symbols;
+#[cfg(test)]
+mod tests;
+mod view;
+
+use cotree::component::{Glyph, RoundGlyph};
+
+use super::svg::{Frame, Svg, number};
+pub use coupling::{Cam, Coupling, CouplingKind, Wheel};
+pub use film::Film;
+pub use geometry::Geometry;
+use labels::Labels;
+pub use marks::Mark;
+use view::View;
+
+/// What is drawn, in the world \[m\]. What has a coordinate that is not finite is left out.
+#[derive(Clone, Debug, Default)]
+pub struct Drawing {
+    pub title: String,
+    pub bodies: Vec<Body>,
+    /// Points of the ground that something is fixed to.
+    pub ground: Vec<[f64; 2]>,
+    pub joints: Vec<Joint>,
+    pub couplings: Vec<Coupling>,
+    pub springs: Vec<Spring>,
+    pub forces: Vec<Force>,
+    pub turns: Vec<Turn>,
+    pub targets: Vec<Target>,
+    /// Places that should be one where the mechanism cannot be assembled.
+    pub gaps: Vec<[[f64; 2]; 2]>,
+    /// What explains it.
+    pub marks: Vec<Mark>,
+    pub range: Range,
+}
+
+/// How far everything moves in a film; nothing of a still picture.
+#[derive(Clone, Debug, Default)]
+pub struct Range {
+    /// Every place that is reached.
+    pub corners: Vec<[f64; 2]>,
+    /// How far each joint slides from here, back and forth.
+    pub joints: Vec<[f64; 2]>,
+    /// The same of what rolls.
+    pub couplings: Vec<[f64; 2]>,
+}
+
+impl Range {
+    fn joint(&self, index: usize) -> [f64; 2] {
+        self.joints.get(index).copied().unwrap_or_default()
+    }
+
+    fn coupling(&self, index: usize) -> [f64; 2] {
+        self.couplings.get(index).copied().unwrap_or_default()
+    }
+}
+
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Body {
+    pub name: String,
+    pub points: Vec<[f64; 2]>,
+    pub centre: [f64; 2],
+    /// Its shape, if it is known; else it is drawn as a bar along its points.
+    pub shape: Option<Shape>,
+}
+
+/// The shape of a body.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Shape {
+    /// Its corners in order.
+    Polygon(Vec<[f64; 2]>),
+    /// Centre and radius.
+    Disc([f64; 2], f64),
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Joint {
+    /// The user's name; empty for one that is drawn but not there.
+    pub name: String,
+    pub kind: Hold,
+    /// Indices of the bodies; `None` is the ground.
+    pub between: [Option<usize>; 2],
+    /// Where the joint is on either body: the same place for a revolute joint.
+    pub at: [[f64; 2]; 2],
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Hold {
+    Pin,
+    Slider([f64; 2]),
+    /// Sliding along this direction in the world, and turning.
+    Slot([f64; 2]),
+    Fixed,
+}
+
+/// A sign along the line between two points, such as a spring.
+#[derive(Clone, Debug)]
+pub struct Spring {
+    pub name: String,
+    /// Indices of the bodies; `None` is the ground.
+    pub between: [Option<usize>; 2],
+    pub ends: [[f64; 2]; 2],
+    pub(crate) glyph: Glyph,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Force {
+    pub name: String,
+    /// Index of the body; `None` is the ground.
+    pub on: Option<usize>,
+    pub at: [f64; 2],
+    /// Its direction in the world; the length is not used.
+    pub direction: [f64; 2],
+}
+
+#[derive(Clone, Debug)]
+pub struct Turn {
+    pub name: String,
+    /// Index of the body that carries the place; `None` is the ground.
+    pub on: Option<usize>,
+    /// Where to draw it: the joint, or the mass centre.
+    pub at: [f64; 2],
+    /// Its strokes; a round arrow if it has none.
+    pub(crate) glyph: Option<RoundGlyph>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Target {
+    pub name: String,
+    /// Index of the body; `None` is the ground.
+    pub on: Option<usize>,
+    pub at: [f64; 2],
+    /// The direction of its motion, if it moves; the length is not used.
+    pub direction: Option<[f64; 2]>,
+}
+
+/// Space around the drawing [px].
+const MARGIN: f64 = 20.0;
+
+impl Drawing {
+    pub fn svg(&self) -> String {
+        let (svg, frame) = self.picture();
+        svg.finish(frame, &self.title)
+    }
+
+    /// The picture as a group of elements with its upper left corner at the origin, to be put into another; width and height.
+    pub fn nested(&self) -> (String, [f64; 2]) {
+        let (svg, Frame { x, y, width, height }) = self.picture();
+        let shift = [-x, -y].map(number);
+        (format!("<g transform=\"translate({} {})\">\n{}</g>", shift[0], shift[1], svg.elements()), [width, height])
+    }
+
+    fn picture(&self) -> (Svg, Frame) {
+        let mut labels = Labels::default();
+        let mut svg = self.unlabelled(&View::fit(self), &mut labels);
+        labels.place(&mut svg);
+        let frame = labels.frame(MARGIN);
+        (svg, frame)
+    }
+
+    /// The picture without names.
+    fn elements(&self, view: &View) -> Svg {
+        self.unlabelled(view, &mut Labels::default())
+    }
+
+    fn unlabelled(&self, view: &View, labels: &mut Labels) -> Svg {
+        let mut svg = Svg::default();
+        self.draw_couplings(view, &mut svg, labels);
+        self.draw_ground(view, &mut svg, labels);
+        self.draw_bodies(view, &mut svg, labels);
+        self.draw_loads(view, &mut svg, labels);
+        self.draw_joints(view, &mut svg, labels);
+        self.draw_targets(view, &mut svg, labels);
+        self.draw_gaps(view, &mut svg, labels);
+        self.draw_marks(view, &mut svg, labels);
+        svg
+    }
+}
+
+fn is_finite(point: &[f64; 2]) -> bool {
+    point.iter().all(|x| x.is_finite())
+}

@@ -1,0 +1,180 @@
+//! Drawing order: ground, couplings, bodies, loads, joints, targets, each with space for its name.
+
+use super::coupling::Coupling;
+use super::labels::Labels;
+use super::view::View;
+use super::{Drawing, Hold, is_finite, shapes, symbols};
+use crate::svg::{Carrier, Svg};
+
+/// Beyond so many bodies names would only cover the drawing.
+const NAMED_BODIES: usize = 40;
+/// Beyond so many joints only the bodies are named.
+const NAMED_JOINTS: usize = 20;
+
+impl Drawing {
+    pub(super) fn draw_ground(&self, view: &View, svg: &mut Svg, labels: &mut Labels) {
+        svg.carry(Carrier::Ground);
+        let joints = self.joints.iter().enumerate();
+        for (index, joint) in joints.filter(|(_, joint)| joint.is_grounded() && joint.is_finite()) {
+            let at = view.pixel(joint.moving().1);
+            match joint.kind {
+                Hold::Pin => {
+                    symbols::pedestal(svg, view, at);
+                    labels.cover(shapes::along(at, 2.5 * view.pin, [0.0, 1.0]), 3.0 * view.pin);
+                }
+                Hold::Slider(axis) => {
+                    let ends = symbols::guide(svg, view, at, view.direction(axis), self.range.joint(index));
+                    labels.obstruct(&ends, 1.2 * view.pin);
+                }
+                Hold::Fixed => symbols::wall(svg, view, at, [0.0, -1.0]),
+                Hold::Slot(_) => {}
+            }
+        }
+        let links = self.couplings.iter().filter(|coupling| coupling.is_finite());
+        for end in links.flat_map(Coupling::link_ends).filter(|end| self.ground.contains(end)) {
+            let at = view.pixel(end);
+            symbols::pedestal(svg, view, at);
+            labels.cover(shapes::along(at, 2.5 * view.pin, [0.0, 1.0]), 3.0 * view.pin);
+        }
+        let anchors = self.ground.iter().filter(|at| is_finite(at) && !self.is_jointed_to_ground(at, view));
+        for anchor in anchors {
+            let at = view.pixel(*anchor);
+            if let Some(spring) = self.springs.iter().find(|spring| spring.ends.iter().any(|end| end == anchor)) {
+                let other = if spring.ends[0] == *anchor { spring.ends[1] } else { spring.ends[0] };
+                symbols::wall(svg, view, at, shapes::unit(shapes::difference(view.pixel(other), at)));
+                labels.cover(at, 2.5 * view.pin);
+            }
+        }
+    }
+
+    /// All couplings but those that roll: these lie between the bodies.
+    pub(super) fn draw_couplings(&self, view: &View, svg: &mut Svg, labels: &mut Labels) {
+        for (index, coupling) in self.couplings.iter().enumerate() {
+            if coupling.rolling_bodies().is_none() {
+                self.draw_coupling((index, coupling), view, svg, labels);
+            }
+        }
+    }
+
+    fn draw_coupling(&self, (index, coupling): (usize, &Coupling), view: &View, svg: &mut Svg, labels: &mut Labels) {
+        if coupling.is_finite() {
+            let anchor = coupling.draw(index, self.range.coupling(index), view, svg, labels);
+            if self.joints.len() <= NAMED_JOINTS {
+                labels.joint(&coupling.name, anchor, 2.0 * view.pin);
+            }
+        }
+    }
+
+    pub(super) fn draw_bodies(&self, view: &View, svg: &mut Svg, labels: &mut Labels) {
+        for (index, joint) in self.joints.iter().enumerate().filter(|(_, joint)| joint.is_finite()) {
+            svg.carry(Carrier::of(joint.between[0]));
+            symbols::rod(svg, view, joint, self.range.joint(index));
+            if let Some(slot) = symbols::slot(svg, view, joint, self.range.joint(index)) {
+                labels.obstruct(&slot, 1.6 * view.pin);
+            }
+        }
+        for index in self.drawing_order(view) {
+            let rolls = |coupling: &Coupling| coupling.rolling_bodies().is_some_and(|(_, disc)| disc == index);
+            let couplings = self.couplings.iter().enumerate().filter(|(_, coupling)| rolls(coupling));
+            couplings.for_each(|coupling| self.draw_coupling(coupling, view, svg, labels));
+            svg.carry(Carrier::Body(index));
+            let outline = self.outline(index, view);
+            let block = self.slider(index).map(|(joint, axis)| (view.pixel(joint.moving().1), view.direction(axis)));
+            symbols::body(svg, view, index, &self.bar(index, view), block);
+            if self.bodies[index].shape.is_some() {
+                symbols::plate(svg, index, &outline);
+            }
+            self.draw_centre(index, view, svg, labels);
+            labels.obstruct(&outline, 1.5 * view.pin);
+            if let Some((at, axis)) = block {
+                let ends = [-1.0, 1.0].map(|side| shapes::along(at, 2.0 * side * view.pin, axis));
+                labels.obstruct(&ends, 2.3 * view.pin);
+            }
+            if self.bodies.len() <= NAMED_BODIES {
+                let anchor = shapes::middle(&outline);
+                labels.body(&self.bodies[index].name, anchor, view.pin, symbols::colour(index).1);
+            }
+        }
+    }
+
+    /// The mass centre, unless a joint covers it.
+    fn draw_centre(&self, index: usize, view: &View, svg: &mut Svg, labels: &mut Labels) {
+        let centre = view.pixel(self.bodies[index].centre);
+        if !self.is_covered(self.bodies[index].centre, view) {
+            symbols::centre(svg, view, index, centre);
+            labels.cover(centre, view.pin);
+        }
+    }
+
+    pub(super) fn draw_loads(&self, view: &View, svg: &mut Svg, labels: &mut Labels) {
+        let named = self.joints.len() <= NAMED_JOINTS;
+        let springs = self.springs.iter().enumerate();
+        for (index, spring) in springs.filter(|(_, spring)| spring.ends.iter().all(is_finite)) {
+            svg.carry(Carrier::Spring(index));
+            let ends = self.spring_ends(spring, view);
+            symbols::glyph(svg, view, ends, spring.glyph);
+            labels.obstruct(&ends, 1.3 * view.pin);
+            if named {
+                labels.load(&spring.name, shapes::middle(&ends), 1.8 * view.pin, symbols::SPRING);
+            }
+        }
+        for force in self.forces.iter().filter(|force| is_finite(&force.at) && is_finite(&force.direction)) {
+            svg.carry(Carrier::Name);
+            let (at, direction) = (view.pixel(force.at), view.direction(force.direction));
+            let ends = symbols::force(svg, view, at, direction, self.is_crowded(at, direction, view));
+            labels.obstruct(&ends, view.pin);
+            if named {
+                labels.load(&force.name, shapes::middle(&ends), 1.4 * view.pin, symbols::FORCE);
+            }
+        }
+        for turn in self.turns.iter().filter(|turn| is_finite(&turn.at)) {
+            svg.carry(Carrier::Point(turn.on, turn.at));
+            let at = view.pixel(turn.at);
+            match turn.glyph {
+                Some(glyph) => symbols::round_glyph(svg, view, at, glyph),
+                None => symbols::turn(svg, view, at),
+            }
+            labels.cover(at, 3.2 * view.pin);
+            if named {
+                labels.load(&turn.name, at, 3.8 * view.pin, symbols::FORCE);
+            }
+        }
+    }
+
+    pub(super) fn draw_joints(&self, view: &View, svg: &mut Svg, labels: &mut Labels) {
+        for (index, coupling) in self.couplings.iter().enumerate().filter(|(_, coupling)| coupling.is_finite()) {
+            coupling.draw_front(index, view, svg);
+        }
+        for joint in self.joints.iter().filter(|joint| joint.is_finite()) {
+            svg.carry(Carrier::of(joint.moving().0));
+            let at = view.pixel(joint.moving().1);
+            match joint.kind {
+                Hold::Pin | Hold::Slot(_) => symbols::pin(svg, view, at),
+                Hold::Fixed => symbols::weld(svg, view, at),
+                Hold::Slider(_) => {}
+            }
+            labels.cover(at, 1.3 * view.pin);
+            if self.joints.len() <= NAMED_JOINTS && !joint.name.is_empty() {
+                labels.joint(&joint.name, at, 2.0 * view.pin);
+            }
+        }
+    }
+
+    /// Above the pins: a driven point is often one.
+    pub(super) fn draw_targets(&self, view: &View, svg: &mut Svg, labels: &mut Labels) {
+        for target in self.targets.iter().filter(|target| is_finite(&target.at)) {
+            svg.carry(Carrier::Point(target.on, target.at));
+            let at = view.pixel(target.at);
+            symbols::target(svg, view, at);
+            labels.cover(at, 2.8 * view.pin);
+            if let Some(direction) = target.direction.filter(is_finite) {
+                svg.carry(Carrier::Name);
+                let ends = symbols::departure(svg, view, at, view.direction(direction));
+                labels.obstruct(&ends, view.pin);
+            }
+            if self.joints.len() <= NAMED_JOINTS {
+                labels.load(&target.name, at, 3.4 * view.pin, symbols::FORCE);
+            }
+        }
+    }
+}

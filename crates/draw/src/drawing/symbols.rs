@@ -1,0 +1,306 @@
+//! The signs of the trade: pins, pedestals, sliders, springs, arrows.
+
+use cotree::component::{Glyph, RoundGlyph, Stroke};
+
+use super::shapes::{along, difference, dot, extent, norm, normal, unit};
+use super::view::View;
+use super::{Hold, Joint};
+use crate::svg::{Pixel, Svg, number, polyline};
+
+pub const SPRING: &str = "#3d7a4a";
+pub const FORCE: &str = "#c0392b";
+pub const INK: &str = "#2b333d";
+pub const GROUND: &str = "#dfe3e8";
+
+const COLOURS: [(&str, &str); 8] = [
+    ("#cfe1f6", "#2f6cab"),
+    ("#fcdfc2", "#c06a1c"),
+    ("#d5ebcf", "#4a8a3f"),
+    ("#e5d9f2", "#7d55a8"),
+    ("#f8d5d3", "#b8473f"),
+    ("#cdebe8", "#2b8a84"),
+    ("#f4eabd", "#9c8214"),
+    ("#e2dcd6", "#75604c"),
+];
+
+pub fn colour(body: usize) -> (&'static str, &'static str) {
+    COLOURS[body % COLOURS.len()]
+}
+
+/// A body: the rounded hull of its corners, or a block if it slides and is no longer than that.
+pub fn body(svg: &mut Svg, view: &View, index: usize, outline: &[Pixel], block: Option<(Pixel, Pixel)>) {
+    let (fill, edge) = colour(index);
+    let length = extent(outline);
+    if !outline.is_empty() && (length > 2.0 * view.pin || block.is_none()) {
+        let width = if length > 2.0 * view.pin { 2.9 * view.pin } else { 5.0 * view.pin };
+        let data = match outline {
+            [point] => format!("{}l0 0", polyline(&[*point])), // a dot
+            [_, _] => polyline(outline),
+            _ => format!("{}Z", polyline(outline)),
+        };
+        let round = r#"stroke-linejoin="round" stroke-linecap="round""#;
+        let outer = number(width + 2.6);
+        svg.path(&data, &format!(r#"fill="{edge}" stroke="{edge}" stroke-width="{outer}" {round}"#));
+        let inner = number(width);
+        svg.path(&data, &format!(r#"fill="{fill}" stroke="{fill}" stroke-width="{inner}" {round}"#));
+    }
+    if let Some((at, axis)) = block {
+        let corners = block_corners(view, at, axis);
+        let style = format!(r#"fill="{fill}" stroke="{edge}" stroke-width="1.4" stroke-linejoin="round""#);
+        svg.path(&format!("{}Z", polyline(&corners)), &style);
+    }
+}
+
+/// A body of which the shape is known: what lies behind it, such as a wheel or a bar of its own, shows through a little.
+pub fn plate(svg: &mut Svg, index: usize, rim: &[Pixel]) {
+    let (fill, edge) = colour(index);
+    let style =
+        format!(r#"fill="{fill}" fill-opacity="0.9" stroke="{edge}" stroke-width="1.3" stroke-linejoin="round""#);
+    svg.path(&format!("{}Z", polyline(rim)), &style);
+}
+
+pub fn block_length(view: &View) -> f64 {
+    3.7 * view.pin
+}
+
+fn block_height(view: &View) -> f64 {
+    2.3 * view.pin
+}
+
+fn block_corners(view: &View, at: Pixel, axis: Pixel) -> [Pixel; 4] {
+    let (length, height) = (block_length(view), block_height(view));
+    [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+        .map(|(x, y)| along(along(at, x * length, axis), y * height, normal(axis)))
+}
+
+/// A mass centre: a circle in quarters.
+pub fn centre(svg: &mut Svg, view: &View, index: usize, at: Pixel) {
+    let (_, edge) = colour(index);
+    let radius = 0.72 * view.pin;
+    svg.circle(at, radius, &format!(r##"fill="#ffffff" stroke="{edge}" stroke-width="1.1""##));
+    let ([x, y], r) = (at.map(number), number(radius));
+    let quarter = |sweep: &str| format!("M{x} {y}{sweep}Z");
+    svg.path(&quarter(&format!("v-{r}a{r} {r} 0 0 1 {r} {r}")), &format!(r#"fill="{edge}""#));
+    svg.path(&quarter(&format!("v{r}a{r} {r} 0 0 1 -{r} -{r}")), &format!(r#"fill="{edge}""#));
+}
+
+pub fn pin(svg: &mut Svg, view: &View, at: Pixel) {
+    svg.circle(at, 0.85 * view.pin, &format!(r##"fill="#ffffff" stroke="{INK}" stroke-width="1.7""##));
+    svg.circle(at, 0.2 * view.pin, &format!(r#"fill="{INK}""#));
+}
+
+pub fn weld(svg: &mut Svg, view: &View, at: Pixel) {
+    let s = 0.8 * view.pin;
+    let corners = [[-s, -s], [s, -s], [s, s], [-s, s]].map(|corner| along(at, 1.0, corner));
+    svg.path(&format!("{}Z", polyline(&corners)), &format!(r#"fill="{INK}""#));
+}
+
+/// A support below a revolute joint that is fixed to the ground.
+pub fn pedestal(svg: &mut Svg, view: &View, at: Pixel) {
+    let p = view.pin;
+    let (x, y) = (at[0], at[1]);
+    let base = y + 3.6 * p;
+    let [left, right, foot_left, foot_right] = [x - 1.7 * p, x + 1.7 * p, x - 2.7 * p, x + 2.7 * p].map(number);
+    let (top, bottom, round) = (number(y), number(base), number(1.7 * p));
+    let data = format!("M{foot_left} {bottom}L{left} {top}A{round} {round} 0 0 1 {right} {top}L{foot_right} {bottom}Z");
+    svg.path(&data, &format!(r#"fill="{GROUND}" stroke="{INK}" stroke-width="1.4" stroke-linejoin="round""#));
+    hatch(svg, view, [x, base], [0.0, -1.0], 4.2 * p);
+}
+
+/// A piece of ground at `at` whose free side faces along `outward`.
+pub fn wall(svg: &mut Svg, view: &View, at: Pixel, outward: Pixel) {
+    hatch(svg, view, at, outward, 2.6 * view.pin);
+}
+
+/// The ground under a slider that goes so far back and forth, on the lower side. Returns its ends.
+pub fn guide(svg: &mut Svg, view: &View, at: Pixel, axis: Pixel, travel: [f64; 2]) -> [Pixel; 2] {
+    let mut down = normal(axis);
+    // Right of a vertical axis, below any other.
+    if down[1] < -1e-9 || (down[1].abs() <= 1e-9 && down[0] < 0.0) {
+        down = down.map(|x| -x);
+    }
+    let [back, forth] = travel.map(|reach| view.length(reach));
+    let foot = along(along(at, 0.5 * (back + forth), axis), block_height(view) + 1.5, down);
+    let half = 9.0 * view.pin + 0.5 * (forth - back);
+    hatch(svg, view, foot, down.map(|x| -x), half);
+    [along(foot, -half, axis), along(foot, half, axis)]
+}
+
+/// A line with hatching behind it: the ground. `half` is half its length.
+fn hatch(svg: &mut Svg, view: &View, at: Pixel, outward: Pixel, half: f64) {
+    let tangent = normal(outward);
+    let (depth, pitch) = (1.2 * view.pin, 1.15 * view.pin);
+    let count = (2.0 * half / pitch).floor();
+    let mut data = String::new();
+    for step in 0..count as usize {
+        let start = along(at, -half + pitch * (step as f64 + 0.9), tangent);
+        let end = along(along(start, -depth, outward), -depth, tangent);
+        data += &polyline(&[start, end]);
+    }
+    svg.path(&data, r##"stroke="#7c8794" stroke-width="1.1" stroke-linecap="round""##);
+    let ends = [along(at, -half, tangent), along(at, half, tangent)];
+    svg.line(ends[0], ends[1], &format!(r#"stroke="{INK}" stroke-width="1.8" stroke-linecap="round""#));
+}
+
+/// The rod that a body slides on if the other is not the ground.
+pub fn rod(svg: &mut Svg, view: &View, joint: &Joint, travel: [f64; 2]) {
+    let (Hold::Slider(axis), [Some(first), Some(_)]) = (joint.kind, joint.between) else {
+        return;
+    };
+    let (axis, [base, at]) = (view.direction(axis), joint.at.map(|point| view.pixel(point)));
+    let distance = dot(difference(at, base), axis);
+    let [low, high] = travel.map(|reach| distance + view.length(reach));
+    let beyond = 7.0 * view.pin;
+    let ends = match distance < 0.0 {
+        true => [along(base, high.max(0.0), axis), along(base, low - beyond, axis)],
+        false => [along(base, low.min(0.0), axis), along(base, high + beyond, axis)],
+    };
+    rail(svg, view, first, ends);
+}
+
+/// The slot of a pin: a bar of the first body from its point to beyond the pin, with a channel. Returns its ends.
+pub fn slot(svg: &mut Svg, view: &View, joint: &Joint, travel: [f64; 2]) -> Option<[Pixel; 2]> {
+    let Hold::Slot(axis) = joint.kind else { return None };
+    let (axis, [base, at]) = (view.direction(axis), joint.at.map(|point| view.pixel(point)));
+    let distance = dot(difference(at, base), axis);
+    let [back, forth] = travel.map(|reach| view.length(reach));
+    let channel = [back - 6.0 * view.pin, forth + 6.0 * view.pin].map(|reach| along(at, reach, axis));
+    let [low, high] = [(-distance).min(back - 8.0 * view.pin), (-distance).max(forth + 8.0 * view.pin)];
+    let bar = [low, high].map(|reach| along(at, reach, axis));
+    let (fill, edge) = joint.between[0].map_or((GROUND, INK), colour);
+    let round = r#"stroke-linecap="round""#;
+    for (ends, width, stroke) in [
+        (bar, 3.6 * view.pin + 2.6, edge),
+        (bar, 3.6 * view.pin, fill),
+        (channel, 2.0 * view.pin + 2.2, edge),
+        (channel, 2.0 * view.pin, "#ffffff"),
+    ] {
+        svg.line(ends[0], ends[1], &format!(r#"stroke="{stroke}" stroke-width="{}" {round}"#, number(width)));
+    }
+    Some(bar)
+}
+
+pub fn link(svg: &mut Svg, view: &View, ends: [Pixel; 2]) {
+    for (width, stroke) in [(0.9 * view.pin + 2.0, INK), (0.9 * view.pin, "#ffffff")] {
+        svg.line(ends[0], ends[1], &format!(r#"stroke="{stroke}" stroke-width="{}""#, number(width)));
+    }
+    ends.into_iter().for_each(|end| pin(svg, view, end));
+}
+
+/// The line that a disc rolls on, on the right of the direction from the first end to the second: the ground, or a bar of a body.
+pub fn rolling_line(svg: &mut Svg, view: &View, body: Option<usize>, ends: [Pixel; 2]) {
+    let span = difference(ends[1], ends[0]);
+    let down = normal(unit(span));
+    match body {
+        None => hatch(svg, view, along(ends[0], 0.5, span), down.map(|x| -x), 0.5 * norm(span)),
+        Some(body) => rail(svg, view, body, ends.map(|end| along(end, 0.75 * view.pin + 1.3, down))),
+    }
+}
+
+/// A bar of a body that something slides or rolls on.
+fn rail(svg: &mut Svg, view: &View, body: usize, ends: [Pixel; 2]) {
+    let (fill, edge) = colour(body);
+    for (width, stroke) in [(1.5 * view.pin + 2.6, edge), (1.5 * view.pin, fill)] {
+        let width = number(width);
+        svg.line(ends[0], ends[1], &format!(r#"stroke="{stroke}" stroke-width="{width}" stroke-linecap="round""#));
+    }
+}
+
+pub fn glyph(svg: &mut Svg, view: &View, ends: [Pixel; 2], glyph: Glyph) {
+    let length = norm(difference(ends[1], ends[0]));
+    if length < view.pin {
+        return; // its ends coincide: nothing to see
+    }
+    let axis = unit(difference(ends[1], ends[0]));
+    let place = |[x, y]: &[f64; 2]| along(along(ends[0], x * view.pin, axis), y * view.pin, normal(axis));
+    strokes(svg, &glyph(length / view.pin), &place);
+}
+
+/// A sign around a point.
+pub fn round_glyph(svg: &mut Svg, view: &View, at: Pixel, glyph: RoundGlyph) {
+    strokes(svg, &glyph(), &|[x, y]| [at[0] + x * view.pin, at[1] - y * view.pin]);
+}
+
+/// The strokes of a sign, all halos behind all strokes.
+fn strokes(svg: &mut Svg, strokes: &[Stroke], place: &dyn Fn(&[f64; 2]) -> Pixel) {
+    for front in [false, true] {
+        for stroke in strokes {
+            let points: Vec<Pixel> = stroke.points.iter().map(place).collect();
+            let close = if stroke.closed { "Z" } else { "" };
+            svg.path(&format!("{}{close}", polyline(&points)), &stroke_style(front, stroke.closed));
+        }
+    }
+}
+
+/// The style of a stroke, or of the halo behind it.
+pub fn stroke_style(front: bool, closed: bool) -> String {
+    let (colour, width, opacity) = if front { (SPRING, 1.7, "") } else { ("#ffffff", 4.0, r#" stroke-opacity="0.8""#) };
+    let fill = if closed && !front { "#ffffff" } else { "none" };
+    let line = format!(r#"fill="{fill}" stroke-linejoin="round" stroke-linecap="round""#);
+    format!(r#"{line} stroke="{colour}" stroke-width="{}"{opacity}"#, number(width))
+}
+
+/// The style of the free parts of a band.
+pub fn band_style() -> String {
+    format!(r#"stroke="{INK}" stroke-width="2.4""#)
+}
+
+/// A force: an arrow that starts at its point, or ends there if it `pushes`. Returns its ends.
+pub fn force(svg: &mut Svg, view: &View, at: Pixel, direction: Pixel, pushes: bool) -> [Pixel; 2] {
+    let (from, to) = if pushes { (-12.5, -4.2) } else { (1.2, 9.5) };
+    let [start, tip] = [from, to].map(|pins| along(at, pins * view.pin, direction));
+    svg.line(start, along(tip, -1.4 * view.pin, direction), &format!(r#"stroke="{FORCE}" stroke-width="2.2""#));
+    arrow_head(svg, view, tip, direction);
+    [start, tip]
+}
+
+/// A torque or a motor: three quarters of a circle, counter-clockwise.
+pub fn turn(svg: &mut Svg, view: &View, at: Pixel) {
+    let radius = 2.9 * view.pin;
+    let start = along(at, radius, [0.0, 1.0]);
+    let tip = along(at, radius, [-1.0, 0.0]);
+    let ([x, y], [u, v], r) = (start.map(number), along(tip, -0.7 * view.pin, [0.0, 1.0]).map(number), number(radius));
+    let style = format!(r#"fill="none" stroke="{FORCE}" stroke-width="1.8""#);
+    svg.path(&format!("M{x} {y}A{r} {r} 0 1 0 {u} {v}"), &style);
+    arrow_head(svg, view, along(tip, 1.0 * view.pin, [0.0, 1.0]), [0.0, 1.0]);
+}
+
+/// A driven point: a ring with cross hairs, around a pin if there is one.
+pub fn target(svg: &mut Svg, view: &View, at: Pixel) {
+    let radius = 1.6 * view.pin;
+    svg.circle(at, radius, &format!(r#"fill="none" stroke="{FORCE}" stroke-width="1.8""#));
+    for direction in [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]] {
+        let [inner, outer] = [1.1, 2.4].map(|pins| along(at, pins * view.pin, direction));
+        svg.line(inner, outer, &format!(r#"stroke="{FORCE}" stroke-width="1.8""#));
+    }
+}
+
+/// The direction of a driven point: a dashed arrow, unlike a force. Returns its ends.
+pub fn departure(svg: &mut Svg, view: &View, at: Pixel, direction: Pixel) -> [Pixel; 2] {
+    let [start, tip] = [2.6, 10.5].map(|pins| along(at, pins * view.pin, direction));
+    let style = format!(r#"stroke="{FORCE}" stroke-width="1.8" stroke-dasharray="5 3""#);
+    svg.line(start, along(tip, -1.4 * view.pin, direction), &style);
+    arrow_head(svg, view, tip, direction);
+    [start, tip]
+}
+
+fn arrow_head(svg: &mut Svg, view: &View, tip: Pixel, direction: Pixel) {
+    let base = along(tip, -2.0 * view.pin, direction);
+    let side = normal(direction);
+    let corners = [tip, along(base, 0.8 * view.pin, side), along(base, -0.8 * view.pin, side)];
+    svg.path(&format!("{}Z", polyline(&corners)), &format!(r#"fill="{FORCE}""#));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_hanging_guide_is_drawn_below_a_level_axis() {
+        let view = View::fit(&super::super::Drawing::default());
+        for axis in [[1.0, 0.0], [-1.0, 0.0]] {
+            let ends = guide(&mut Svg::default(), &view, [0.0, 0.0], axis, [0.0; 2]);
+            assert!(ends.iter().all(|end| end[1] > 0.0), "{ends:?}");
+        }
+    }
+}

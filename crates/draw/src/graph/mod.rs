@@ -1,0 +1,131 @@
+//! The two linear graphs of a mechanism beside its drawing, as in the paper's Figs 1-3: tree edges bold, elements by their labels.
+
+mod covered;
+mod dot;
+mod layout;
+mod picture;
+
+use cotree::component::{CoupledEdge, System};
+use cotree::diagnostic::Faults;
+use cotree::formulate::{Formulated, formulate};
+use cotree::graph::{ElementId, LinearGraph, Tree};
+use cotree::mechanism::{Dimension, Place};
+use cotree::scene::Scene;
+
+use super::drawing::Drawing;
+use super::pose;
+
+#[derive(Clone, Debug)]
+pub struct GraphDrawing {
+    pub title: String,
+    pub elements: Vec<(String, String)>,
+    pub translation: Graph,
+    /// Of the bodies; a mechanism on a line has none.
+    pub rotation: Option<Graph>,
+}
+
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Graph {
+    /// The user's names of the nodes; the datum is the first.
+    pub nodes: Vec<String>,
+    /// Where they are, in units of the length of an ordinary edge, y upwards.
+    pub places: Vec<[f64; 2]>,
+    pub edges: Vec<Edge>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Edge {
+    /// Such as `h9`.
+    pub label: String,
+    pub name: String,
+    /// Nodes: from, to.
+    pub ends: [usize; 2],
+    pub branch: bool,
+}
+
+impl GraphDrawing {
+    /// Lays out the graphs of a mechanism: points near their place at the start, bodies around the ground.
+    pub fn new(formulated: &mut Formulated) -> Self {
+        let places = node_places(formulated);
+        let equations = &formulated.equations;
+        let (system, trees) = (&equations.system, &equations.trees);
+        let mut translation = graph(system, &system.translation, &trees.translation, system.coupled_points());
+        translation.places = match system.mechanism.dimension {
+            Dimension::One => layout::around(&translation),
+            Dimension::Two => layout::near(&translation, &places),
+        };
+        let mut rotation = graph(system, &system.rotation, &trees.rotation, system.coupled_bodies());
+        rotation.places = layout::around(&rotation);
+        GraphDrawing {
+            title: system.mechanism.name.clone(),
+            elements: system.elements.iter().map(|element| (element.label.clone(), element.name.clone())).collect(),
+            translation,
+            rotation: (rotation.nodes.len() > 1).then_some(rotation),
+        }
+    }
+
+    pub fn svg(&self, drawing: &Drawing) -> String {
+        picture::svg(self, Some(drawing))
+    }
+
+    /// The two graphs alone.
+    pub fn graphs_alone(&self) -> String {
+        picture::svg(self, None)
+    }
+
+    /// Both graphs as clusters in the language of Graphviz.
+    pub fn dot(&self) -> String {
+        dot::dot(self)
+    }
+}
+
+fn graph<D>(system: &System, graph: &LinearGraph<D>, tree: &Tree<D>, coupled: Vec<CoupledEdge<D>>) -> Graph {
+    let edge = |(id, ends): (ElementId, [cotree::graph::Node<D>; 2])| {
+        let element = system.element(id);
+        Edge {
+            label: element.label.clone(),
+            name: element.name.clone(),
+            ends: ends.map(|node| node.index()),
+            branch: tree.branches.contains(&id),
+        }
+    };
+    let term = |own: CoupledEdge<D>| Edge {
+        name: system.element(own.element).name.clone(),
+        ends: own.ends.map(|node| node.index()),
+        label: own.label,
+        branch: false,
+    };
+    Graph {
+        nodes: graph.node_names().map(str::to_owned).collect(),
+        places: Vec::new(),
+        edges: graph.edges().map(edge).chain(coupled.into_iter().map(term)).collect(),
+    }
+}
+
+/// Where the nodes of the translational graph are at the start.
+fn node_places(formulated: &mut Formulated) -> Vec<[f64; 2]> {
+    let mechanism = formulated.equations.system.mechanism;
+    let bodies = mechanism.bodies.iter().enumerate().flat_map(|(index, body)| {
+        let id = cotree::mechanism::BodyId(index);
+        let points = (0..body.points.len()).map(move |point| Place::Point(id, point));
+        points.chain([Place::Centre(id)])
+    });
+    let ground = (0..mechanism.ground.len()).map(Place::Ground);
+    let system = &formulated.equations.system;
+    let mut places = vec![[0.0; 2]; system.translation.nodes()];
+    let used: Vec<Place> = bodies.chain(ground).filter(|place| system.has_node(*place)).collect();
+    for (place, at) in used.iter().zip(pose::positions(formulated, used.iter().copied())) {
+        places[formulated.equations.system.t_node(*place).index()] = at;
+    }
+    places
+}
+
+/// The linear graphs of a scene with their trees, and the mechanism at its start.
+///
+/// # Errors
+/// Everything that is wrong with the scene.
+pub fn linear_graphs(scene: &Scene) -> Result<(GraphDrawing, Drawing), Faults> {
+    let mechanism = scene.resolve()?.mechanism;
+    let mut formulated = formulate(&mechanism).map_err(|list| Faults::new(scene.source.clone(), list))?;
+    Ok((GraphDrawing::new(&mut formulated), pose::draw(&mut formulated)))
+}

@@ -1,0 +1,6 @@
+//! The pictures of studies.
+
+pub mod bench;
+pub mod fit;
+pub mod motion;
+pub mod sweep;

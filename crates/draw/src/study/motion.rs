@@ -1,0 +1,37 @@
+//! The quantities of a motion over its input.
+
+use cotree::columns::titled;
+use cotree::mechanism::Units;
+use cotree_study::motion::report::{Shown, radius_of};
+use cotree_study::motion::{Cam, Column, Figures};
+
+use crate::plot::{Plot, Series};
+
+/// The table over the input.
+pub fn plot(figures: &Figures, units: &Units) -> Plot {
+    let shown = Shown { units };
+    let series = |column: &Column| {
+        let unit = shown.of(&column.unit);
+        // Beyond a hundred a ratio is on its way to infinity, beyond ten base circles the radius of a profile.
+        let radius = |cam: &&Cam| column.name == radius_of(&cam.name);
+        let of_cam = figures.cams.iter().find(radius).map(|cam| 10.0 * cam.base);
+        let limit = if column.name == "advantage" { Some(100.0) } else { of_cam };
+        let is_far = |value: f64| limit.is_some_and(|limit| value.abs() > limit);
+        let value = |value: &f64| if is_far(*value) { f64::NAN } else { value / unit.factor };
+        Series {
+            name: column.name.clone(),
+            unit: unit.name.clone(),
+            values: column.values.iter().map(value).collect(),
+            ..Series::default()
+        }
+    };
+    let Some((input, rest)) = figures.table.split_first() else { return Plot::default() };
+    let unit = shown.of(&input.unit);
+    Plot {
+        title: figures.name.clone(),
+        axis: titled(&input.name, &unit.name),
+        true_to_scale: None,
+        time: input.values.iter().map(|value| value / unit.factor).collect(),
+        series: rest.iter().map(series).collect(),
+    }
+}

@@ -1,0 +1,327 @@
+//! `documentation/index.html`: what a user of the FMU wants to know, in one file without links: the page of `cotree view`, with more to read.
+
+use std::fmt::Write;
+
+use cotree::export::archive::Extra;
+use cotree::export::description::{Causality, Description, ScalarVariable, Start};
+use cotree::export::{ExportError, FmiVersion};
+use cotree::mechanism::Unit;
+use cotree_draw::drawing::Drawing;
+use cotree_draw::svg::escape;
+use cotree_fmu::context::Statistics;
+use cotree_fmu::instance::Inaccuracy;
+
+use crate::accuracy::{Accuracy, FINEST, Measurement, REFERENCE};
+use crate::icon;
+use crate::page::{Facts, Live, Page as LivePage, prose};
+
+const STYLE: &str = "body{font:16px/1.5 system-ui,'Segoe UI',Helvetica,Arial,sans-serif;color:#1f2933;max-width:60rem;\
+margin:2rem auto;padding:0 1rem}svg{max-width:100%;height:auto;border:1px solid #e6eaef;border-radius:6px}\
+table{border-collapse:collapse;width:100%;font-size:.92rem}th,td{text-align:left;padding:.3rem .7rem;\
+border-bottom:1px solid #e6eaef;vertical-align:top}.n{text-align:right;white-space:nowrap;font-variant-numeric:tabular-nums}\
+code{font-size:.92em;background:#f3f5f8;padding:.1em .3em;border-radius:3px}\
+pre{font-size:.86rem;background:#f3f5f8;padding:.7rem;border-radius:6px;overflow:auto;max-height:40rem}\
+math{font-size:1.05em}";
+
+/// What the page shows beside the description.
+#[derive(Clone, Copy, Debug)]
+pub struct Page<'a> {
+    /// The mechanism at its start.
+    pub drawing: &'a Drawing,
+    /// Figures, graphs and equations.
+    pub facts: &'a Facts,
+    /// What accuracy costs, or why it could not be measured.
+    pub accuracy: &'a Result<Accuracy, String>,
+    /// The motion, or why there is none.
+    pub live: &'a Result<Live, String>,
+}
+
+impl Page<'_> {
+    /// What an FMU carries beside the model: this page, and the pictures where its version of FMI has them.
+    ///
+    /// # Errors
+    /// The picture cannot be drawn.
+    pub fn files(&self, description: &Description, version: FmiVersion) -> Result<Vec<Extra>, ExportError> {
+        let picture = icon::png(self.drawing)?;
+        let mut files = vec![("documentation/index.html", self.html(description, version).into_bytes())];
+        files.extend(match version {
+            FmiVersion::V2 => vec![("model.png", picture)],
+            FmiVersion::V3 => vec![
+                ("documentation/diagram.png", picture.clone()),
+                ("documentation/diagram.svg", self.drawing.svg().into_bytes()),
+                ("terminalsAndIcons/icon.png", picture),
+            ],
+        });
+        Ok(files.into_iter().map(|(name, bytes)| Extra { name, bytes }).collect())
+    }
+
+    pub fn html(&self, description: &Description, version: FmiVersion) -> String {
+        let sections = self.sections(description, version);
+        match self.live {
+            Ok(live) => LivePage {
+                title: description.model_name.clone(),
+                description: prose(&description.description),
+                still: self.drawing.svg(),
+                facts: self.facts.clone(),
+                sections,
+                live: live.clone(),
+            }
+            .html(),
+            Err(why) => self.still(description, why, &sections),
+        }
+    }
+
+    /// A page without scripts.
+    fn still(&self, description: &Description, why: &str, sections: &str) -> String {
+        let name = escape(&description.model_name);
+        let about = match description.description.as_str() {
+            "" => String::new(),
+            text => format!("<p>{}</p>\n", prose(text)),
+        };
+        format!(
+            "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{name}</title>\n\
+             <style>{STYLE}</style>\n</head>\n<body>\n<h1>{name}</h1>\n{about}{}<p>The picture stands still: {}.</p>\n{sections}{}</body>\n</html>\n",
+            self.drawing.svg(),
+            escape(why),
+            self.facts.html()
+        )
+    }
+
+    /// How to use the FMU, its variables, what accuracy costs, licences.
+    fn sections(&self, description: &Description, version: FmiVersion) -> String {
+        let mut text = about(description, version);
+        for (title, wanted) in SECTIONS {
+            table(&mut text, title, description.variables.iter().filter(|variable| wanted(variable.causality)));
+        }
+        text.push_str(&initial_values(&description.variables));
+        text.push_str(&accuracy(self.accuracy, description.experiment.tolerance));
+        text.push_str(LICENCES);
+        text
+    }
+}
+
+/// Text as HTML that keeps its lines and spaces.
+pub fn preformatted(text: &str) -> String {
+    let lines: Vec<String> = text.lines().map(escape).collect();
+    format!("<pre>{}</pre>\n", lines.join("\n"))
+}
+
+type Section = (&'static str, fn(Causality) -> bool);
+
+const SECTIONS: [Section; 4] = [
+    ("Parameters", |causality| matches!(causality, Causality::Parameter { .. })),
+    ("Inputs", |causality| matches!(causality, Causality::Input { .. })),
+    ("Outputs", |causality| causality == Causality::Output),
+    ("Other variables", |causality| {
+        matches!(causality, Causality::CalculatedParameter { .. } | Causality::Local | Causality::Independent)
+    }),
+];
+
+const LICENCES: &str = "<h2>Licences</h2>\n<p>The shared libraries in <code>binaries/</code> are the cotree runtime, under the MIT \
+or the Apache 2.0 licence. The texts, and those of the libraries in it, are in <code>documentation/licenses/</code>. The model itself \
+belongs to whoever wrote its scene.</p>\n";
+
+/// How to use it, and what it cannot do.
+fn about(description: &Description, version: FmiVersion) -> String {
+    let experiment = description.experiment;
+    let exchange = match version {
+        FmiVersion::V2 => description.exchange.is_some(),
+        FmiVersion::V3 => description.exchange_with_rates,
+    };
+    let interfaces = match (exchange, version) {
+        (true, _) => "for Co-Simulation, with the integrator inside, and for Model Exchange",
+        (false, FmiVersion::V2) => {
+            "for Co-Simulation, with the integrator inside. No Model Exchange: a driver follows an input, and an importer that \
+             integrates does not tell the input's rate"
+        }
+        (false, FmiVersion::V3) => {
+            "for Co-Simulation, with the integrator inside. No Model Exchange: a driver integrates an input"
+        }
+    };
+    let rates = match version {
+        FmiVersion::V2 => "<code>fmi2SetRealInputDerivatives</code>",
+        FmiVersion::V3 => "the inputs <code>der(...)</code>",
+    };
+    let number = version.number();
+    format!(
+        "<h2>Use</h2>\n<p>FMI {number} {interfaces}. Default experiment: {:?} s to {:?} s, communication step {:?} s, \
+         relative tolerance {:?}. In Python, with fmpy:</p>\n{}\
+         <ul>\n<li>All values that are set and read are in SI units. In brackets: the units that tools show them in.</li>\n\
+         <li>The solver chooses its own steps within a communication step and keeps the loops closed.</li>\n\
+         {}<li>Between communication points an input keeps its value, or follows the rate given by {rates}. Two FMUs that exchange values once in a communication step see each \
+         other one step late; this is a property of co-simulation.</li>\n\
+         <li>Fixed parameters may be set until initialisation, tunable ones at any communication point.</li>\n\
+         <li>The state can be saved, restored and serialised; derivatives along directions, and of outputs by time up to \
+         the fourth order, are exact.</li>\n</ul>\n",
+        experiment.start,
+        experiment.stop,
+        experiment.step,
+        experiment.tolerance,
+        preformatted(&fmpy(description)),
+        if exchange { importers_tolerance(experiment.tolerance) } else { String::new() }
+    )
+}
+
+/// The tolerance recommended for the integrator of an importer.
+fn importers_tolerance(default: f64) -> String {
+    /// Coarser than this the energy of a pendulum grows visibly within seconds: see docs/fmu.md.
+    const COARSEST: f64 = 1e-8;
+    let tolerance = default.min(COARSEST);
+    format!(
+        "<li>In Model Exchange the importer integrates, and the motion and the loops are as good as its tolerance: give it {tolerance:e} or \
+         less, relative and absolute. It must handle events: there the loops are closed again.</li>\n         "
+    )
+}
+
+/// A script that runs the FMU, with one of its parameters and one of its results.
+fn fmpy(description: &Description) -> String {
+    let first =
+        |wanted: fn(Causality) -> bool| description.variables.iter().find(|variable| wanted(variable.causality));
+    let Description { identifier, experiment, .. } = description;
+    let start = match first(|causality| matches!(causality, Causality::Parameter { .. })) {
+        Some(ScalarVariable { name, causality: Causality::Parameter { start, .. }, .. }) => {
+            format!("    start_values={{{name:?}: {start:?}}},\n")
+        }
+        _ => String::new(),
+    };
+    let result = first(|causality| causality == Causality::Output);
+    let shown = result.map_or("result".into(), |variable| format!("result[\"time\"], result[{:?}]", variable.name));
+    format!(
+        "from fmpy import simulate_fmu\n\nresult = simulate_fmu(\n    \"{identifier}.fmu\",\n    stop_time={:?},\n    \
+         output_interval={:?},\n{start})\nprint({shown})\n",
+        experiment.stop, experiment.step
+    )
+}
+
+/// What accuracy costs.
+fn accuracy(measured: &Result<Accuracy, String>, default: f64) -> String {
+    let mut text = String::from("<h2>Accuracy and work</h2>\n");
+    let accuracy = match measured {
+        Ok(accuracy) => accuracy,
+        Err(reason) => {
+            add(&mut text, format_args!("<p>Not measured: {}.</p>\n", escape(reason)));
+            return text;
+        }
+    };
+    let [from, to] = accuracy.span;
+    add(
+        &mut text,
+        format_args!(
+            "<p>Measured with this model from {from:?} s to {to:?} s, at default parameters and inputs. The error is the largest of any \
+             output at any time, relative to the output's largest value, and against a run with tolerance {REFERENCE:e}. The default tolerance \
+             is {default:e}.</p>\n"
+        ),
+    );
+    if accuracy.attainable > FINEST {
+        let attainable = accuracy.attainable;
+        let help = escape(Inaccuracy::ROUNDING);
+        add(
+            &mut text,
+            format_args!(
+                "<p><strong>Rounding errors leave a relative accuracy of about {attainable:.0e}</strong>, at smaller tolerances too: {help}.</p>\n"
+            ),
+        );
+    }
+    if let Some(curve) = accuracy.curve() {
+        text.push_str(&curve.svg());
+    }
+    let heads = ["tolerance", "error", "steps", "rejected", accuracy.work()];
+    let heads = heads.map(|head| format!("<th class=\"n\">{head}</th>")).concat();
+    add(&mut text, format_args!("<table>\n<tr>{heads}</tr>\n"));
+    for Measurement { tolerance, error, statistics } in &accuracy.measurements {
+        let Statistics { steps, rejected, evaluations, .. } = statistics;
+        let (tolerance, error) = (format!("{tolerance:e}"), format!("{error:.1e}"));
+        let cells = [tolerance, error, steps.to_string(), rejected.to_string(), evaluations.to_string()];
+        let cells = cells.map(|cell| format!("<td class=\"n\">{cell}</td>")).concat();
+        add(&mut text, format_args!("<tr>{cells}</tr>\n"));
+    }
+    text.push_str("</table>\n");
+    text
+}
+
+/// A table of variables, if there are any.
+fn table<'a>(page: &mut String, title: &str, variables: impl Iterator<Item = &'a ScalarVariable>) {
+    let mut variables = variables.peekable();
+    let Some(first) = variables.peek() else {
+        return;
+    };
+    let range = range(first).is_some();
+    let columns = if range { "<th class=\"n\">default</th><th>permitted</th><th>may change</th>" } else { "" };
+    add(
+        page,
+        format_args!("<h2>{title}</h2>\n<table>\n<tr><th>name</th><th>unit</th>{columns}<th>meaning</th></tr>\n"),
+    );
+    for variable in variables {
+        let (name, unit) = (escape(&variable.name), escape(&shown_unit(&variable.unit)));
+        add(page, format_args!("<tr><td><code>{name}</code></td><td>{unit}</td>"));
+        if let Some((start, permitted, change)) = self::range(variable) {
+            let [start, permitted] = [start, permitted].map(|text| escape(&text));
+            add(page, format_args!("<td class=\"n\">{start}</td><td>{permitted}</td><td>{change}</td>"));
+        }
+        add(page, format_args!("<td>{}</td></tr>\n", prose(&variable.description)));
+    }
+    page.push_str("</table>\n");
+}
+
+/// The initial values that can be set.
+fn initial_values(variables: &[ScalarVariable]) -> String {
+    let rows = variables.iter().filter_map(|variable| {
+        let (value, kind) = match variable.start? {
+            Start::Exact(value) => (value, "known"),
+            Start::Approximate(value) => (value, "a guess that picks the assembly"),
+        };
+        let [name, unit, value] =
+            [&variable.name, &shown_unit(&variable.unit), &shown(value, &variable.unit)].map(|text| escape(text));
+        Some(format!(
+            "<tr><td><code>{name}</code></td><td>{unit}</td><td class=\"n\">{value}</td><td>{kind}</td></tr>\n"
+        ))
+    });
+    let rows: String = rows.collect();
+    if rows.is_empty() {
+        return rows;
+    }
+    format!(
+        "<h2>Initial values</h2>\n<p>They may be set before initialisation.</p>\n<table>\n\
+         <tr><th>name</th><th>unit</th><th class=\"n\">default</th><th>is</th></tr>\n{rows}</table>\n"
+    )
+}
+
+/// Default, permitted values, and when it may be set, of what can be set.
+fn range(variable: &ScalarVariable) -> Option<(String, String, &'static str)> {
+    let (start, [min, max]) = variable.causality.range()?;
+    let is_fixed = matches!(variable.causality, Causality::Parameter { tunable: false, .. });
+    let change = if is_fixed { "before start" } else { "any time" };
+    let shown = |value: f64| shown(value, &variable.unit);
+    let permitted = match (min.map(shown), max.map(shown)) {
+        (None, None) => "any".to_owned(),
+        (Some(min), None) => format!("at least {min}"),
+        (None, Some(max)) => format!("at most {max}"),
+        (Some(min), Some(max)) => format!("{min} to {max}"),
+    };
+    Some((shown(start), permitted, change))
+}
+
+/// A unit, and in brackets the one that tools show.
+fn shown_unit(unit: &Unit) -> String {
+    match &unit.display {
+        Some(display) => format!("{} ({})", unit.si, display.name),
+        None => unit.si.clone(),
+    }
+}
+
+/// A value, and in brackets as tools show it: without the last digits, in which a conversion rounds.
+fn shown(value: f64, unit: &Unit) -> String {
+    match &unit.display {
+        Some(display) => {
+            let converted = format!("{:.14e}", value / display.factor).parse().unwrap_or(value / display.factor);
+            format!("{value:?} ({converted:?} {})", display.name)
+        }
+        None => format!("{value:?}"),
+    }
+}
+
+fn add(page: &mut String, text: std::fmt::Arguments) {
+    // Writing to a string cannot fail.
+    let _ = page.write_fmt(text);
+}

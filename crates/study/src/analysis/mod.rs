@@ -1,0 +1,89 @@
+//! Analysis without simulation: equilibria and their stability, linearisation, natural vibrations. All derivatives are exact: the equations are
+//! differentiated symbolically.
+
+mod decompose;
+mod equilibrium;
+mod independent;
+mod matrix;
+mod modes;
+mod point;
+pub mod report;
+mod rest;
+mod resting;
+mod search;
+mod sensitivity;
+mod state_space;
+mod study;
+mod variation;
+
+use cotree_fmu::failure;
+use cotree_fmu::instance::InstanceError;
+use cotree_fmu::program::check::Fault;
+use nalgebra::DMatrix;
+use thiserror::Error;
+
+pub use equilibrium::{Equilibrium, Stability};
+pub use matrix::{dense, saddle};
+pub use modes::{Mode, modes};
+pub use point::Point;
+pub use rest::at_rest;
+pub use sensitivity::{Changes, Feature, Kind, ModeChanges, Sensitivities, Varied, Varying};
+pub use state_space::{Signal, StateSpace};
+pub use study::{At, Study, StudyError, state_at};
+pub use variation::Variation;
+
+/// Independent and dependent coordinates for a Jacobian of loop equations; none in a singular pose.
+pub fn independent_columns(jacobian: &DMatrix<f64>) -> Option<(Vec<usize>, Vec<usize>)> {
+    let partition = independent::Partition::new(jacobian).ok()?;
+    Some((partition.independent, partition.dependent))
+}
+
+#[derive(Debug, Error)]
+pub enum Failure {
+    #[error(
+        "no equilibrium was found from the guess; still accelerating there: {accelerating}; give another guess in \
+         `[initial]` or hold what accelerates"
+    )]
+    NoEquilibrium { accelerating: String },
+    /// The loop equations depend on each other in this pose only.
+    #[error(
+        "at t = {time} s the pose is singular: the loops leave more freedom than elsewhere and `{coordinate}` is not \
+         determined; choose another pose"
+    )]
+    Singular {
+        /// When \[s\].
+        time: f64,
+        coordinate: String,
+    },
+    /// An expression has no value or no derivative here.
+    #[error("at t = {time} s `{what}` has no finite value or derivative")]
+    NotFinite {
+        /// When \[s\].
+        time: f64,
+        what: String,
+    },
+    /// Parameters, inputs or initial values that the scene does not have.
+    #[error("{}", .0.join("\n"))]
+    Unknown(Vec<String>),
+    /// A motion that cannot be differentiated.
+    #[error("at t = {time} s there are no derivatives: {what}")]
+    NoDerivative {
+        /// When \[s\].
+        time: f64,
+        what: String,
+    },
+    #[error("the eigenvalues cannot be computed: the iteration does not converge")]
+    Eigenvalues,
+    /// What is computed here leaves the range of numbers.
+    #[error(
+        "the numbers become too large or too small to compute with; look for a mass, a length, a stiffness or a load that is far from all others"
+    )]
+    Range,
+    #[error(transparent)]
+    Motion(#[from] InstanceError),
+    /// The accelerations at the point of interest do.
+    #[error(transparent)]
+    Solver(#[from] failure::Failure),
+    #[error(transparent)]
+    Program(#[from] Fault),
+}

@@ -1,0 +1,75 @@
+//! A point of the motion: the values of all symbols.
+
+use cotree::expr::{Symbol, Values};
+use cotree::lower::symbol_register;
+use cotree_fmu::constraints::accelerations::Accelerations;
+use cotree_fmu::machine::Machine;
+use cotree_fmu::model::{Model, State};
+use cotree_fmu::program::Layout;
+
+use super::Failure;
+
+/// Values of all symbols: time, parameters, inputs, followers, q, v, a and lambda.
+#[derive(Clone, Debug)]
+pub struct Point {
+    layout: Layout,
+    /// The first part of the register file, up to and with the reactions.
+    registers: Vec<f64>,
+}
+
+impl Point {
+    /// A moving point: accelerations and reactions follow from the state.
+    ///
+    /// # Errors
+    /// The accelerations are not determined.
+    pub fn moving(model: &Model, state: &State) -> Result<Self, Failure> {
+        let mut machine = Machine::new(model);
+        machine.load(model, state);
+        Accelerations::new(model).evaluate(model, &mut machine)?;
+        let layout = *model.layout();
+        Ok(Point { layout, registers: machine.registers()[..layout.constants()].to_vec() })
+    }
+
+    /// A point at rest in the pose of a state, with inputs that do not change and without reactions.
+    pub fn resting(model: &Model, state: &State) -> Self {
+        let layout = *model.layout();
+        let mut registers = vec![0.0; layout.constants()];
+        let kept = [
+            0..layout.input_rates(), // time, parameters, inputs
+            layout.followers()..layout.follower_rates(),
+            layout.positions()..layout.rates(),
+        ];
+        for range in kept {
+            registers[range.clone()].copy_from_slice(&state.registers()[range]);
+        }
+        Point { layout, registers }
+    }
+
+    /// Time \[s\].
+    pub fn time(&self) -> f64 {
+        self.registers[self.layout.time()]
+    }
+
+    pub fn positions(&self) -> &[f64] {
+        &self.registers[self.layout.positions()..self.layout.rates()]
+    }
+
+    pub fn positions_mut(&mut self) -> &mut [f64] {
+        &mut self.registers[self.layout.positions()..self.layout.rates()]
+    }
+
+    /// The reactions of all loop equations, to be changed.
+    pub fn reactions_mut(&mut self) -> &mut [f64] {
+        &mut self.registers[self.layout.reactions()..self.layout.constants()]
+    }
+}
+
+impl Values for Point {
+    fn value(&self, symbol: Symbol) -> f64 {
+        match symbol {
+            // Only kinematic scenes lack masses, and then nothing that was asked for needs them.
+            Symbol::Missing(..) => 0.0,
+            symbol => self.registers[symbol_register(&self.layout, symbol)],
+        }
+    }
+}

@@ -1,0 +1,215 @@
+//! An equilibrium with its reactions and loads.
+
+use cotree::expr::{Expr, Symbol};
+use cotree::formulate::Formulated;
+use cotree::mechanism::{Dimension, Mechanism, Quantity, Variable};
+use serde_json::{Map, Value, json};
+
+use super::{Report, align, largest, number};
+use crate::analysis::resting::pose;
+use crate::analysis::{Equilibrium, Point, Stability};
+
+/// Groups are not magnified below this [m, rad, N, N.m].
+const LEAST: f64 = 1e-6;
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Statics {
+    pub name: String,
+    /// When drivers and loads were read \[s\].
+    pub time: f64,
+    pub stability: Stability,
+    /// Was it judged by the linearised motion, or by stiffness alone?
+    pub by_motion: bool,
+    /// Eigenvalues of the projected stiffness \[J\].
+    pub stiffness: Vec<f64>,
+    pub groups: Vec<Group>,
+    /// A body whose missing mass keeps the reactions unknown.
+    pub weightless: Option<String>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Group {
+    pub title: &'static str,
+    pub values: Vec<(String, f64, &'static str)>,
+}
+
+impl Statics {
+    pub fn new(formulated: &mut Formulated, equilibrium: &Equilibrium) -> Self {
+        let mechanism = formulated.equations.system.mechanism;
+        let mut reader = Reader { formulated, point: &equilibrium.point };
+        let mut groups = vec![reader.coordinates(), reader.read("pose", pose(mechanism))];
+        let efforts = [("joints", joints(mechanism)), ("drivers", mechanism.driver_efforts())];
+        let weightless = efforts.iter().find_map(|(_, variables)| reader.missing_mass(variables));
+        if weightless.is_none() {
+            groups.extend(efforts.map(|(title, variables)| reader.read(title, variables)));
+        }
+        groups.push(reader.loads());
+        groups.retain(|group| !group.values.is_empty());
+        Statics {
+            name: mechanism.name.clone(),
+            time: equilibrium.point.time(),
+            stability: equilibrium.stability.clone(),
+            by_motion: equilibrium.by_motion,
+            stiffness: equilibrium.stiffness.clone(),
+            groups,
+            weightless,
+        }
+    }
+
+    pub fn value(&self, name: &str) -> Option<f64> {
+        let mut values = self.groups.iter().flat_map(|group| &group.values);
+        values.find(|(known, ..)| known == name).map(|(_, value, _)| *value)
+    }
+}
+
+struct Reader<'a, 'm> {
+    formulated: &'a mut Formulated<'m>,
+    point: &'a Point,
+}
+
+impl Reader<'_, '_> {
+    fn values(&self, exprs: &[Expr]) -> Vec<f64> {
+        self.formulated.equations.system.arena.evaluate(exprs, self.point)
+    }
+
+    fn coordinates(&self) -> Group {
+        let coordinates = self.formulated.equations.coordinates.iter().zip(self.point.positions());
+        let values = coordinates.map(|(coordinate, &value)| {
+            (coordinate.name.position.clone(), value, if coordinate.angular { "rad" } else { "m" })
+        });
+        Group { title: "coordinates", values: values.collect() }
+    }
+
+    fn exprs(&mut self, variables: &[Variable]) -> Vec<Expr> {
+        variables.iter().map(|&variable| self.formulated.equations.variable(variable)).collect()
+    }
+
+    fn read(&mut self, title: &'static str, mut variables: Vec<Variable>) -> Group {
+        variables.retain(|variable| !self.formulated.lowered.shared.undetermined.contains(variable));
+        let exprs = self.exprs(&variables);
+        let values = variables.into_iter().zip(self.values(&exprs)).map(|(variable, value)| {
+            let name = self.formulated.equations.system.mechanism.variable_name(variable);
+            (name, value, variable.quantity.measure().si)
+        });
+        Group { title, values: values.collect() }
+    }
+
+    /// A body without mass of which these values depend: its weight is not known.
+    fn missing_mass(&mut self, variables: &[Variable]) -> Option<String> {
+        let mechanism = self.formulated.equations.system.mechanism;
+        let gravity = mechanism.gravity.each_ref().map(|component| self.formulated.equations.formula(component));
+        if self.values(&gravity) == [0.0; 2] {
+            return None;
+        }
+        let exprs = self.exprs(variables);
+        let symbols = self.formulated.equations.system.arena.symbols(exprs);
+        symbols.into_iter().find_map(|symbol| match symbol {
+            Symbol::Missing(body, cotree::expr::Property::Mass) => Some(mechanism.bodies[body].name.clone()),
+            _ => None,
+        })
+    }
+
+    /// Loads by their variables; forces in the world's axes, whatever axes the scene gives them in.
+    fn loads(&mut self) -> Group {
+        let mechanism = self.formulated.equations.system.mechanism;
+        let plane = mechanism.dimension == Dimension::Two;
+        let variables = mechanism.loads.iter().flat_map(|load| {
+            let quantities = load.component().pose.iter().filter(|quantity| plane || **quantity != Quantity::Fy);
+            quantities.map(|&quantity| Variable { owner: load.owner, quantity })
+        });
+        self.read("loads", variables.collect())
+    }
+}
+
+fn joints(mechanism: &Mechanism) -> Vec<Variable> {
+    let mut variables = Vec::new();
+    for joint in &mechanism.joints {
+        let component = joint.component();
+        let quantities = component.pose.iter().copied().chain(component.reactions(mechanism.dimension));
+        variables.extend(quantities.map(|quantity| Variable { owner: joint.owner, quantity }));
+    }
+    variables
+}
+
+impl Stability {
+    fn word(&self) -> &'static str {
+        match self {
+            Stability::Held => "held",
+            Stability::Stable => "stable",
+            Stability::Neutral(_) => "neutral",
+            Stability::Undecided(_) => "undecided",
+            Stability::Unstable(_) => "unstable",
+        }
+    }
+
+    fn sentence(&self) -> String {
+        match self {
+            Stability::Held => "joints and drivers constrain every coordinate: nothing can move".to_owned(),
+            Stability::Stable => "stable: every displacement meets a restoring force, and no mode grows".to_owned(),
+            Stability::Neutral(most) => {
+                format!("neutral: a mode has no stiffness; in it `{most}` moves most")
+            }
+            Stability::Undecided(most) => {
+                format!("undecided: to first order a mode neither grows nor decays; in it `{most}` moves most")
+            }
+            Stability::Unstable(most) => {
+                format!("unstable: a mode grows; in it `{most}` moves most")
+            }
+        }
+    }
+}
+
+impl Report for Statics {
+    fn text(&self) -> String {
+        let Statics { name, time, stability, .. } = self;
+        let mut text = format!("{name} at rest, t = {time} s\n{}\n", stability.sentence());
+        if !self.by_motion {
+            text.push_str("(judged by stiffness alone: the motion cannot be linearised here)\n");
+        }
+        for group in &self.groups {
+            let largest = largest(group.values.iter().map(|(_, value, _)| value)).max(LEAST);
+            text.push_str(&format!("\n{}\n", group.title));
+            let line = |(name, value, unit): &(String, f64, &str)| {
+                vec![name.clone(), number(*value, largest), (*unit).to_owned()]
+            };
+            text.push_str(&align(&group.values.iter().map(line).collect::<Vec<_>>()));
+        }
+        if let Some(body) = &self.weightless {
+            text.push_str(&format!(
+                "\nThe reactions are not known: body `{body}` has no mass, so its weight is not known.\n"
+            ));
+        }
+        text
+    }
+
+    fn json(&self) -> Value {
+        let mut groups = Map::new();
+        for group in &self.groups {
+            let values = group.values.iter().map(|(name, value, _)| (name.clone(), json!(value)));
+            groups.insert(group.title.to_owned(), Value::Object(values.collect()));
+        }
+        let most = match &self.stability {
+            Stability::Neutral(most) | Stability::Undecided(most) | Stability::Unstable(most) => Some(most),
+            Stability::Held | Stability::Stable => None,
+        };
+        json!({
+            "name": self.name,
+            "time": self.time,
+            "stability": self.stability.word(),
+            "moves_most": most,
+            "judged_by": if self.by_motion { "motion" } else { "stiffness" },
+            "stiffness": self.stiffness,
+            "values": groups,
+        })
+    }
+
+    fn csv(&self) -> String {
+        let mut text = String::from("group,name,value,unit\n");
+        for Group { title, values } in &self.groups {
+            for (name, value, unit) in values {
+                text.push_str(&format!("{title},{name},{value:?},{unit}\n"));
+            }
+        }
+        text
+    }
+}

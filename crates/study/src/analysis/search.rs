@@ -1,0 +1,254 @@
+//! The search for a pose in which nothing accelerates: Q(q, 0, t0) - Phi_q^T lambda = 0, Phi = 0.
+//!
+//! Levenberg-Marquardt from the guess, with the exact Jacobian. Where it stagnates at no solution (a level pendulum has zero stiffness), the mechanism is
+//! moved along its accelerations from rest for a while, and the search continues from there; if it converges to the same point again, the motion from the
+//! guess is followed longer and longer.
+
+use cotree::formulate::Formulated;
+use nalgebra::{DMatrix, DVector};
+
+use super::decompose::svd;
+use super::variation::{Column, Numbers, Row, Variation};
+use super::{Failure, Point};
+
+const ITERATIONS: usize = 100;
+/// Longest change of a coordinate in one iteration, in units of its scale.
+const REACH: f64 = 0.5;
+/// Damping at the start, and at which the search counts as stagnant.
+const DAMPING: [f64; 2] = [1e-3, 1e8];
+/// A pose is an equilibrium when a change of this size, in units of the scales, could cancel the residual.
+const BALANCED: f64 = 1e-9;
+/// Rounding error relative to the largest entry.
+const ROUNDING: f64 = 1e-14;
+/// How often the mechanism is released, and for how many moves of which size.
+const RELEASES: usize = 15;
+const MOVES: usize = 5;
+const MOVE: f64 = 0.1;
+
+/// Searches for an equilibrium from a resting point.
+pub(super) fn search(formulated: &Formulated, variation: &Variation, guess: Point) -> Result<Point, Failure> {
+    let mut search = Search::new(formulated, variation, guess)?;
+    let mut released = search.point.clone();
+    let mut stuck = None;
+    for _ in 0..RELEASES {
+        search.descend()?;
+        if search.is_balanced()? {
+            return Ok(search.point);
+        }
+        stuck.get_or_insert_with(|| search.point.clone());
+        for _ in 0..MOVES {
+            search.release()?;
+        }
+    }
+    // The search converges to the same point again: the released motion is continued, and the search starts from its end.
+    for _ in 0..RELEASES {
+        search.point = released;
+        for _ in 0..MOVES {
+            search.release()?;
+        }
+        released = search.point.clone();
+        search.descend()?;
+        if search.is_balanced()? {
+            return Ok(search.point);
+        }
+    }
+    let point = stuck.unwrap_or(search.point);
+    Err(Failure::NoEquilibrium { accelerating: accelerating(formulated, variation, &point)? })
+}
+
+/// Accelerations of a point when it is released from rest.
+fn accelerations(numbers: &Numbers, point: &Point) -> Result<DVector<f64>, Failure> {
+    let coordinates = point.positions().len();
+    let (motion, loops) = (numbers.values(Row::Motion), numbers.values(Row::Accelerations));
+    let right = DVector::from_iterator(motion.len() + loops.len(), motion.iter().chain(&loops).map(|value| -value));
+    // The solution holds changes of the reactions too. In a singular pose: the solution of least norm.
+    Ok(solve(&numbers.system(), &right, 0.0)?.rows(0, coordinates).into_owned())
+}
+
+fn accelerating(formulated: &Formulated, variation: &Variation, point: &Point) -> Result<String, Failure> {
+    let equations = &formulated.equations;
+    let accelerations = accelerations(&variation.motion_at(equations, point)?, point)?;
+    let scales = scales(formulated);
+    let mut order: Vec<usize> = (0..scales.len()).collect();
+    let size = |index: &usize| (accelerations[*index] / scales[*index]).abs();
+    order.sort_by(|a, b| size(b).total_cmp(&size(a)));
+    let most = order.first().map_or(0.0, size);
+    let named = order.iter().take(3).filter(|index| size(index) > 1e-3 * most).map(|&index| {
+        let coordinate = &equations.coordinates[index];
+        let unit = if coordinate.angular { "rad/s2" } else { "m/s2" };
+        format!("`{}` ({:.3} {unit})", coordinate.name.position, accelerations[index])
+    });
+    Ok(named.collect::<Vec<_>>().join(", "))
+}
+
+pub(super) fn scales(formulated: &Formulated) -> Vec<f64> {
+    formulated.lowered.program.coordinates.iter().map(|coordinate| coordinate.scale).collect()
+}
+
+/// x of the damped least-squares problem |A x - b|^2 + damping |x|^2; without damping the smallest of the best.
+fn solve(a: &DMatrix<f64>, b: &DVector<f64>, damping: f64) -> Result<DVector<f64>, Failure> {
+    if a.is_empty() {
+        return Ok(DVector::zeros(a.ncols()));
+    }
+    let svd = svd(a.clone(), true, true)?;
+    let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else { return Ok(DVector::zeros(a.ncols())) };
+    let least = 1e-12 * svd.singular_values.max();
+    let mut parts = u.tr_mul(b);
+    for (part, &s) in parts.iter_mut().zip(&svd.singular_values) {
+        *part *= if s > least { s / (s * s + damping) } else { 0.0 };
+    }
+    Ok(v_t.tr_mul(&parts))
+}
+
+/// Orthonormal basis of the null space of a matrix: its right singular vectors whose singular values are at most a share of the largest.
+pub(super) fn null_space(rows: &DMatrix<f64>, share: f64) -> Result<DMatrix<f64>, Failure> {
+    let n = rows.ncols();
+    if rows.is_empty() {
+        return Ok(DMatrix::identity(n, n));
+    }
+    // The decomposition gives as many directions as there are rows: empty rows make it give all.
+    let square = rows.clone().resize_vertically(rows.nrows().max(n), 0.0);
+    let svd = svd(square, false, true)?;
+    let least = share * svd.singular_values.max();
+    let free: Vec<usize> = (0..n).filter(|&index| svd.singular_values[index] <= least).collect();
+    Ok(svd.v_t.map_or_else(|| DMatrix::zeros(n, 0), |v_t| v_t.select_rows(&free).transpose()))
+}
+
+struct Search<'a, 'm> {
+    formulated: &'a Formulated<'m>,
+    variation: &'a Variation,
+    point: Point,
+    scales: Vec<f64>,
+    /// Of the independent loop equations.
+    gaps: Vec<f64>,
+    /// Forces are measured in units of this energy [J] by the scales.
+    energy: f64,
+}
+
+impl<'a, 'm> Search<'a, 'm> {
+    fn new(formulated: &'a Formulated<'m>, variation: &'a Variation, point: Point) -> Result<Self, Failure> {
+        let constraints = &formulated.lowered.program.constraints;
+        let gaps = variation.active().iter().map(|&row| constraints[row].scale).collect();
+        let mut search = Search { formulated, variation, point, scales: scales(formulated), gaps, energy: 1.0 };
+        let numbers = variation.motion_at(&formulated.equations, &search.point)?;
+        let (jacobian, residual) = (search.jacobian(&numbers), search.scaled(&numbers.values(Row::Motion)));
+        let n = search.scales.len();
+        let largest = jacobian.view((0, 0), (n, n)).amax().max(residual.amax());
+        if largest > 0.0 {
+            search.energy = largest;
+        }
+        search.carry(&numbers)?;
+        Ok(search)
+    }
+
+    /// Q in units of energy, for unit changes of the coordinates.
+    fn scaled(&self, forces: &DVector<f64>) -> DVector<f64> {
+        DVector::from_fn(forces.len(), |row, _| forces[row] * self.scales[row] / self.energy)
+    }
+
+    /// The reactions that balance the loads best, by least squares.
+    fn carry(&mut self, numbers: &Numbers) -> Result<(), Failure> {
+        let reactions = numbers.block(Row::Motion, Column::Reactions);
+        let change = solve(&reactions, &-numbers.values(Row::Motion), 0.0)?;
+        self.change_reactions(change.as_slice());
+        Ok(())
+    }
+
+    fn change_reactions(&mut self, change: &[f64]) {
+        let reactions = self.point.reactions_mut();
+        for (&row, change) in self.variation.active().iter().zip(change) {
+            reactions[row] += change;
+        }
+    }
+
+    /// Unbalanced loads and gaps in natural units.
+    fn residual(&self, point: &Point) -> DVector<f64> {
+        let equations = &self.formulated.equations;
+        let motion = self.scaled(&self.variation.values(equations, point, Row::Motion));
+        let loops = self.variation.values(equations, point, Row::Loops);
+        let loops = loops.iter().zip(&self.gaps).map(|(gap, scale)| gap / scale);
+        DVector::from_iterator(motion.len() + self.gaps.len(), motion.iter().copied().chain(loops))
+    }
+
+    /// Derivatives of the residual by coordinates and reactions in natural units.
+    fn jacobian(&self, numbers: &Numbers) -> DMatrix<f64> {
+        let (n, m) = (self.scales.len(), self.gaps.len());
+        let stiffness = numbers.block(Row::Motion, Column::Positions);
+        let reactions = numbers.block(Row::Motion, Column::Reactions);
+        let loops = numbers.block(Row::Loops, Column::Positions);
+        DMatrix::from_fn(n + m, n + m, |row, column| match (row.checked_sub(n), column.checked_sub(n)) {
+            (None, None) => stiffness[(row, column)] * self.scales[row] * self.scales[column] / self.energy,
+            (None, Some(k)) => reactions[(row, k)] * self.scales[row] / self.gaps[k],
+            (Some(k), None) => loops[(k, column)] * self.scales[column] / self.gaps[k],
+            (Some(_), Some(_)) => 0.0,
+        })
+    }
+
+    fn is_balanced(&self) -> Result<bool, Failure> {
+        let numbers = self.variation.motion_at(&self.formulated.equations, &self.point)?;
+        let (residual, jacobian) = (self.residual(&self.point), self.jacobian(&numbers));
+        let noise = ROUNDING * jacobian.amax().max(1.0);
+        let balanced = |(r, row): (&f64, nalgebra::DVectorView<f64>)| r.abs() <= BALANCED * row.amax() + noise;
+        Ok(residual.iter().zip(jacobian.transpose().column_iter()).all(balanced))
+    }
+
+    /// Levenberg-Marquardt down to rounding, or until it stagnates.
+    fn descend(&mut self) -> Result<(), Failure> {
+        let mut damping = DAMPING[0];
+        let mut residual = self.residual(&self.point);
+        for _ in 0..ITERATIONS {
+            let numbers = self.variation.motion_at(&self.formulated.equations, &self.point)?;
+            let jacobian = self.jacobian(&numbers);
+            loop {
+                let next = self.moved(&solve(&jacobian, &-&residual, damping)?);
+                let rest = self.residual(&next);
+                // Written so that NaN is no progress.
+                if rest.norm() < residual.norm() {
+                    (self.point, residual) = (next, rest);
+                    damping *= 0.05;
+                    break;
+                }
+                damping = 10.0 * damping.max(1e-16);
+                if damping > DAMPING[1] {
+                    return Ok(());
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The point after a step, which is shortened if a coordinate would move too far.
+    fn moved(&self, step: &DVector<f64>) -> Point {
+        let n = self.scales.len();
+        let longest = step.rows(0, n).amax();
+        let share = if longest > REACH { REACH / longest } else { 1.0 };
+        let mut next = self.point.clone();
+        for ((q, scale), change) in next.positions_mut().iter_mut().zip(&self.scales).zip(step.iter()) {
+            *q += share * change * scale;
+        }
+        let reactions = next.reactions_mut();
+        for ((&row, scale), change) in self.variation.active().iter().zip(&self.gaps).zip(step.iter().skip(n)) {
+            reactions[row] += share * change * self.energy / scale;
+        }
+        next
+    }
+
+    /// A short move in the direction of the accelerations, with the loops closed again.
+    fn release(&mut self) -> Result<(), Failure> {
+        let equations = &self.formulated.equations;
+        let accelerations = accelerations(&self.variation.motion_at(equations, &self.point)?, &self.point)?;
+        let sizes = accelerations.iter().zip(&self.scales).map(|(acceleration, scale)| (acceleration / scale).abs());
+        let largest = sizes.fold(0.0, f64::max);
+        if largest > 0.0 {
+            let moves = self.point.positions_mut().iter_mut().zip(&accelerations);
+            moves.for_each(|(q, acceleration)| *q += MOVE * acceleration / largest);
+        }
+        for _ in 0..MOVES {
+            let numbers = self.variation.motion_at(equations, &self.point)?;
+            let step = solve(&numbers.block(Row::Loops, Column::Positions), &-numbers.values(Row::Loops), 0.0)?;
+            self.point.positions_mut().iter_mut().zip(&step).for_each(|(q, change)| *q += change);
+        }
+        let numbers = self.variation.motion_at(equations, &self.point)?;
+        self.carry(&numbers)
+    }
+}

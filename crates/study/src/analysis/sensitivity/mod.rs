@@ -1,0 +1,190 @@
+//! How a motion changes with parameters, constant inputs and initial values: the variational equations along the motion (direct differentiation;
+//! Haug, Wehage and Mani, *ASME J. Mech. Transm. Autom. Des.* 106, 1984).
+//!
+//! With K = \[M Phi_q^T; Phi_q 0\] and all derivatives at fixed time,
+//!
+//! K \[a_p; lambda_p\] = -(d/dq q_p + d/dv v_p + d/dp) \[M a + Phi_q^T lambda - Q; Phi_q a - gamma\].
+//!
+//! Its solution comes from Taylor series in dual numbers ([`cotree_fmu::instance::Variational`]); where there are none, from collocation at the Gauss nodes, with steps that
+//! the last coefficients of a_p choose. The motion is that of the program that runs in the FMU; q_p and v_p are put back onto the varied loop equations after each step.
+
+mod collocation;
+mod corner;
+mod event;
+mod feature;
+mod rest;
+mod rule;
+mod start;
+mod step;
+
+use cotree::diagnostic::{every, suggest};
+use cotree::expr::{Order, Symbol};
+use cotree::formulate::Formulated;
+use cotree::mechanism::Unit;
+use cotree_fmu::instance;
+use nalgebra::{DMatrix, DVector};
+
+use super::variation::Variation;
+use super::{Failure, Study, StudyError};
+use corner::Switched;
+pub use feature::{Changes, Feature, Kind};
+pub use rest::ModeChanges;
+pub use step::At;
+use step::Course;
+
+/// Derivatives of outputs along a motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sensitivities {
+    /// \[s\]
+    pub times: Vec<f64>,
+    /// What was differentiated, with its unit.
+    pub outputs: Vec<(String, String)>,
+    /// With respect to what, with its unit.
+    pub parameters: Vec<(String, String)>,
+    /// The outputs at each time, SI.
+    pub values: Vec<DVector<f64>>,
+    /// Their derivatives at fixed time: for each time a row for each output and a column for each parameter, SI.
+    pub derivatives: Vec<DMatrix<f64>>,
+}
+
+/// A motion that can be repeated with other values of what it is differentiated with respect to: the equations are differentiated once.
+#[derive(Debug)]
+pub struct Varying<'f, 'm> {
+    formulated: &'f Formulated<'m>,
+    variation: Variation,
+    parameters: Vec<Varied>,
+}
+
+/// What a motion is differentiated with respect to.
+#[derive(Clone, Debug)]
+pub struct Varied {
+    /// The user's name.
+    pub name: String,
+    pub unit: Unit,
+    /// Its value in the scene, SI.
+    pub start: f64,
+    /// Smallest and largest permitted value, SI.
+    pub bounds: [Option<f64>; 2],
+    /// What it is in the program, and in the equations.
+    place: instance::Varied,
+    symbol: Symbol,
+}
+
+impl<'f, 'm> Varying<'f, 'm> {
+    fn new(formulated: &'f mut Formulated<'m>, to: &[String]) -> Result<Self, Failure> {
+        let parameters = varied(formulated, to)?;
+        let program = &formulated.lowered.program;
+        if !program.followers.is_empty() {
+            let what = "a driver integrates an input: derivatives of such motions are not computed".to_owned();
+            return Err(Failure::NoDerivative { time: program.experiment.start, what });
+        }
+        // Time is a column of its own: switching functions may depend on it.
+        let signals = parameters.iter().map(|own| own.symbol).chain([Symbol::Time]).collect();
+        let variation = Variation::of_constraints(formulated, signals);
+        Ok(Varying { formulated, variation, parameters })
+    }
+
+    /// What is varied.
+    pub fn parameters(&self) -> &[Varied] {
+        &self.parameters
+    }
+
+    pub fn outputs(&self) -> impl Iterator<Item = (&str, &Unit)> + Clone {
+        let outputs = &self.formulated.equations.system.mechanism.outputs;
+        outputs.iter().map(|output| (output.name.as_str(), &output.unit))
+    }
+
+    /// The outputs at these times \[s\], ascending, and their derivatives, with the parameters at these values \[SI\].
+    ///
+    /// # Errors
+    /// A motion that cannot be continued, or derivatives that do not exist.
+    pub fn at(&self, values: &[f64], times: &[f64]) -> Result<Vec<At>, Failure> {
+        Ok(self.seen(values, times)?.0)
+    }
+
+    /// The same, and the laws that have switched.
+    fn seen(&self, values: &[f64], times: &[f64]) -> Result<(Vec<At>, Vec<Switched>), Failure> {
+        let changed = self.parameters.iter().zip(values).filter(|(own, value)| own.start != **value);
+        let changed: Vec<(&str, f64)> = changed.map(|(own, &value)| (own.name.as_str(), value)).collect();
+        let mut course = Course::new(self.formulated, &self.variation, &self.parameters, &changed)?;
+        let mut found = Vec::with_capacity(times.len());
+        course.run(times, |outputs| found.push(outputs))?;
+        Ok((found, course.switched))
+    }
+}
+
+impl Study {
+    /// Derivatives of the scene's outputs with respect to parameters, constant inputs and initial values, at these times \[s\], ascending.
+    ///
+    /// Exact up to the tolerance of the scene: nothing is differenced. Where laws switch, the derivatives of rates jump as they should. A guess only picks the
+    /// assembly; of what is left open at the start the pose next to the nominal one counts.
+    ///
+    /// # Errors
+    /// A name that cannot be set, equations that cannot be formulated, a motion that cannot be continued, or derivatives that do not exist: at a
+    /// singular pose, where a law is touched without being crossed, or where redundant joints fit for these very lengths only.
+    pub fn sensitivities(&mut self, to: &[String], times: &[f64]) -> Result<Sensitivities, StudyError> {
+        self.varying(to, |varying| {
+            let start: Vec<f64> = varying.parameters.iter().map(|own| own.start).collect();
+            let (values, derivatives) = varying.at(&start, times)?.into_iter().unzip();
+            Ok(Sensitivities {
+                times: times.to_vec(),
+                outputs: varying.outputs().map(|(name, unit)| (name.to_owned(), unit.si.clone())).collect(),
+                parameters: varying.parameters.iter().map(|own| (own.name.clone(), own.unit.si.clone())).collect(),
+                values,
+                derivatives,
+            })
+        })
+    }
+
+    /// Hands over a motion that can be repeated with other values.
+    ///
+    /// # Errors
+    /// A name that cannot be set, equations that cannot be formulated, or `then` fails.
+    pub fn varying<T>(
+        &mut self,
+        to: &[String],
+        then: impl FnOnce(&Varying) -> Result<T, Failure>,
+    ) -> Result<T, StudyError> {
+        let mechanism = self.mechanism().clone();
+        self.formulated(&mechanism, |formulated| then(&Varying::new(formulated, to)?))
+    }
+}
+
+/// The parameters, inputs or initial values behind names.
+fn varied(formulated: &Formulated, names: &[String]) -> Result<Vec<Varied>, Failure> {
+    every(names.iter().map(|name| parameter(formulated, name))).map_err(Failure::Unknown)
+}
+
+/// The parameter, input or initial value behind a name; or that there is none.
+fn parameter(formulated: &Formulated, name: &str) -> Result<Varied, String> {
+    let mechanism = formulated.equations.system.mechanism;
+    let program = &formulated.lowered.program;
+    // In the program, initial values come after the parameters of the scene.
+    if let Some(index) = program.parameters.iter().position(|own| own.name == name) {
+        let place = || (mechanism.initial.iter()).position(|line| mechanism.variable_name(line.variable) == name);
+        let unit = match mechanism.parameters.get(index) {
+            Some(own) => own.unit.clone(),
+            None => place().map_or_else(Unit::default, |place| {
+                let line = &mechanism.initial[place];
+                Unit::of(&line.variable.quantity.measure(), line.display.clone())
+            }),
+        };
+        let cotree_fmu::program::Parameter { start, min, max, .. } = program.parameters[index];
+        let (name, symbol) = (name.to_owned(), Symbol::Parameter(index));
+        let place = instance::Varied::Parameter(index);
+        return Ok(Varied { name, unit, start, bounds: [min, max], place, symbol });
+    }
+    if let Some(index) = program.inputs.iter().position(|own| own.name == name) {
+        let cotree_fmu::program::Input { start, min, max, .. } = program.inputs[index];
+        let (name, symbol) = (name.to_owned(), Symbol::Input(index, Order::Position));
+        let place = instance::Varied::Input(index);
+        let unit = mechanism.inputs[index].unit.clone();
+        return Ok(Varied { name, unit, start, bounds: [min, max], place, symbol });
+    }
+    if let Some(why) = mechanism.why_calculated(name) {
+        return Err(why);
+    }
+    let names = program.parameters.iter().map(|own| own.name.as_str());
+    let names = names.chain(program.inputs.iter().map(|own| own.name.as_str()));
+    Err(format!("the scene has no parameter, input or initial value `{name}`; {}", suggest::known(name, names)))
+}

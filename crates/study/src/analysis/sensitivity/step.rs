@@ -1,0 +1,361 @@
+//! The variational equations from one step to the next.
+
+use std::sync::Arc;
+
+use cotree::expr::{Order, Symbol, Values};
+use cotree::formulate::Formulated;
+use cotree_fmu::instance::{self, Instance, Snapshot, Variational};
+use cotree_fmu::model::Model;
+use cotree_fmu::program::Motion;
+use nalgebra::{DMatrix, DVector};
+
+use super::super::point::Point;
+use super::super::variation::{Column, Numbers, Row, Variation};
+use super::super::{Failure, decompose};
+use super::Varied;
+use super::corner::Switched;
+use super::event::Crossing;
+use super::rule::{NODES, Rule};
+use super::start::{check_repeated, start};
+
+/// The motion is computed that much more accurately than its derivatives.
+const FINER: f64 = 1e-2;
+/// So are the series of the derivatives.
+const CLOSER: f64 = 0.1;
+/// No finer than this.
+const FINEST: f64 = 1e-13;
+/// Steps of a run.
+const MOST_STEPS: usize = 1_000_000;
+/// The first step is this share of the run.
+const FIRST: f64 = 1e-2;
+/// Where steps have become that short: a pose whose smallest singular value is below this share of the largest.
+const SINGULAR: f64 = 1e-4;
+/// The shortest step, as a share of the run.
+const SHORTEST: f64 = 1e-10;
+/// Signs of switching functions are looked at so often in a step of the motion.
+const LOOKS: usize = 4;
+/// A step by series that was not good enough is made that much shorter.
+const SHORTER: f64 = 0.6;
+
+/// The outputs at a time and their derivatives: a row for each output, a column for each parameter.
+pub type At = (DVector<f64>, DMatrix<f64>);
+
+/// The motion and its derivatives at a time.
+pub struct Course<'f, 'm> {
+    pub(super) formulated: &'f Formulated<'m>,
+    pub(super) variation: &'f Variation,
+    pub(super) model: Arc<Model>,
+    /// The motion at the time that the derivatives belong to.
+    pub(super) motion: Instance,
+    pub(super) variational: Variational,
+    /// The variables that the outputs are.
+    pub(super) outputs: Vec<usize>,
+    pub(super) parameters: usize,
+    /// The scale of the coordinates over each parameter; over 1 where that is zero.
+    pub(super) sizes: Vec<f64>,
+    /// q_p and v_p: a column for each parameter.
+    pub(super) positions: DMatrix<f64>,
+    pub(super) rates: DMatrix<f64>,
+    /// On which side of zero the switching functions are.
+    pub(super) sides: Vec<Option<bool>>,
+    /// From here on the signs are those after the last crossing \[s\].
+    pub(super) clear: f64,
+    /// Laws that have switched.
+    pub(super) switched: Vec<Switched>,
+    pub(super) rule: &'static Rule,
+    pub(super) tolerance: f64,
+    kinematic: bool,
+    /// Series that have begun already, if the derivatives are still where they did.
+    begun: Option<Begun>,
+    before: Before,
+}
+
+/// The time at which series begin, and how long a step they permit; none where there are none \[s\].
+#[derive(Clone, Copy)]
+struct Begun {
+    time: f64,
+    length: Option<f64>,
+}
+
+/// Where a step by series begins.
+struct Before {
+    motion: Snapshot,
+    positions: DMatrix<f64>,
+    rates: DMatrix<f64>,
+}
+
+impl<'f, 'm> Course<'f, 'm> {
+    /// Begins at the start of the experiment, with these values changed \[SI\].
+    pub fn new(
+        formulated: &'f Formulated<'m>,
+        variation: &'f Variation,
+        varied: &[Varied],
+        changed: &[(&str, f64)],
+    ) -> Result<Self, Failure> {
+        let program = formulated.lowered.program.clone();
+        let (experiment, kinematic) = (program.experiment, program.motion == Motion::Kinematic);
+        let model = Arc::new(Model::new(program)?);
+        let mut motion = Instance::new(Arc::clone(&model));
+        let finer = (experiment.tolerance * FINER).max(FINEST);
+        motion.setup(experiment.start, None, Some(finer))?;
+        for (name, value) in changed {
+            let variable = model.program().variables.iter().position(|own| own.name == *name);
+            let unknown = || Failure::Unknown(vec![format!("`{name}` cannot be set")]);
+            motion.set(variable.ok_or_else(unknown)?, *value)?;
+        }
+        motion.initialise()?;
+        let empty = DMatrix::zeros(formulated.equations.coordinates.len(), varied.len());
+        let scale = model.program().coordinates.iter().fold(0.0, |most: f64, own| most.max(own.scale));
+        let size = |own: &Varied| if own.start == 0.0 { scale } else { scale / own.start.abs() };
+        let places: Vec<instance::Varied> = varied.iter().map(|own| own.place).collect();
+        let rows = formulated.lowered.table.rows.iter().enumerate();
+        let mut course = Course {
+            formulated,
+            variation,
+            before: Before { motion: motion.save(), positions: empty.clone(), rates: empty.clone() },
+            begun: None,
+            motion,
+            variational: Variational::new(&model, &places, (experiment.tolerance * CLOSER).max(FINEST)),
+            outputs: rows.filter(|(_, row)| row.output).map(|(place, _)| place).collect(),
+            parameters: varied.len(),
+            sizes: varied.iter().map(size).collect(),
+            model,
+            positions: empty.clone(),
+            rates: empty,
+            sides: Vec::new(),
+            clear: f64::NEG_INFINITY,
+            switched: Vec::new(),
+            rule: Rule::shared(),
+            tolerance: experiment.tolerance,
+            kinematic,
+        };
+        course.begin()?;
+        Ok(course)
+    }
+
+    fn begin(&mut self) -> Result<(), Failure> {
+        let point = Point::moving(&self.model, &self.motion.state())?;
+        let numbers = self.variation.at(&self.formulated.equations, &point)?;
+        let rates = self.values(&point, Order::Velocity);
+        let refused = |what: String| Failure::NoDerivative { time: point.time(), what };
+        let (positions, changes) = start(&numbers, self.parameters, &rates).map_err(refused)?;
+        check_repeated(&numbers, self.parameters, &positions).map_err(|_| {
+            refused(
+                "redundant joints fit together for these very values only: a changed one cannot be assembled".into(),
+            )
+        })?;
+        self.sides = sides(&numbers.values(Row::Switches));
+        (self.positions, self.rates) = (positions, changes);
+        Ok(())
+    }
+
+    /// q, v or a of the coordinates.
+    pub(super) fn values(&self, point: &Point, order: Order) -> DVector<f64> {
+        let count = self.formulated.equations.coordinates.len();
+        DVector::from_fn(count, |index, _| point.value(Symbol::Coordinate(index, order)))
+    }
+
+    /// Moves a motion on to a time, and varies the loops there.
+    pub(super) fn at(&self, motion: &mut Instance, time: f64) -> Result<(Point, Numbers<'_>), Failure> {
+        move_on(motion, time)?;
+        let point = Point::moving(&self.model, &motion.state())?;
+        let numbers = self.variation.at(&self.formulated.equations, &point)?;
+        Ok((point, numbers))
+    }
+
+    /// Hands over the outputs at these times and their derivatives.
+    pub fn run(&mut self, times: &[f64], mut report: impl FnMut(At)) -> Result<(), Failure> {
+        let begin = self.motion.time();
+        let end = times.last().copied().unwrap_or(begin);
+        let (begun, mut due) = times.split_at(if self.kinematic { times.len() } else { until(times, begin) });
+        for &time in begun {
+            move_on(&mut self.motion, time)?;
+            let state = [&self.positions, &self.rates];
+            report(read(&mut self.variational, &mut self.motion, &self.outputs, state)?);
+        }
+        let span = end - begin;
+        let mut length = span * FIRST;
+        for _ in 0..MOST_STEPS {
+            let time = self.motion.time();
+            let left = end - time;
+            if left <= 0.0 {
+                return Ok(());
+            }
+            if length < span * SHORTEST {
+                return Err(self.stuck());
+            }
+            if !self.continue_series([end, span], &mut due, &mut report)? {
+                length = self.advance(length.min(left), &mut due, &mut report)?;
+            }
+        }
+        let what = format!("they take more than {MOST_STEPS} steps");
+        Err(Failure::NoDerivative { time: self.motion.time(), what })
+    }
+
+    /// Takes a step by series, if there are some. It counts if the accelerations at its end are those that the equations give there, in the motion and in its derivatives.
+    fn continue_series(
+        &mut self,
+        [last, span]: [f64; 2],
+        due: &mut &[f64],
+        report: &mut impl FnMut(At),
+    ) -> Result<bool, Failure> {
+        let begin = self.motion.time();
+        let begun = self.begun.take().filter(|begun| begun.time == begin);
+        let mut length = match begun {
+            Some(begun) => begun.length,
+            None => self.begin_series(last)?,
+        };
+        let shortest = (last - begin).min(span * SHORTEST);
+        self.motion.save_into(&mut self.before.motion);
+        self.before.positions.copy_from(&self.positions);
+        self.before.rates.copy_from(&self.rates);
+        while let Some(tried) = length.filter(|length| *length >= shortest) {
+            let end = if tried < last - begin { begin + tried } else { last };
+            let (now, later) = due.split_at(until(due, end));
+            let found = self.follow_series(now, end)?;
+            let next = self.begin_series(last)?;
+            if next.is_some() && self.variational.defect(end - begin) <= 1.0 {
+                self.begun = Some(Begun { time: end, length: next });
+                found.into_iter().for_each(report);
+                *due = later;
+                return Ok(true);
+            }
+            self.motion.restore(&self.before.motion)?;
+            self.positions.copy_from(&self.before.positions);
+            self.rates.copy_from(&self.before.rates);
+            // Where the series cannot begin again another method goes on.
+            length = self.begin_series(last)?.map(|_| SHORTER * tried).filter(|_| next.is_some());
+        }
+        Ok(false)
+    }
+
+    /// Begins the series at the present time; says how long a step they permit.
+    fn begin_series(&mut self, last: f64) -> Result<Option<f64>, Failure> {
+        let state = [self.positions.as_slice(), self.rates.as_slice()];
+        let left = last - self.motion.time();
+        Ok(self.variational.begin(&mut self.motion, state, left)?)
+    }
+
+    /// Moves on along the series to the end of a step; gives the outputs at these times in it.
+    fn follow_series(&mut self, due: &[f64], end: f64) -> Result<Vec<At>, Failure> {
+        let Self { variational, motion, outputs, positions, rates, .. } = self;
+        let begin = motion.time();
+        let mut found = Vec::with_capacity(due.len());
+        for &time in due {
+            move_on(motion, time)?;
+            variational.continued(time - begin, [positions.as_mut_slice(), rates.as_mut_slice()]);
+            found.push(read(variational, motion, outputs, [positions, rates])?);
+        }
+        move_on(motion, end)?;
+        variational.continued(end - begin, [positions.as_mut_slice(), rates.as_mut_slice()]);
+        Ok(found)
+    }
+
+    /// Why the steps become ever shorter: most likely a singular pose is near, which the motion itself passes.
+    fn stuck(&self) -> Failure {
+        let time = self.motion.time();
+        let jacobian =
+            self.at(&mut self.motion.clone(), time).map(|(_, numbers)| numbers.block(Row::Loops, Column::Positions));
+        let singular = |values: &DVector<f64>| values.min() < SINGULAR * values.max();
+        let parts = jacobian.and_then(|jacobian| match jacobian.is_empty() {
+            true => Ok(None),
+            false => decompose::svd(jacobian, false, false).map(Some),
+        });
+        match parts {
+            Err(failure) => failure,
+            Ok(Some(parts)) if singular(&parts.singular_values) => singular_pose(time),
+            Ok(_) => {
+                let what = "their steps become too short: a law is too steep or not smooth".to_owned();
+                Failure::NoDerivative { time, what }
+            }
+        }
+    }
+
+    /// Tries a step; gives the length of the next.
+    fn advance(&mut self, length: f64, due: &mut &[f64], report: &mut impl FnMut(At)) -> Result<f64, Failure> {
+        let begin = self.motion.time();
+        if let Some(crossing) = self.next_crossing(begin + length)? {
+            let before = crossing.time - begin;
+            if before > f64::EPSILON * crossing.time.abs().max(1.0) {
+                let Some(tried) = self.attempt(before)?.filter(|tried| tried.excess <= 1.0) else {
+                    return Ok(0.5 * before);
+                };
+                self.accept(&tried, before, due, report)?;
+            }
+            self.cross(&crossing)?;
+            return Ok(length);
+        }
+        let Some(tried) = self.attempt(length)? else { return Ok(0.5 * length) };
+        let factor = (0.9 * tried.excess.max(1e-30).powf(-1.0 / (NODES - 1) as f64)).clamp(0.3, 2.0);
+        if tried.excess <= 1.0 {
+            self.accept(&tried, length, due, report)?;
+        }
+        Ok(length * factor)
+    }
+
+    /// The first crossing of a switching function up to a time. Where laws switch the motion takes steps of its own: signs are looked at in each of them, so that none passes
+    /// unseen, however soon the next one follows.
+    fn next_crossing(&self, end: f64) -> Result<Option<Crossing>, Failure> {
+        if self.sides.is_empty() {
+            return Ok(None);
+        }
+        let mut motion = self.motion.clone();
+        let (mut sides, mut last) = (self.sides.clone(), motion.time().max(self.clear));
+        while last < end {
+            move_on(&mut motion, last.next_up())?;
+            let [from, to] = [last, motion.end_of_step().min(end)];
+            for look in 1..=LOOKS {
+                let time = if look < LOOKS { from + (to - from) * look as f64 / LOOKS as f64 } else { to };
+                move_on(&mut motion, time)?;
+                if let Some(crossing) = self.first_crossing(&mut sides, &switches(&mut motion)?, [last, time])? {
+                    return Ok(Some(crossing));
+                }
+                last = time;
+            }
+        }
+        Ok(None)
+    }
+}
+
+/// How many of these times come no later than a time.
+pub(super) fn until(times: &[f64], end: f64) -> usize {
+    times.partition_point(|&time| time <= end)
+}
+
+/// Moves a motion on to a time, not before its own.
+pub(super) fn move_on(motion: &mut Instance, time: f64) -> Result<(), Failure> {
+    if time > motion.time() {
+        motion.step_to(time)?;
+    }
+    motion.take_passages().first().map_or(Ok(()), |passage| Err(singular_pose(passage.time)))
+}
+
+/// The outputs at the time of a motion, with these q_p and v_p.
+pub(super) fn read(
+    variational: &mut Variational,
+    motion: &mut Instance,
+    outputs: &[usize],
+    [positions, rates]: [&DMatrix<f64>; 2],
+) -> Result<At, Failure> {
+    let mut derivatives = DMatrix::zeros(outputs.len(), positions.ncols());
+    variational.outputs(motion, [positions.as_slice(), rates.as_slice()], outputs, derivatives.as_mut_slice())?;
+    let values = outputs.iter().map(|&output| motion.get(output)).collect::<Result<_, _>>()?;
+    Ok((DVector::from_vec(values), derivatives))
+}
+
+/// The switching functions of the laws.
+pub(super) fn switches(motion: &mut Instance) -> Result<DVector<f64>, Failure> {
+    let mut values = vec![0.0; motion.model().program().tapes.indicators.results.len()];
+    motion.indicators(&mut values)?;
+    Ok(DVector::from_vec(values))
+}
+
+fn singular_pose(time: f64) -> Failure {
+    let what = "the motion passes a singular pose, where changed lengths part the branches".to_owned();
+    Failure::NoDerivative { time, what }
+}
+
+/// On which side of zero values are; none for zero.
+pub(super) fn sides(values: &DVector<f64>) -> Vec<Option<bool>> {
+    values.iter().map(|&value| (value != 0.0).then_some(value > 0.0)).collect()
+}

@@ -1,0 +1,305 @@
+//! Small motions about a point: dx/dt = A x + B u, y = C x + D u.
+//!
+//! The states are the independent coordinates, their rates, and what drivers integrate: as many as the mechanism has, so the
+//! loops leave no spurious modes. The derivatives go through the loop equations implicitly: with J = Phi_q, varying
+//! Phi = 0 and its rate gives the dependent coordinates and rates, varying \[M J^T; J 0\] {a, lambda} = {Q, gamma} the accelerations and
+//! reactions. Nothing is approximated.
+
+use cotree::expr::{Order, Symbol, Values};
+use cotree::formulate::Formulated;
+use cotree::mechanism::Unit;
+use cotree_fmu::program::FollowerOrder;
+use nalgebra::DMatrix;
+
+use super::independent::{Partition, Undetermined};
+use super::search::scales;
+use super::variation::{Column, Numbers, Row, Variation};
+use super::{Failure, Point};
+
+/// A state, input or output, and its value at the point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Signal {
+    pub name: String,
+    pub unit: Unit,
+    pub value: f64,
+}
+
+#[derive(Clone, Debug)]
+pub struct StateSpace {
+    /// When \[s\].
+    pub time: f64,
+    /// Independent coordinates, their rates, then positions and rates of drivers that integrate an input.
+    pub states: Vec<Signal>,
+    /// The inputs, then those of their time derivatives that a driver passes on.
+    pub inputs: Vec<Signal>,
+    pub outputs: Vec<Signal>,
+    /// d(dx/dt)/dx
+    pub a: DMatrix<f64>,
+    /// d(dx/dt)/du
+    pub b: DMatrix<f64>,
+    /// dy/dx
+    pub c: DMatrix<f64>,
+    /// dy/du
+    pub d: DMatrix<f64>,
+    /// How all coordinates follow the independent ones.
+    pub shape: DMatrix<f64>,
+    pub(super) partition: Partition,
+}
+
+impl StateSpace {
+    /// Linearises at a point. `like` is a system of the same mechanism elsewhere: its states are kept if they are suitable here.
+    ///
+    /// # Errors
+    /// The pose is singular, or an equation has no derivative there.
+    pub fn new(
+        formulated: &Formulated,
+        variation: &Variation,
+        point: &Point,
+        like: Option<&StateSpace>,
+    ) -> Result<Self, Failure> {
+        if let Some(failure) = variation.together(&formulated.equations, point, formulated.lowered.program.length) {
+            return Err(failure);
+        }
+        let numbers = variation.motion_at(&formulated.equations, point)?;
+        let partition = partition(formulated, variation, &numbers, like.map(|other| &other.partition));
+        let singular = |Undetermined(index): Undetermined| Failure::Singular {
+            time: point.time(),
+            coordinate: formulated.equations.coordinates[index].name.position.clone(),
+        };
+        let partition = partition.map_err(singular)?;
+        let basis = Basis::new(formulated, variation, &partition);
+        let motion = basis.motion(&numbers, &partition).ok_or_else(|| singular(Undetermined(0)))?;
+        let (states, count) = (basis.states.len(), basis.states.len() + basis.inputs.len());
+        let mut rates = DMatrix::zeros(states, count);
+        for (row, &state) in basis.states.iter().enumerate() {
+            rates.row_mut(row).copy_from(&basis.rate(formulated, state, &motion));
+        }
+        let outputs = basis.outputs(&numbers, &motion);
+        let split = |matrix: &DMatrix<f64>| {
+            (matrix.columns(0, states).into_owned(), matrix.columns(states, count - states).into_owned())
+        };
+        let ((a, b), (c, d)) = (split(&rates), split(&outputs));
+        let shape = motion.positions.columns(0, partition.independent.len()).into_owned();
+        let signals = |symbols: &[Symbol]| symbols.iter().map(|&symbol| signal(formulated, point, symbol)).collect();
+        Ok(StateSpace {
+            time: point.time(),
+            states: signals(&basis.states),
+            inputs: signals(&basis.inputs),
+            outputs: output_signals(formulated, &numbers),
+            a,
+            b,
+            c,
+            d,
+            shape,
+            partition,
+        })
+    }
+
+    /// The same, if its outputs have values and derivatives.
+    ///
+    /// # Errors
+    /// One of them has none.
+    pub fn with_outputs(self) -> Result<Self, Failure> {
+        let finite = |row: usize| {
+            let output = &self.outputs[row];
+            output.value.is_finite() && self.c.row(row).iter().chain(self.d.row(row).iter()).all(|x| x.is_finite())
+        };
+        match (0..self.outputs.len()).find(|row| !finite(*row)) {
+            Some(row) => Err(Failure::NotFinite { time: self.time, what: self.outputs[row].name.clone() }),
+            None => Ok(self),
+        }
+    }
+}
+
+/// Independent coordinates of a pose: those of another point if they serve here.
+fn partition(
+    formulated: &Formulated,
+    variation: &Variation,
+    numbers: &Numbers,
+    like: Option<&Partition>,
+) -> Result<Partition, Undetermined> {
+    let constraints = &formulated.lowered.program.constraints;
+    let scales = scales(formulated);
+    let mut jacobian = numbers.block(Row::Loops, Column::Positions);
+    for (mut row, &constraint) in jacobian.row_iter_mut().zip(variation.active()) {
+        row /= constraints[constraint].scale;
+    }
+    for (mut column, scale) in jacobian.column_iter_mut().zip(scales) {
+        column *= scale;
+    }
+    let best = Partition::new(&jacobian)?;
+    Ok(like.filter(|other| other.serves(&jacobian)).cloned().unwrap_or(best))
+}
+
+/// Variations of the motion, one column for each state and input.
+struct Motion {
+    positions: DMatrix<f64>,
+    rates: DMatrix<f64>,
+    accelerations: DMatrix<f64>,
+    reactions: DMatrix<f64>,
+}
+
+struct Basis {
+    states: Vec<Symbol>,
+    inputs: Vec<Symbol>,
+    /// How the signals of the equations vary: one row for each signal, one column for each state and input.
+    signals: DMatrix<f64>,
+}
+
+impl Basis {
+    fn new(formulated: &Formulated, variation: &Variation, partition: &Partition) -> Self {
+        let program = &formulated.lowered.program;
+        let own = |symbol: &Symbol| source(formulated, *symbol);
+        let followers = || program.followers.iter().enumerate();
+        let coordinates = |order: Order| partition.independent.iter().map(move |&i| Symbol::Coordinate(i, order));
+        let states: Vec<Symbol> = coordinates(Order::Position)
+            .chain(coordinates(Order::Velocity))
+            .chain(followers().map(|(index, _)| Symbol::Follower(index, Order::Position)))
+            .chain(
+                followers()
+                    .filter(|(_, follower)| follower.order == FollowerOrder::Acceleration)
+                    .map(|(index, _)| Symbol::Follower(index, Order::Velocity)),
+            )
+            .collect();
+        let mut derivatives: Vec<Symbol> = variation.signals().iter().map(own).collect();
+        derivatives.retain(|symbol| matches!(symbol, Symbol::Input(_, Order::Velocity | Order::Acceleration)));
+        derivatives.sort_unstable();
+        derivatives.dedup();
+        let values = (0..program.inputs.len()).map(|index| Symbol::Input(index, Order::Position));
+        let inputs: Vec<Symbol> = values.chain(derivatives).collect();
+        let columns: Vec<Symbol> = states.iter().chain(&inputs).copied().collect();
+        let rows = variation.signals();
+        let same = |row: usize, column: usize| f64::from(u8::from(own(&rows[row]) == columns[column]));
+        let signals = DMatrix::from_fn(rows.len(), columns.len(), same);
+        Basis { states, inputs, signals }
+    }
+
+    /// Varies the loop equations, their rates, and the equations of motion; `None` in a singular pose.
+    fn motion(&self, numbers: &Numbers, partition: &Partition) -> Option<Motion> {
+        let Partition { independent, dependent } = partition;
+        let jacobian = numbers.block(Row::Loops, Column::Positions);
+        let (n, count) = (jacobian.ncols(), self.signals.ncols());
+        let held = jacobian.select_columns(dependent);
+        // Columns of the independent coordinates and rates are unit columns; the dependent ones follow.
+        let complete = |first: usize, rest: DMatrix<f64>| {
+            let mut all = DMatrix::zeros(n, count);
+            for (column, &row) in independent.iter().enumerate() {
+                all[(row, first + column)] = 1.0;
+            }
+            let gap = &jacobian * &all + rest;
+            let followed = solve(held.clone(), &-gap)?;
+            for (row, values) in dependent.iter().zip(followed.row_iter()) {
+                all.row_mut(*row).copy_from(&values);
+            }
+            Some(all)
+        };
+        let positions = complete(0, numbers.block(Row::Loops, Column::Signals) * &self.signals)?;
+        let turning = numbers.block(Row::Rates, Column::Positions) * &positions
+            + numbers.block(Row::Rates, Column::Signals) * &self.signals;
+        let rates = complete(independent.len(), turning)?;
+        let m = jacobian.nrows();
+        let mut right = DMatrix::zeros(n + m, count);
+        for (first, size, row) in [(0, n, Row::Motion), (n, m, Row::Accelerations)] {
+            let change = numbers.block(row, Column::Positions) * &positions
+                + numbers.block(row, Column::Rates) * &rates
+                + numbers.block(row, Column::Signals) * &self.signals;
+            right.rows_mut(first, size).copy_from(&-change);
+        }
+        let solution = solve(numbers.system(), &right)?;
+        let (accelerations, reactions) = (solution.rows(0, n).into_owned(), solution.rows(n, m).into_owned());
+        Some(Motion { positions, rates, accelerations, reactions })
+    }
+
+    fn outputs(&self, numbers: &Numbers, motion: &Motion) -> DMatrix<f64> {
+        let of = |column: Column| numbers.block(Row::Outputs, column);
+        of(Column::Positions) * &motion.positions
+            + of(Column::Rates) * &motion.rates
+            + of(Column::Accelerations) * &motion.accelerations
+            + of(Column::Reactions) * &motion.reactions
+            + of(Column::Signals) * &self.signals
+    }
+
+    fn rate(&self, formulated: &Formulated, state: Symbol, motion: &Motion) -> nalgebra::RowDVector<f64> {
+        match state {
+            Symbol::Coordinate(index, Order::Position) => motion.rates.row(index).into_owned(),
+            Symbol::Coordinate(index, _) => motion.accelerations.row(index).into_owned(),
+            other => {
+                let derivative = match other {
+                    Symbol::Follower(index, Order::Position) => Symbol::Follower(index, Order::Velocity),
+                    Symbol::Follower(index, _) => Symbol::Follower(index, Order::Acceleration),
+                    input => input, // no state
+                };
+                let wanted = source(formulated, derivative);
+                let columns = self.states.iter().chain(&self.inputs);
+                let entries = columns.map(|&column| f64::from(u8::from(column == wanted)));
+                nalgebra::RowDVector::from_iterator(self.signals.ncols(), entries)
+            }
+        }
+    }
+}
+
+/// X of A X = B with a square matrix, which may be empty.
+fn solve(a: DMatrix<f64>, b: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    if a.is_empty() { Some(b.clone()) } else { a.lu().solve(b) }
+}
+
+/// The state or input behind a signal: the rate of a driver that follows an input is that input.
+fn source(formulated: &Formulated, symbol: Symbol) -> Symbol {
+    let Symbol::Follower(index, order) = symbol else { return symbol };
+    let follower = &formulated.lowered.program.followers[index];
+    let input = follower.input as usize;
+    match (follower.order, order) {
+        (_, Order::Position) | (FollowerOrder::Acceleration, Order::Velocity) => symbol,
+        (FollowerOrder::Velocity, Order::Velocity) | (FollowerOrder::Acceleration, Order::Acceleration) => {
+            Symbol::Input(input, Order::Position)
+        }
+        (FollowerOrder::Velocity, Order::Acceleration) => Symbol::Input(input, Order::Velocity),
+    }
+}
+
+fn signal(formulated: &Formulated, point: &Point, symbol: Symbol) -> Signal {
+    let equations = &formulated.equations;
+    let mechanism = equations.system.mechanism;
+    let kind = |angular: bool| if angular { Unit::angle() } else { Unit::length() };
+    let (name, unit, order) = match symbol {
+        Symbol::Coordinate(index, order) => {
+            let coordinate = &equations.coordinates[index];
+            let names = &coordinate.name;
+            let name = if order == Order::Position { &names.position } else { &names.rate };
+            (name.clone(), kind(coordinate.angular), order)
+        }
+        Symbol::Follower(index, order) => {
+            let driver = &mechanism.drivers[equations.system.followers[index].0.0];
+            let word = if order == Order::Position { "position" } else { "rate" };
+            (format!("{}.{word}", driver.name), kind(driver.is_angular()), order)
+        }
+        Symbol::Input(index, order) => {
+            let input = &mechanism.inputs[index];
+            let name = match order {
+                Order::Position => input.name.clone(),
+                Order::Velocity => format!("d({})/dt", input.name),
+                Order::Acceleration => format!("d2({})/dt2", input.name),
+            };
+            (name, input.unit.clone(), order)
+        }
+        // No other symbol is varied.
+        Symbol::Time | Symbol::Parameter(_) | Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => {
+            (String::new(), Unit::default(), Order::Position)
+        }
+    };
+    let unit = match order {
+        Order::Position => unit,
+        Order::Velocity => unit.per_second(),
+        Order::Acceleration => unit.per_second().per_second(),
+    };
+    Signal { name, unit, value: point.value(symbol) }
+}
+
+fn output_signals(formulated: &Formulated, numbers: &Numbers) -> Vec<Signal> {
+    let outputs = formulated.equations.system.mechanism.outputs.iter();
+    let values = numbers.values(Row::Outputs);
+    outputs
+        .zip(values.iter())
+        .map(|(output, &value)| Signal { name: output.name.clone(), unit: output.unit.clone(), value })
+        .collect()
+}

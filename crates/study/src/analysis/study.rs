@@ -1,0 +1,251 @@
+//! From a scene with its settings to the analyses of it.
+
+use std::sync::Arc;
+
+use cotree::diagnostic::suggest;
+use cotree::formulate::{Formulated, formulate_written, pattern};
+use cotree::mechanism::{Experiment, Formula, Mechanism, Unit};
+use cotree::scene::{Fault, Faults, Scene, Source};
+use cotree_fmu::instance::Instance;
+use cotree_fmu::model::{Model, State};
+use thiserror::Error;
+
+use super::report::{Linearization, Statics, Vibration};
+use super::{Equilibrium, Failure, Point, StateSpace, Variation, at_rest, modes};
+
+/// A scene to be analysed: its mechanism, with the parameters and inputs that were set.
+#[derive(Clone, Debug)]
+pub struct Study {
+    mechanism: Mechanism,
+    source: Source,
+    warnings: Vec<Fault>,
+}
+
+/// Why there is no result.
+#[derive(Debug, Error)]
+pub enum StudyError {
+    #[error(transparent)]
+    Scene(#[from] Faults),
+    #[error(transparent)]
+    Analysis(#[from] Failure),
+}
+
+/// Where a mechanism is linearised.
+#[derive(Clone, Debug, PartialEq)]
+pub enum At {
+    /// At the equilibrium next to the start.
+    Equilibrium,
+    /// At these times of the motion, ascending \[s\].
+    Times(Vec<f64>),
+}
+
+impl Study {
+    /// Resolves a scene.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it.
+    pub fn new(scene: &Scene) -> Result<Self, Faults> {
+        let resolved = scene.resolve()?;
+        Ok(Study { mechanism: resolved.mechanism, source: scene.source.clone(), warnings: resolved.warnings })
+    }
+
+    pub fn name(&self) -> &str {
+        &self.mechanism.name
+    }
+
+    pub fn output_unit(&self, name: &str) -> Option<&Unit> {
+        self.mechanism.outputs.iter().find(|output| output.name == name).map(|output| &output.unit)
+    }
+
+    /// Times and tolerance of the scene.
+    pub fn experiment(&self) -> Experiment {
+        self.mechanism.experiment
+    }
+
+    pub(super) fn mechanism(&self) -> &Mechanism {
+        &self.mechanism
+    }
+
+    /// Other times and another tolerance than those of the scene.
+    pub fn set_experiment(&mut self, experiment: Experiment) {
+        self.mechanism.experiment = experiment;
+    }
+
+    /// What is odd but no error, so far; each is given once.
+    pub fn take_warnings(&mut self) -> Option<Faults> {
+        let warnings = std::mem::take(&mut self.warnings);
+        (!warnings.is_empty()).then(|| Faults::new(self.source.clone(), warnings))
+    }
+
+    /// Sets a parameter, an input, or a value that `[initial]` gives: `read` gives the value \[SI\] for its unit.
+    ///
+    /// # Errors
+    /// There is nothing of that name, `read` fails, or the value is out of bounds.
+    pub fn set(&mut self, name: &str, read: impl FnOnce(&Unit) -> Result<f64, String>) -> Result<(), String> {
+        let mechanism = &mut self.mechanism;
+        if let Some(place) = (mechanism.initial.iter()).position(|line| mechanism.variable_name(line.variable) == name)
+        {
+            let line = &mut mechanism.initial[place];
+            let unit = Unit::of(&line.variable.quantity.measure(), line.display.clone());
+            let value = read(&unit)?;
+            unit.permit(value, [None, None])?;
+            line.value = Formula::Number(value);
+            return Ok(());
+        }
+        let parameters =
+            mechanism.parameters.iter_mut().map(|own| (&own.name, &own.unit, [own.min, own.max], &mut own.value));
+        let inputs = mechanism.inputs.iter_mut().map(|own| (&own.name, &own.unit, [own.min, own.max], &mut own.start));
+        let Some((_, unit, bounds, place)) = parameters.chain(inputs).find(|(known, ..)| *known == name) else {
+            return Err(self.unknown(name));
+        };
+        let value = read(unit)?;
+        unit.permit(value, bounds)?;
+        *place = value;
+        Ok(())
+    }
+
+    /// Does what was set change which loop equations are imposed? A program for the values of the scene would be refused.
+    pub fn restricts_otherwise(&self, scene: &Scene) -> bool {
+        let Ok(own) = scene.resolve() else { return false };
+        let set = pattern(&self.mechanism);
+        set.is_some() && set != pattern(&own.mechanism)
+    }
+
+    fn unknown(&self, name: &str) -> String {
+        if let Some(why) = self.mechanism.why_calculated(name) {
+            return why;
+        }
+        let parameters = self.mechanism.parameters.iter().map(|parameter| parameter.name.as_str());
+        let known = suggest::known(name, parameters.chain(self.mechanism.inputs.iter().map(|own| own.name.as_str())));
+        format!("the scene has no parameter or input `{name}`; {known}")
+    }
+
+    /// Where the mechanism rests: its pose, the reactions of all joints and drivers, and whether it is stable.
+    ///
+    /// # Errors
+    /// The equations cannot be formulated, or no equilibrium is found.
+    pub fn equilibrium(&mut self) -> Result<Statics, StudyError> {
+        self.rest(|formulated, _, equilibrium| Ok(Statics::new(formulated, equilibrium)))
+    }
+
+    /// A, B, C, D from the inputs of the scene to its outputs.
+    ///
+    /// # Errors
+    /// The equations cannot be formulated, the motion cannot be continued, or a pose is singular.
+    pub fn linearize(&mut self, at: &At) -> Result<Linearization, StudyError> {
+        let name = self.mechanism.name.clone();
+        let points = match at {
+            At::Equilibrium => self.rest(|formulated, variation, equilibrium| {
+                Ok(vec![StateSpace::new(formulated, variation, &equilibrium.point, None)?.with_outputs()?])
+            })?,
+            At::Times(times) => self.formulated(&self.mechanism.clone(), |formulated| along(formulated, times))?,
+        };
+        Ok(Linearization { name, points })
+    }
+
+    /// Natural frequencies, damping ratios and shapes, about the equilibrium next to the start or about the pose at a time \[s\].
+    ///
+    /// # Errors
+    /// The equations cannot be formulated, there is no equilibrium, or the motion cannot be continued.
+    pub fn modes(&mut self, at: Option<f64>) -> Result<Vibration, StudyError> {
+        let Some(time) = at else {
+            return self
+                .rest(|formulated, variation, equilibrium| vibration(formulated, variation, &equilibrium.point, true));
+        };
+        self.formulated(&self.mechanism.clone(), |formulated| {
+            let variation = Variation::new(formulated);
+            let point = Motion::new(formulated)?.point(time)?;
+            vibration(formulated, &variation, &point, false)
+        })
+    }
+
+    /// Hands over the equations of the mechanism.
+    pub(super) fn formulated<T>(
+        &mut self,
+        mechanism: &Mechanism,
+        then: impl FnOnce(&mut Formulated) -> Result<T, Failure>,
+    ) -> Result<T, StudyError> {
+        let mut formulated = formulate_written(mechanism).map_err(|list| Faults::new(self.source.clone(), list))?;
+        self.warnings.append(&mut formulated.warnings);
+        Ok(then(&mut formulated)?)
+    }
+
+    /// Hands over the equations of the mechanism at rest with its equilibrium.
+    pub(super) fn rest<T>(
+        &mut self,
+        then: impl FnOnce(&mut Formulated, &Variation, &Equilibrium) -> Result<T, Failure>,
+    ) -> Result<T, StudyError> {
+        self.formulated(&at_rest(&self.mechanism), |formulated| {
+            let variation = Variation::new(formulated);
+            let equilibrium = Equilibrium::find(formulated, &variation)?;
+            then(formulated, &variation, &equilibrium)
+        })
+    }
+}
+
+/// The linear systems at these times of the motion.
+fn along(formulated: &mut Formulated, times: &[f64]) -> Result<Vec<StateSpace>, Failure> {
+    let variation = Variation::new(formulated);
+    let mut motion = Motion::new(formulated)?;
+    let mut systems: Vec<StateSpace> = Vec::with_capacity(times.len());
+    for &time in times {
+        systems.push(StateSpace::new(formulated, &variation, &motion.point(time)?, systems.last())?.with_outputs()?);
+    }
+    Ok(systems)
+}
+
+fn vibration(
+    formulated: &Formulated,
+    variation: &Variation,
+    point: &Point,
+    resting: bool,
+) -> Result<Vibration, Failure> {
+    let system = StateSpace::new(formulated, variation, point, None)?;
+    Ok(Vibration {
+        name: formulated.equations.system.mechanism.name.clone(),
+        time: point.time(),
+        resting,
+        coordinates: formulated.equations.coordinates.iter().map(|q| q.name.position.clone()).collect(),
+        modes: modes(formulated, &system)?,
+    })
+}
+
+/// The state of a mechanism at a time of its motion.
+///
+/// # Errors
+/// The motion cannot be continued until then.
+pub fn state_at(formulated: &Formulated, time: f64) -> Result<State, Failure> {
+    Motion::new(formulated)?.state(time)
+}
+
+/// A motion from its start on.
+struct Motion {
+    model: Arc<Model>,
+    instance: Instance,
+}
+
+impl Motion {
+    /// Assembles the mechanism at the start of its experiment.
+    fn new(formulated: &Formulated) -> Result<Self, Failure> {
+        let program = formulated.lowered.program.clone();
+        let experiment = program.experiment;
+        let model = Arc::new(Model::new(program)?);
+        let mut instance = Instance::new(Arc::clone(&model));
+        instance.setup(experiment.start, None, Some(experiment.tolerance))?;
+        instance.initialise()?;
+        Ok(Motion { model, instance })
+    }
+
+    /// Moves on to a time, not before the last one.
+    fn state(&mut self, time: f64) -> Result<State, Failure> {
+        if time > self.instance.time() {
+            self.instance.step_to(time)?;
+        }
+        Ok(self.instance.state())
+    }
+
+    fn point(&mut self, time: f64) -> Result<Point, Failure> {
+        let state = self.state(time)?;
+        Point::moving(&self.model, &state)
+    }
+}

@@ -1,0 +1,362 @@
+//! The first variation of the equations: every derivative that statics and small motions need, once as expressions, then
+//! as numbers at as many points as wanted.
+
+use std::ops::Range;
+
+use cotree::component::Force;
+use cotree::equations::Equations;
+use cotree::expr::{Expr, Order, Symbol};
+use cotree::formulate::Formulated;
+use cotree::graph::ElementId;
+use cotree::lower::{Conditions, conditions, motion_indicators};
+use cotree::mechanism::Mechanism;
+use nalgebra::{DMatrix, DVector};
+
+use super::{Failure, Point, saddle};
+
+/// Ends no further apart than this share of the mechanism's length are together: an equilibrium is found to about as much.
+const TOGETHER: f64 = 1e-9;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Row {
+    /// Phi of the independent loop equations.
+    Loops,
+    /// Phi_t + Phi_q v of the same.
+    Rates,
+    /// M a + Phi_q^T lambda - Q.
+    Motion,
+    /// Phi_q a - gamma.
+    Accelerations,
+    Outputs,
+    /// Known initial positions less what they should be.
+    Starts,
+    /// The same of rates.
+    StartRates,
+    /// Phi of the loop equations that repeat others.
+    Repeated,
+    /// Switching functions of the laws.
+    Switches,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Column {
+    Positions,
+    Rates,
+    Accelerations,
+    /// lambda of the independent loop equations.
+    Reactions,
+    Signals,
+}
+
+#[derive(Clone, Debug)]
+pub struct Variation {
+    roots: Vec<Expr>,
+    columns: Vec<Symbol>,
+    /// (row, column) of each derivative that is not identically zero.
+    places: Vec<(usize, usize)>,
+    derivatives: Vec<Expr>,
+    /// Where each kind of equation is among the roots.
+    rows: Vec<(Row, Range<usize>)>,
+    coordinates: usize,
+    /// The independent loop equations.
+    active: Vec<usize>,
+    /// Loads without a limit where their ends come together, with the squares of their lengths.
+    lines: Vec<(String, Expr)>,
+}
+
+impl Variation {
+    /// Differentiates the equations and the outputs of a mechanism.
+    pub fn new(formulated: &mut Formulated) -> Self {
+        let active = active(formulated);
+        let roots = roots(&mut formulated.equations, &active);
+        let symbols = formulated.equations.system.arena.symbols(roots.iter().flat_map(|(_, roots)| roots).copied());
+        let signals = symbols.into_iter().filter(|symbol| matches!(symbol, Symbol::Input(..) | Symbol::Follower(..)));
+        let signals = signals.collect();
+        Variation::of(&mut formulated.equations, active, roots, signals)
+    }
+
+    /// The same with the loop equations that repeat others, differentiated by these symbols.
+    pub(super) fn by(formulated: &mut Formulated, signals: Vec<Symbol>) -> Self {
+        let active = active(formulated);
+        let mut roots = roots(&mut formulated.equations, &active);
+        roots.push((Row::Repeated, repeated(&formulated.equations, &active)));
+        Variation::of(&mut formulated.equations, active, roots, signals)
+    }
+
+    /// Of the loops, the start and the switching functions only.
+    pub(super) fn of_constraints(formulated: &mut Formulated, signals: Vec<Symbol>) -> Self {
+        let active = active(formulated);
+        let equations = &mut formulated.equations;
+        let mut roots = loops(equations, &active);
+        for (row, order) in [(Row::Starts, Order::Position), (Row::StartRates, Order::Velocity)] {
+            roots.push((row, starts(equations, order)));
+        }
+        roots.push((Row::Repeated, repeated(equations, &active)));
+        let switches = motion_indicators(equations, &formulated.lowered.solved);
+        roots.push((Row::Switches, switches));
+        Variation::of(equations, active, roots, signals)
+    }
+
+    fn of(equations: &mut Equations, active: Vec<usize>, groups: Vec<(Row, Vec<Expr>)>, signals: Vec<Symbol>) -> Self {
+        let coordinates = equations.coordinates.len();
+        let arena = &mut equations.system.arena;
+        let motion = [Order::Position, Order::Velocity, Order::Acceleration];
+        let columns: Vec<Symbol> = (motion.into_iter())
+            .flat_map(|order| (0..coordinates).map(move |index| Symbol::Coordinate(index, order)))
+            .chain(active.iter().map(|&row| Symbol::Reaction(row)))
+            .chain(signals)
+            .collect();
+        let (mut roots, mut rows) = (Vec::new(), Vec::new());
+        for (row, group) in groups {
+            rows.push((row, roots.len()..roots.len() + group.len()));
+            roots.extend(group);
+        }
+        let (mut places, mut derivatives) = (Vec::new(), Vec::new());
+        for (column, &symbol) in columns.iter().enumerate() {
+            for (row, derivative) in arena.derivatives(&roots, symbol).into_iter().enumerate() {
+                if derivative != Expr::ZERO {
+                    places.push((row, column));
+                    derivatives.push(derivative);
+                }
+            }
+        }
+        let lines = lines(equations);
+        Variation { roots, columns, places, derivatives, rows, coordinates, active, lines }
+    }
+
+    pub(super) fn active(&self) -> &[usize] {
+        &self.active
+    }
+
+    /// Inputs and followers with their derivatives, as far as anything depends on them.
+    pub(super) fn signals(&self) -> &[Symbol] {
+        self.symbols(Column::Signals)
+    }
+
+    /// The load whose ends are together, so that it has no direction and the forces of small motions no limit.
+    pub(super) fn together(&self, equations: &Equations, point: &Point, length: f64) -> Option<Failure> {
+        let squares: Vec<Expr> = self.lines.iter().map(|(_, square)| *square).collect();
+        let values = equations.system.arena.evaluate(&squares, point);
+        let near = (TOGETHER * length).powi(2);
+        let ((name, _), _) = self.lines.iter().zip(values).find(|(_, square)| *square < near)?;
+        let what = format!("the ends of `{name}` are together, so that it has no direction");
+        Some(Failure::NoDerivative { time: point.time(), what })
+    }
+
+    /// All numbers at a point.
+    pub(super) fn at(&self, equations: &Equations, point: &Point) -> Result<Numbers<'_>, Failure> {
+        self.numbers(equations, point, |_| true)
+    }
+
+    /// The same, where outputs may lack a value or a derivative.
+    pub(super) fn motion_at(&self, equations: &Equations, point: &Point) -> Result<Numbers<'_>, Failure> {
+        self.numbers(equations, point, |row| !self.row(Row::Outputs).contains(&row))
+    }
+
+    fn numbers(
+        &self,
+        equations: &Equations,
+        point: &Point,
+        asked: impl Fn(usize) -> bool,
+    ) -> Result<Numbers<'_>, Failure> {
+        let wanted: Vec<Expr> = self.roots.iter().chain(&self.derivatives).copied().collect();
+        let numbers = equations.system.arena.evaluate(&wanted, point);
+        let (values, derivatives) = numbers.split_at(self.roots.len());
+        let mut matrix = DMatrix::zeros(self.roots.len(), self.columns.len());
+        for (&place, &value) in self.places.iter().zip(derivatives) {
+            matrix[place] = value;
+        }
+        let finite = |row: &usize| values[*row].is_finite() && matrix.row(*row).iter().all(|value| value.is_finite());
+        if let Some(row) = (0..values.len()).find(|row| asked(*row) && !finite(row)) {
+            let unknown = || Failure::NotFinite { time: point.time(), what: self.name(equations, row) };
+            return Err(self.together(equations, point, 1.0).unwrap_or_else(unknown));
+        }
+        Ok(Numbers { variation: self, values: DVector::from_column_slice(values), matrix })
+    }
+
+    /// How the derivatives of these rows change with each of these symbols: matrices like that of [`Numbers`].
+    pub(super) fn second(
+        &self,
+        equations: &mut Equations,
+        point: &Point,
+        symbols: &[Symbol],
+        rows: &[Row],
+    ) -> Result<Vec<DMatrix<f64>>, Failure> {
+        let is_wanted = |row: usize| rows.iter().any(|wanted| self.row(*wanted).contains(&row));
+        let wanted: Vec<usize> = (0..self.places.len()).filter(|&index| is_wanted(self.places[index].0)).collect();
+        let derivatives: Vec<Expr> = wanted.iter().map(|&index| self.derivatives[index]).collect();
+        let mut found = Vec::with_capacity(symbols.len());
+        for &symbol in symbols {
+            let exprs = equations.system.arena.derivatives(&derivatives, symbol);
+            let values = equations.system.arena.evaluate(&exprs, point);
+            let mut matrix = DMatrix::zeros(self.roots.len(), self.columns.len());
+            for (&index, value) in wanted.iter().zip(values) {
+                if !value.is_finite() {
+                    let what = self.name(equations, self.places[index].0);
+                    return Err(Failure::NotFinite { time: point.time(), what });
+                }
+                matrix[self.places[index]] = value;
+            }
+            found.push(matrix);
+        }
+        Ok(found)
+    }
+
+    /// What stands for each column of this kind.
+    pub(super) fn symbols(&self, column: Column) -> &[Symbol] {
+        &self.columns[self.column(column)]
+    }
+
+    /// A block of a matrix of [`Variation::second`].
+    pub(super) fn block_of(&self, matrix: &DMatrix<f64>, row: Row, column: Column) -> DMatrix<f64> {
+        let (rows, columns) = (self.row(row), self.column(column));
+        matrix.view((rows.start, columns.start), (rows.len(), columns.len())).into_owned()
+    }
+
+    pub(super) fn values(&self, equations: &Equations, point: &Point, row: Row) -> DVector<f64> {
+        let roots = &self.roots[self.row(row)];
+        DVector::from_vec(equations.system.arena.evaluate(roots, point))
+    }
+
+    fn row(&self, row: Row) -> Range<usize> {
+        self.rows.iter().find(|(known, _)| *known == row).map_or(0..0, |(_, range)| range.clone())
+    }
+
+    fn column(&self, column: Column) -> Range<usize> {
+        let (n, m) = (self.coordinates, self.active.len());
+        match column {
+            Column::Positions => 0..n,
+            Column::Rates => n..2 * n,
+            Column::Accelerations => 2 * n..3 * n,
+            Column::Reactions => 3 * n..3 * n + m,
+            Column::Signals => 3 * n + m..self.columns.len(),
+        }
+    }
+
+    /// The user's name of an equation's owner.
+    fn name(&self, equations: &Equations, row: usize) -> String {
+        let within =
+            |group: Row| Some(self.row(group)).filter(|range| range.contains(&row)).map(|range| row - range.start);
+        if let Some(output) = within(Row::Outputs) {
+            equations.system.mechanism.outputs[output].name.clone()
+        } else if let Some(coordinate) = within(Row::Motion) {
+            equations.coordinates[coordinate].name.position.clone()
+        } else {
+            let place = [Row::Loops, Row::Rates, Row::Accelerations].into_iter().find_map(within);
+            match place.and_then(|place| self.active.get(place)) {
+                Some(&active) => equations.system.element(equations.constraints[active].element).name.clone(),
+                None => equations.system.mechanism.name.clone(),
+            }
+        }
+    }
+}
+
+fn lines(equations: &mut Equations) -> Vec<(String, Expr)> {
+    let mut lines = Vec::new();
+    for index in 0..equations.system.elements.len() {
+        let (id, element) = (ElementId(index), &equations.system.elements[index]);
+        let Some(row) = element.translation.as_ref().filter(|row| matches!(row.through, Force::Line(_))) else {
+            continue;
+        };
+        let (name, ends) = (element.name.clone(), row.ends);
+        if equations.centred(id).is_none() {
+            lines.push((name, equations.square_of_length(ends)));
+        }
+    }
+    lines
+}
+
+/// The independent loop equations.
+fn active(formulated: &Formulated) -> Vec<usize> {
+    let constraints = formulated.lowered.program.constraints.iter().enumerate();
+    constraints.filter(|(_, constraint)| constraint.active).map(|(row, _)| row).collect()
+}
+
+fn roots(equations: &mut Equations, active: &[usize]) -> Vec<(Row, Vec<Expr>)> {
+    let mechanism: &Mechanism = equations.system.mechanism;
+    let mut roots = loops(equations, active);
+    roots.extend([
+        (Row::Motion, motion(equations)),
+        (Row::Accelerations, active.iter().map(|&row| acceleration(equations, row)).collect()),
+        (Row::Outputs, mechanism.outputs.iter().map(|output| equations.formula(&output.value)).collect()),
+    ]);
+    roots
+}
+
+fn loops(equations: &mut Equations, active: &[usize]) -> Vec<(Row, Vec<Expr>)> {
+    vec![
+        (Row::Loops, active.iter().map(|&row| equations.constraints[row].value).collect()),
+        (Row::Rates, active.iter().map(|&row| equations.constraint_rate(row)).collect()),
+    ]
+}
+
+/// The loop equations that repeat others.
+fn repeated(equations: &Equations, active: &[usize]) -> Vec<Expr> {
+    let repeated = equations.loops().map(|(index, _)| index).filter(|index| !active.contains(index));
+    repeated.map(|index| equations.constraints[index].value).collect()
+}
+
+/// What is known at the start, less what it should be.
+fn starts(equations: &mut Equations, order: Order) -> Vec<Expr> {
+    let Conditions { conditions, results, .. } = conditions(equations, order, 1.0);
+    let (values, targets) = results.split_at(conditions.len());
+    let known = conditions.iter().zip(values.iter().zip(targets)).filter(|(condition, _)| condition.known);
+    known.map(|(_, (&value, &target))| equations.system.arena.subtract(value, target)).collect()
+}
+
+/// M a + Phi_q^T lambda - Q
+fn motion(equations: &mut Equations) -> Vec<Expr> {
+    let dynamics = equations.dynamics().clone();
+    let arena = &mut equations.system.arena;
+    let rows = dynamics.mass.into_iter().zip(dynamics.reactions).zip(dynamics.load);
+    rows.map(|((mass, reactions), load)| {
+        let mut terms = vec![arena.negate(load)];
+        for (index, entry) in mass {
+            let acceleration = arena.symbol(Symbol::Coordinate(index, Order::Acceleration));
+            terms.push(arena.multiply(entry, acceleration));
+        }
+        for (index, entry) in reactions {
+            let reaction = arena.symbol(Symbol::Reaction(index));
+            terms.push(arena.multiply(entry, reaction));
+        }
+        arena.sum(terms)
+    })
+    .collect()
+}
+
+/// Phi_q a - gamma
+fn acceleration(equations: &mut Equations, row: usize) -> Expr {
+    let constraint = equations.constraints[row].clone();
+    let arena = &mut equations.system.arena;
+    let mut terms = vec![arena.negate(constraint.gamma)];
+    for (index, entry) in constraint.jacobian {
+        let acceleration = arena.symbol(Symbol::Coordinate(index, Order::Acceleration));
+        terms.push(arena.multiply(entry, acceleration));
+    }
+    arena.sum(terms)
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Numbers<'v> {
+    variation: &'v Variation,
+    values: DVector<f64>,
+    matrix: DMatrix<f64>,
+}
+
+impl Numbers<'_> {
+    pub fn values(&self, row: Row) -> DVector<f64> {
+        let range = self.variation.row(row);
+        self.values.rows(range.start, range.len()).into_owned()
+    }
+
+    pub fn block(&self, row: Row, column: Column) -> DMatrix<f64> {
+        self.variation.block_of(&self.matrix, row, column)
+    }
+
+    /// \[M Phi_q^T; Phi_q 0\]
+    pub fn system(&self) -> DMatrix<f64> {
+        let [mass, reactions] =
+            [Column::Accelerations, Column::Reactions].map(|column| self.block(Row::Motion, column));
+        saddle(&mass, &reactions, &self.block(Row::Accelerations, Column::Accelerations))
+    }
+}

@@ -1,0 +1,193 @@
+//! Speed against error of a model: every method at many tolerances, against a converged reference.
+
+pub(crate) mod clock;
+mod reference;
+pub(crate) mod runs;
+mod table;
+pub mod trajectory;
+
+use std::sync::Arc;
+
+use cotree::mechanism::Experiment;
+use cotree_fmu::model::Model;
+use cotree_fmu::program::{Engine, Motion};
+use serde::{Serialize, Serializer};
+
+use clock::Elapsed;
+pub use reference::{Comparison, Reference};
+use runs::{Budget, Found, Subject, TOO_LONG};
+
+const TOLERANCES: [f64; 10] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12];
+/// An error that is not above so many times that of the reference may be the reference's own.
+const RESOLVED: f64 = 3.0;
+/// The only method where drivers determine the motion.
+const LOOPS: &str = "loops";
+/// The energy counts as kept if the reference changes it by less than this, relative to its largest value.
+const KEPT: f64 = 1e-8;
+/// A thread that has less than this share of a processor is on a busy machine.
+const BUSY: f64 = 0.9;
+
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Bench {
+    pub name: String,
+    /// When the measurement starts and ends \[s\].
+    pub span: [f64; 2],
+    pub reference: Reference,
+    pub points: usize,
+    /// What the clock measures: processor time of the thread, or wall time where the platform does not measure it.
+    pub clock: &'static str,
+    /// The share of a processor that the measured thread had.
+    pub share: f64,
+    pub energy_kept: bool,
+    /// Relative accuracy that rounding errors permit, the coarsest of all runs; 0 if nothing limits it.
+    pub attainable: f64,
+    /// One for each method and tolerance, methods together.
+    pub runs: Vec<Run>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Run {
+    /// `auto`, `taylor`, `explicit`, `implicit`, or `loops` if the drivers determine the motion.
+    pub method: &'static str,
+    pub tolerance: f64,
+    #[serde(flatten, serialize_with = "flat")]
+    pub result: Result<Measured, String>,
+}
+
+/// What a run without result is written as: every number is null.
+#[derive(Serialize)]
+struct Unmeasured<'a> {
+    cpu_seconds: Option<f64>,
+    error: Option<f64>,
+    steps: Option<u64>,
+    evaluations: Option<u64>,
+    problem: &'a str,
+}
+
+fn flat<S: Serializer>(result: &Result<Measured, String>, serializer: S) -> Result<S::Ok, S::Error> {
+    match result {
+        Ok(measured) => measured.serialize(serializer),
+        Err(problem) => {
+            Unmeasured { cpu_seconds: None, error: None, steps: None, evaluations: None, problem }.serialize(serializer)
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Measured {
+    /// Time of the fastest of several repetitions, initialisation and outputs left out \[s\]; null if one of them failed.
+    pub cpu_seconds: Option<f64>,
+    /// Largest error of any reported variable at any of the compared times, relative to the variable's largest value.
+    pub error: f64,
+    /// Is the error clearly above that of the reference?
+    pub resolved: bool,
+    pub steps: u64,
+    pub rejected: u64,
+    /// Evaluations of the accelerations, or series of the motion.
+    pub evaluations: u64,
+    pub factorisations: u64,
+    pub jacobians: u64,
+    /// Largest residual of the loop equations at the compared times, relative to their scales.
+    pub constraint_residual: f64,
+    /// Largest change of the energy, relative to its largest value; only where the motion keeps it.
+    pub energy_drift: Option<f64>,
+}
+
+/// A method: what it is called, and the engine, unless the program chooses.
+type Method = (&'static str, Option<Engine>);
+
+/// Measures a model.
+///
+/// # Errors
+/// There is no reference: the model cannot be simulated, or not in reasonable time.
+pub fn measure(model: &Arc<Model>, variables: &[usize], experiment: Experiment) -> Result<Bench, String> {
+    let subject = Subject { model, variables, experiment };
+    let methods = methods(model);
+    let (times, exact, reference) = reference::find(&subject, &methods)?;
+    let energy_kept = exact.energy_drift().is_some_and(|drift| drift < KEPT);
+    let (mut runs, mut total, mut attainable) = (Vec::new(), Elapsed::default(), exact.attainable);
+    for &(method, engine) in &methods {
+        let mut affordable = true;
+        for tolerance in TOLERANCES {
+            let found =
+                if affordable { subject.run(engine, tolerance, Budget::Run, &times) } else { Err(TOO_LONG.to_owned()) };
+            let result = found.map(|found| {
+                let cpu_seconds = subject.time(engine, tolerance).map(|(fastest, all)| {
+                    total.add(all);
+                    fastest.as_secs_f64()
+                });
+                attainable = f64::max(attainable, found.attainable);
+                let error = found.trajectory.distance(&exact.trajectory);
+                let resolved = error > RESOLVED * reference.error;
+                Measured { cpu_seconds, resolved, ..Measured::of(&found, error, energy_kept) }
+            });
+            // Finer tolerances would take longer still.
+            affordable = result.as_ref().err().is_none_or(|problem| problem != TOO_LONG);
+            runs.push(Run { method, tolerance, result });
+        }
+    }
+    Ok(Bench {
+        name: model.program().name.clone(),
+        span: [experiment.start, experiment.stop],
+        reference,
+        points: times.len(),
+        clock: clock::NAME,
+        share: total.share(),
+        energy_kept,
+        attainable,
+        runs,
+    })
+}
+
+impl Measured {
+    fn of(found: &Found, error: f64, energy_kept: bool) -> Self {
+        let statistics = found.statistics;
+        Self {
+            cpu_seconds: None,
+            error,
+            resolved: true,
+            steps: statistics.steps,
+            rejected: statistics.rejected,
+            evaluations: statistics.evaluations,
+            factorisations: statistics.factorisations,
+            jacobians: statistics.jacobians,
+            constraint_residual: found.residual,
+            energy_drift: found.energy_drift().filter(|_| energy_kept),
+        }
+    }
+}
+
+/// What the model can be moved with; first what it uses by itself.
+fn methods(model: &Model) -> Vec<Method> {
+    if model.program().motion == Motion::Kinematic {
+        return vec![(LOOPS, None)];
+    }
+    let series = model.program().arms.is_some().then_some(("taylor", Some(Engine::Taylor)));
+    let others = [("explicit", Some(Engine::Dop853)), ("implicit", Some(Engine::Radau))];
+    std::iter::once(("auto", None)).chain(series).chain(others).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_run_without_result_has_the_same_keys_and_says_why() {
+        let run = Run { method: "explicit", tolerance: 1e-6, result: Err(TOO_LONG.to_owned()) };
+        let written = serde_json::to_value(&run).expect("JSON");
+        for key in ["cpu_seconds", "error", "steps", "evaluations"] {
+            assert_eq!(written.get(key), Some(&serde_json::Value::Null), "{key}");
+        }
+        assert_eq!(written["problem"], TOO_LONG);
+        let reference = Reference { method: "auto", tolerance: 1e-13, error: 0.0, other: None, confirmed: false };
+        let name = "four_bar".to_owned();
+        let refused = Run { result: Err("it left its branch".to_owned()), ..run.clone() };
+        let (points, clock, share, runs) = (1024, "processor time", 0.5, vec![run, refused]);
+        let (span, energy_kept, attainable) = ([0.0, 1.0], false, 4e-8);
+        let bench = Bench { name, span, reference, points, clock, share, energy_kept, attainable, runs };
+        let table = bench.to_string();
+        assert!(table.contains("rounding errors leave a relative accuracy of about 4e-8"), "{table}");
+        assert!(table.contains("too slow") && table.contains("no result") && table.contains("it left its branch"));
+        assert!(table.contains("50 % of a processor"), "{table}");
+    }
+}

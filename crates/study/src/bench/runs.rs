@@ -1,0 +1,181 @@
+//! Single runs: one for the results, several for the time.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use cotree::mechanism::Experiment;
+use cotree_fmu::context::Statistics;
+use cotree_fmu::instance::Instance;
+use cotree_fmu::machine::Machine;
+use cotree_fmu::model::Model;
+use cotree_fmu::program::{Engine, Motion};
+
+use super::clock::{Clock, Elapsed};
+use super::trajectory::Trajectory;
+
+/// Results are compared at so many times at equal distances, and at so many within a step: its polynomial has few extrema.
+pub(crate) const POINTS: usize = 1024;
+const POINTS_A_STEP: usize = 6;
+/// A run of more steps than this is looked at by so many of them.
+const MOST_STOPS: f64 = 1e5;
+/// In so many steps at most, and at so many extrema: values are read from polynomials, but all of them are kept.
+const MOST_STEPS: usize = 2048;
+const MOST_EXTREMA: usize = 4096;
+/// Repetitions take so long together, at least.
+const LONG_ENOUGH: Duration = Duration::from_millis(20);
+pub(crate) const TOO_LONG: &str = "it takes too long";
+const ENERGY: &str = "energy.total";
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Budget {
+    Run,
+    Reference,
+}
+
+pub(crate) struct Subject<'a> {
+    pub model: &'a Arc<Model>,
+    pub variables: &'a [usize],
+    pub experiment: Experiment,
+}
+
+pub(crate) struct Found {
+    pub trajectory: Trajectory,
+    energy: Vec<f64>,
+    pub residual: f64,
+    pub statistics: Statistics,
+    /// Relative accuracy that rounding errors permit; 0 if nothing limits it.
+    pub attainable: f64,
+}
+
+impl Subject<'_> {
+    pub fn run(&self, engine: Option<Engine>, tolerance: f64, budget: Budget, times: &[f64]) -> Result<Found, String> {
+        let most = self.most(budget);
+        let mut instance = self.start(engine, tolerance)?;
+        let mut machine = Machine::new(self.model);
+        let energy = instance.variable(ENERGY);
+        let trajectory = Trajectory::of(self.variables.len());
+        let statistics = Statistics::default();
+        let mut found = Found { trajectory, energy: Vec::new(), residual: 0.0, statistics, attainable: 0.0 };
+        for &time in times {
+            if time > instance.time() {
+                instance.step_to(time).map_err(|error| error.to_string())?;
+            }
+            if instance.statistics().evaluations > most {
+                return Err(TOO_LONG.to_owned());
+            }
+            for (row, &variable) in found.trajectory.values.iter_mut().zip(self.variables) {
+                row.push(instance.get(variable).map_err(|error| error.to_string())?);
+            }
+            if let Some(energy) = energy {
+                found.energy.push(instance.get(energy).map_err(|error| error.to_string())?);
+            }
+            found.residual = found.residual.max(residual(self.model, &mut machine, &instance));
+        }
+        (found.statistics, found.attainable) = (instance.statistics(), instance.attainable_accuracy());
+        Ok(found)
+    }
+
+    /// How long the fastest of several repetitions takes, and all of them.
+    pub fn time(&self, engine: Option<Engine>, tolerance: f64) -> Option<(Duration, Elapsed)> {
+        let (mut fastest, mut total) = (Duration::MAX, Elapsed::default());
+        while total.processor < LONG_ENOUGH {
+            let mut instance = self.start(engine, tolerance).ok()?;
+            let clock = Clock::now();
+            instance.step_to(self.experiment.stop).ok()?;
+            let elapsed = clock.elapsed();
+            fastest = fastest.min(elapsed.processor);
+            // Terminates even if the clock does not advance.
+            total.add(Elapsed { processor: elapsed.processor.max(Duration::from_micros(1)), ..elapsed });
+        }
+        Some((fastest, total))
+    }
+
+    fn start(&self, engine: Option<Engine>, tolerance: f64) -> Result<Instance, String> {
+        let mut instance = Instance::new(self.model.clone());
+        let Experiment { start, stop, .. } = self.experiment;
+        let setup = instance.setup(start, Some(stop), Some(tolerance));
+        let engine = setup.and_then(|()| engine.map_or(Ok(()), |engine| instance.set_engine(engine)));
+        engine.and_then(|()| instance.initialise()).map_err(|error| error.to_string())?;
+        Ok(instance)
+    }
+
+    /// When results are compared: at equal distances, within the steps of this run, which are short where much happens, and where its variables turn back.
+    pub fn times(&self, engine: Option<Engine>, tolerance: f64) -> Result<Vec<f64>, String> {
+        let mut times = self.even(POINTS);
+        times.extend(within(&self.step_ends(engine, tolerance)?));
+        times.sort_by(f64::total_cmp);
+        times.dedup();
+        let trajectory = self.run(engine, tolerance, Budget::Reference, &times)?.trajectory;
+        let mut extrema = trajectory.extrema(&times);
+        extrema.truncate(MOST_EXTREMA);
+        times.extend(extrema);
+        times.sort_by(f64::total_cmp);
+        times.dedup();
+        Ok(times)
+    }
+
+    /// Where steps of a run begin and end; nowhere between the ends of the run if drivers move the mechanism: its motion is as smooth as theirs.
+    fn step_ends(&self, engine: Option<Engine>, tolerance: f64) -> Result<Vec<f64>, String> {
+        let Experiment { start, stop, .. } = self.experiment;
+        if self.model.program().motion == Motion::Kinematic {
+            return Ok(vec![start, stop]);
+        }
+        let least = (stop - start) / MOST_STOPS;
+        let most = self.most(Budget::Reference);
+        let mut instance = self.start(engine, tolerance)?;
+        let mut ends = vec![start];
+        while instance.time() < stop {
+            // Just beyond the last step: so the next one is taken.
+            let next = instance.end_of_step().next_up().max(instance.time() + least).min(stop);
+            instance.step_to(next).map_err(|error| error.to_string())?;
+            if instance.statistics().evaluations > most {
+                return Err(TOO_LONG.to_owned());
+            }
+            ends.push(instance.end_of_step().min(stop));
+        }
+        Ok(ends)
+    }
+
+    /// More evaluations than this take too long.
+    fn most(&self, budget: Budget) -> u64 {
+        let cost = self.model.program().tapes.acceleration.instructions().len().max(1) as u64;
+        if budget == Budget::Run { 300_000_000 / cost } else { 2_000_000_000 / cost }
+    }
+
+    pub fn even(&self, count: usize) -> Vec<f64> {
+        let Experiment { start, stop, .. } = self.experiment;
+        let at = |point: usize| start + (stop - start) * point as f64 / count as f64;
+        (0..count).map(at).chain([stop]).collect()
+    }
+}
+
+/// Times within steps that end there. Of many steps, of each few neighbours the shortest: there the motion is fastest.
+fn within(ends: &[f64]) -> impl Iterator<Item = f64> {
+    let steps: Vec<[f64; 2]> = ends.windows(2).map(|ends| [ends[0], ends[1]]).collect();
+    let length = |step: &[f64; 2]| step[1] - step[0];
+    let neighbours = steps.len().div_ceil(MOST_STEPS).max(1);
+    let shortest = |steps: &[[f64; 2]]| steps.iter().copied().min_by(|a, b| length(a).total_cmp(&length(b)));
+    let chosen: Vec<[f64; 2]> = steps.chunks(neighbours).filter_map(shortest).collect();
+    let places = |[from, to]: [f64; 2]| {
+        (1..=POINTS_A_STEP).map(move |place| from + (to - from) * place as f64 / POINTS_A_STEP as f64)
+    };
+    chosen.into_iter().flat_map(places)
+}
+
+/// The largest residual of the loop equations, relative to their scales.
+fn residual(model: &Model, machine: &mut Machine, instance: &Instance) -> f64 {
+    let tape = &model.program().tapes.constraint;
+    machine.load(model, &instance.state());
+    machine.run(tape);
+    let constraints = model.program().constraints.iter().enumerate();
+    constraints.fold(0.0, |worst: f64, (row, constraint)| worst.max(machine.result(tape, row).abs() / constraint.scale))
+}
+
+impl Found {
+    /// The largest change of the energy, relative to its largest value, if the energy is computed.
+    pub fn energy_drift(&self) -> Option<f64> {
+        let start = *self.energy.first()?;
+        let largest = self.energy.iter().fold(f64::MIN_POSITIVE, |largest, energy| largest.max(energy.abs()));
+        Some(self.energy.iter().map(|energy| (energy - start).abs() / largest).fold(0.0, f64::max))
+    }
+}

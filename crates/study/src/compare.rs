@@ -1,0 +1,320 @@
+//! Comparison of trees: equations, operations, time and condition numbers of one mechanism in several coordinates.
+
+use std::fmt;
+use std::hint::black_box;
+use std::sync::Arc;
+use std::time::Instant;
+
+use cotree::expr::Expr;
+use cotree::formulate::start::evaluate_at;
+use cotree::formulate::{Formulated, formulate_written};
+use cotree::mechanism::{Coordinates, Experiment, Mechanism};
+use cotree::scene::{Faults, Scene};
+use cotree_fmu::machine::Machine;
+use cotree_fmu::model::Model;
+use cotree_fmu::program::Engine;
+use cotree_fmu::tape::{Operation, Tape};
+use nalgebra::DMatrix;
+use serde::Serialize;
+
+use crate::analysis::{dense, saddle};
+use crate::bench;
+use crate::bench::runs::{Budget, POINTS, Subject};
+
+/// The choices that every scene has; the scene's own is added if it is another one.
+const CHOICES: [(&str, Coordinates); 4] = [
+    ("absolute", Coordinates::Absolute),
+    ("joint", Coordinates::Joint),
+    ("recommended", Coordinates::Recommended),
+    ("cheapest", Coordinates::Cheapest),
+];
+
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Comparison {
+    pub kernel: &'static str,
+    pub choices: Vec<Choice>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Choice {
+    /// `absolute`, `joint`, `recommended`, `cheapest`, or `chosen` for the scene's own trees.
+    pub name: &'static str,
+    pub used: bool,
+    /// The figures, or why these trees do not work.
+    #[serde(flatten)]
+    pub figures: Figures,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Figures {
+    Good(Cost),
+    Bad { fault: String },
+}
+
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Cost {
+    pub coordinates: usize,
+    pub loop_equations: usize,
+    pub operations: Operations,
+    /// Time of one evaluation, the median of repeated runs \[ns\].
+    pub nanoseconds: f64,
+    /// The method: `series`, `explicit`, `implicit`, or `loops` if drivers determine the motion.
+    pub method: &'static str,
+    /// Time of the whole experiment at its tolerance, processor time on one thread \[s\]; `None` if it fails or takes too long.
+    pub run_seconds: Option<f64>,
+    pub steps: Option<u64>,
+    /// Condition number at the start of \[M J^T; J 0\], or of J for a kinematic model, rows and columns scaled; `None` if
+    /// singular.
+    pub condition: Option<f64>,
+    /// The same of M; `None` if singular or if there are no masses.
+    pub mass_condition: Option<f64>,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Operations {
+    pub additions: usize,
+    pub multiplications: usize,
+    pub divisions: usize,
+    pub square_roots: usize,
+    pub sine_cosine_pairs: usize,
+    pub others: usize,
+}
+
+/// Formulates a mechanism in all coordinates and measures each.
+pub fn compare(mechanism: &Mechanism) -> Comparison {
+    let is_preset = CHOICES.iter().any(|(_, choice)| *choice == mechanism.coordinates);
+    let own = (!is_preset).then(|| ("chosen", mechanism.coordinates.clone()));
+    let choices: Vec<Choice> = CHOICES
+        .into_iter()
+        .chain(own)
+        .map(|(name, coordinates)| {
+            let used = coordinates == mechanism.coordinates;
+            Choice { name, used, figures: figures(&Mechanism { coordinates, ..mechanism.clone() }) }
+        })
+        .collect();
+    let driven = |choice: &Choice| matches!(&choice.figures, Figures::Good(cost) if cost.mass_condition.is_some());
+    let kernel = if choices.iter().any(driven) { ACCELERATION } else { LOOPS };
+    Comparison { kernel, choices }
+}
+
+const ACCELERATION: &str = "accelerations and reactions";
+const LOOPS: &str = "loop equations, their Jacobian, gamma";
+
+fn figures(mechanism: &Mechanism) -> Figures {
+    match formulate_written(mechanism) {
+        Ok(formulated) => match cost(formulated) {
+            Ok(cost) => Figures::Good(cost),
+            Err(fault) => Figures::Bad { fault },
+        },
+        Err(faults) => {
+            let messages: Vec<String> = faults.into_iter().map(|fault| fault.message).collect();
+            Figures::Bad { fault: messages.join("; ") }
+        }
+    }
+}
+
+fn cost(mut formulated: Formulated) -> Result<Cost, String> {
+    let model = Model::new(formulated.lowered.program.clone()).map_err(|fault| fault.to_string())?;
+    let tapes = &model.program().tapes;
+    let kernel: Vec<&Tape> = match tapes.acceleration.results.is_empty() {
+        true => vec![&tapes.constraint, &tapes.jacobian.tape, &tapes.gamma],
+        false => vec![&tapes.acceleration],
+    };
+    let mut machine = Machine::new(&model);
+    machine.load(&model, &formulated.state);
+    let nanoseconds = time(&mut machine, &kernel);
+    let dynamic = !tapes.acceleration.results.is_empty();
+    let operations = count(&kernel);
+    let method = match (dynamic, model.program().engine) {
+        (false, _) => "loops",
+        (true, Engine::Taylor) => "series",
+        (true, Engine::Dop853) => "explicit",
+        (true, Engine::Radau) => "implicit",
+    };
+    let whole = whole_run(Arc::new(model), formulated.equations.system.mechanism.experiment);
+    let (condition, mass_condition) = conditions(&mut formulated, dynamic);
+    Ok(Cost {
+        coordinates: formulated.equations.coordinates.len(),
+        loop_equations: formulated.equations.constraints.iter().filter(|row| !row.is_trivial()).count(),
+        operations,
+        nanoseconds,
+        method,
+        run_seconds: whole.map(|(seconds, _)| seconds),
+        steps: whole.map(|(_, steps)| steps),
+        condition,
+        mass_condition,
+    })
+}
+
+/// Processor time and steps of the whole experiment, by the method that the model chooses.
+fn whole_run(model: Arc<Model>, experiment: Experiment) -> Option<(f64, u64)> {
+    let subject = Subject { model: &model, variables: &[], experiment };
+    let found = subject.run(None, experiment.tolerance, Budget::Run, &subject.even(POINTS)).ok()?;
+    let (fastest, _) = subject.time(None, experiment.tolerance)?;
+    Some((fastest.as_secs_f64(), found.statistics.steps))
+}
+
+/// Counts instructions; a multiplication with an addition or subtraction counts as both.
+pub fn count(tapes: &[&Tape]) -> Operations {
+    let mut counts = Operations::default();
+    for instruction in tapes.iter().flat_map(|tape| tape.instructions()) {
+        match instruction.operation {
+            Operation::Add | Operation::Subtract | Operation::Negate => counts.additions += 1,
+            Operation::Multiply => counts.multiplications += 1,
+            Operation::MultiplyAdd | Operation::MultiplySubtract | Operation::SubtractProduct => {
+                counts.additions += 1;
+                counts.multiplications += 1;
+            }
+            Operation::Divide => counts.divisions += 1,
+            Operation::SquareRoot => counts.square_roots += 1,
+            Operation::SinCos => counts.sine_cosine_pairs += 1,
+            Operation::Copy => {}
+            _ => counts.others += 1,
+        }
+    }
+    counts
+}
+
+/// The median of runs that are long enough for the clock.
+fn time(machine: &mut Machine, tapes: &[&Tape]) -> f64 {
+    const RUNS: usize = 15;
+    const SHORTEST: f64 = 2e5;
+    let mut measure = |repeats: usize| {
+        let start = Instant::now();
+        for _ in 0..repeats {
+            for tape in tapes {
+                black_box(&mut *machine).run(tape);
+            }
+        }
+        start.elapsed().as_secs_f64() * 1e9
+    };
+    let mut repeats = 16;
+    while measure(repeats) < SHORTEST && repeats < 1 << 20 {
+        repeats *= 2;
+    }
+    let mut runs: Vec<f64> = (0..RUNS).map(|_| measure(repeats) / repeats as f64).collect();
+    runs.sort_by(f64::total_cmp);
+    runs[RUNS / 2]
+}
+
+/// Of the equations that are solved for accelerations, and of the mass matrix.
+fn conditions(formulated: &mut Formulated, dynamic: bool) -> (Option<f64>, Option<f64>) {
+    let mass = dynamic.then(|| formulated.equations.dynamics().mass.clone());
+    let Formulated { equations, state, redundant, .. } = formulated;
+    let (n, values) =
+        (equations.coordinates.len(), |exprs: &[Expr]| evaluate_at(&equations.system.arena, state, exprs));
+    let active = equations.constraints.iter().enumerate().filter(|(index, _)| !redundant.contains(index));
+    let jacobian = dense(active.map(|(_, row)| &row.jacobian), n, values);
+    let Some(mass) = mass.map(|mass| dense(&mass, n, values)) else { return (condition(jacobian), None) };
+    (condition(saddle(&mass, &jacobian.transpose(), &jacobian)), condition(mass))
+}
+
+/// Largest over smallest singular value, after rows and columns have been scaled to largest entries of about 1 (Ruiz).
+fn condition(mut matrix: DMatrix<f64>) -> Option<f64> {
+    const ROUNDS: usize = 40;
+    for _ in 0..ROUNDS {
+        let factor = |largest: f64| if largest > 0.0 { largest.sqrt().recip() } else { 1.0 };
+        let rows: Vec<f64> = matrix.row_iter().map(|row| factor(row.amax())).collect();
+        let columns: Vec<f64> = matrix.column_iter().map(|column| factor(column.amax())).collect();
+        for (row, by_row) in rows.iter().enumerate() {
+            for (column, by_column) in columns.iter().enumerate() {
+                matrix[(row, column)] *= by_row * by_column;
+            }
+        }
+    }
+    if matrix.is_empty() || !matrix.iter().all(|entry| entry.is_finite()) {
+        return None;
+    }
+    let singular = matrix.svd(false, false).singular_values;
+    let (largest, smallest) = (singular.max(), singular.min());
+    (smallest > f64::EPSILON * largest).then(|| largest / smallest)
+}
+
+impl fmt::Display for Comparison {
+    fn fmt(&self, out: &mut fmt::Formatter) -> fmt::Result {
+        let width = self.choices.iter().map(|choice| choice.name.len() + 2).max().unwrap_or_default().max(12);
+        writeln!(out, "cost of the {}", self.kernel)?;
+        writeln!(
+            out,
+            "  {:width$}  coordinates  loops      +      *    /  sqrt  sin,cos  other        ns  condition  cond. of M    method  steps  run [ms]",
+            "trees"
+        )?;
+        for choice in &self.choices {
+            let name = if choice.used { format!("{} *", choice.name) } else { choice.name.to_owned() };
+            match &choice.figures {
+                Figures::Good(cost) => {
+                    let Operations { additions, multiplications, divisions, square_roots, sine_cosine_pairs, others } =
+                        cost.operations;
+                    let [condition, mass] = [cost.condition, cost.mass_condition]
+                        .map(|number| number.map_or_else(|| "-".to_owned(), |number| format!("{number:.1}")));
+                    let steps = cost.steps.map_or_else(|| "-".to_owned(), |steps| steps.to_string());
+                    let run = cost.run_seconds.map_or_else(|| "-".to_owned(), |run| format!("{:.3}", 1e3 * run));
+                    writeln!(
+                        out,
+                        "  {name:width$}  {:11}  {:5}  {additions:5}  {multiplications:5}  {divisions:3}  {square_roots:4}  \
+                         {sine_cosine_pairs:7}  {others:5}  {:8.1}  {condition:>9}  {mass:>10}  {:>8}  {steps:>5}  {run:>8}",
+                        cost.coordinates, cost.loop_equations, cost.nanoseconds, cost.method
+                    )?;
+                }
+                Figures::Bad { fault } => writeln!(out, "  {name:width$}  {fault}")?,
+            }
+        }
+        writeln!(
+            out,
+            "  * used by the scene; conditions at the start, rows and columns scaled; `-`: singular or not there\n  method, steps, run: what \
+             integrates the experiment at its tolerance, and its {}; series have unknowns of their own (`cotree show`)",
+            bench::clock::NAME
+        )
+    }
+}
+
+/// What the scene costs in other coordinates.
+///
+/// # Errors
+/// Everything that is wrong with the scene; trees that do not work are part of the comparison.
+pub fn comparison(scene: &Scene) -> Result<Comparison, Faults> {
+    Ok(compare(&scene.resolve()?.mechanism))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cotree_fmu::tape::Instruction;
+
+    #[test]
+    fn every_operation_is_counted_once() {
+        let instruction = |operation| Instruction { operation, target: 0, a: 0, b: 0, c: 0 };
+        let operations = [
+            Operation::Add,
+            Operation::MultiplyAdd,
+            Operation::Divide,
+            Operation::SinCos,
+            Operation::Tangent,
+            Operation::Copy,
+        ];
+        let tape = Tape::new(operations.map(instruction).into(), vec![]);
+        let expected = Operations {
+            additions: 2,
+            multiplications: 1,
+            divisions: 1,
+            square_roots: 0,
+            sine_cosine_pairs: 1,
+            others: 1,
+        };
+        assert_eq!(count(&[&tape]), expected);
+    }
+
+    #[test]
+    fn condition_numbers_do_not_depend_on_units() {
+        let matrix = DMatrix::from_row_slice(2, 2, &[4.0, 1.0, 1.0, 3.0]);
+        let scaled = DMatrix::from_row_slice(2, 2, &[4.0e8, 1.0e2, 1.0e2, 3.0e-4]);
+        let (a, b) = (condition(matrix).unwrap(), condition(scaled).unwrap());
+        assert!((a - b).abs() < 1e-6 * a, "{a} {b}");
+        // [1 r; r 1] with r = 1 / sqrt 12
+        let r = 12.0_f64.sqrt().recip();
+        assert!((a - (1.0 + r) / (1.0 - r)).abs() < 1e-6 * a, "{a}");
+        assert_eq!(condition(DMatrix::from_row_slice(2, 2, &[1.0, 1.0, 1.0, 1.0])), None);
+        assert_eq!(condition(DMatrix::zeros(0, 0)), None);
+    }
+}

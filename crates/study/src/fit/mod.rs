@@ -1,0 +1,207 @@
+//! Values of parameters from measured motions: least squares with the derivatives of the motion.
+
+mod estimate;
+mod levenberg;
+mod report;
+mod request;
+mod student;
+mod written;
+
+use cotree::output::csv::Table;
+use nalgebra::{DMatrix, DVector};
+use thiserror::Error;
+
+use crate::analysis::{Failure, Study, StudyError, Varying};
+use estimate::Estimates;
+pub use levenberg::Ended;
+use levenberg::{Residuals, minimise};
+use request::Weighed;
+pub use request::{Request, Vary};
+pub use written::with_values;
+
+/// Motions are computed at most so often, and so often more for each quantity.
+const MOST_EVALUATIONS: [usize; 2] = [100, 20];
+/// Standard deviations of columns are found in at most so many rounds.
+const ROUNDS: usize = 20;
+/// They are known once they change by less than this share.
+const KNOWN: f64 = 1e-3;
+/// A column's standard deviation is no less than this share of its extent: nothing is simulated more accurately.
+const LEAST: f64 = 1e-9;
+
+/// What was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fit {
+    /// The name of the scene.
+    pub name: String,
+    /// What was fitted.
+    pub quantities: Vec<Quantity>,
+    /// Correlations of the errors of the quantities; none with one that is at its bound.
+    pub correlation: DMatrix<f64>,
+    /// \[s\]
+    pub times: Vec<f64>,
+    /// What was measured.
+    pub columns: Vec<Column>,
+    /// How often the motion was computed, with its derivatives.
+    pub evaluations: usize,
+    /// Why the search ended.
+    pub ended: Ended,
+}
+
+/// A fitted quantity, SI.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Quantity {
+    /// The user's name.
+    pub name: String,
+    pub unit: String,
+    /// Where the search began.
+    pub start: f64,
+    /// The value that fits best.
+    pub value: f64,
+    /// Its standard error; none at a bound.
+    pub error: Option<f64>,
+    /// The true value is between these in 95 of 100 cases; none at a bound.
+    pub limits: Option<[f64; 2]>,
+}
+
+/// A measured variable, SI.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Column {
+    pub name: String,
+    pub unit: String,
+    /// What was measured, one value for each time.
+    pub measured: Vec<f64>,
+    /// The same as simulated with the values that fit best.
+    pub fitted: Vec<f64>,
+    /// Standard deviation of what was measured: as given, or estimated.
+    pub deviation: f64,
+    /// Was it given?
+    pub is_given: bool,
+}
+
+impl Column {
+    /// Root of the mean square of the residuals.
+    pub fn rms(&self) -> f64 {
+        let squares = self.measured.iter().zip(&self.fitted).map(|(measured, fitted)| (measured - fitted).powi(2));
+        (squares.sum::<f64>() / self.measured.len().max(1) as f64).sqrt()
+    }
+}
+
+/// Why there is no fit.
+#[derive(Debug, Error)]
+pub enum FitError {
+    /// The scene, or its motion with the values at the start.
+    #[error(transparent)]
+    Study(#[from] StudyError),
+    /// What was asked for; everything that is wrong with it.
+    #[error("{}", .0.join("\n"))]
+    Request(Vec<String>),
+    /// The measured values do not determine the quantities.
+    #[error("{0}")]
+    Undetermined(String),
+}
+
+/// Fits quantities of a scene to measured outputs; the scene has these outputs.
+///
+/// # Errors
+/// Something is wrong with the scene or with what is asked for, there is no motion at the start, or the measured values do not determine the quantities.
+pub fn fit(study: &mut Study, request: &Request) -> Result<Fit, FitError> {
+    let names: Vec<String> = request.vary.iter().map(|vary| vary.name.clone()).collect();
+    let (name, experiment) = (study.name().to_owned(), study.experiment());
+    study.varying(&names, |varying| {
+        let problem = match request.weighed(varying, experiment) {
+            Ok(weighed) => Problem { varying, table: &request.table, weighed },
+            Err(faults) => return Ok(Err(FitError::Request(faults))),
+        };
+        problem.solve(name)
+    })?
+}
+
+struct Problem<'a, 'f, 'm> {
+    varying: &'a Varying<'f, 'm>,
+    table: &'a Table,
+    weighed: Weighed,
+}
+
+impl Problem<'_, '_, '_> {
+    fn solve(mut self, name: String) -> Result<Result<Fit, FitError>, Failure> {
+        let parameters = self.varying.parameters();
+        let start: Vec<f64> = parameters.iter().map(|own| own.start).collect();
+        let most = MOST_EVALUATIONS[0] + MOST_EVALUATIONS[1] * start.len();
+        let (mut values, mut evaluations) = (start.clone(), 0);
+        for _ in 0..ROUNDS {
+            let weighed = &self.weighed;
+            let found = minimise(&values, &weighed.bounds, most, |values| Ok(self.residuals(values)?.by(weighed)))?;
+            (values, evaluations) = (found.values, evaluations + found.evaluations);
+            if let Some(cause) = found.blocked {
+                return Ok(Err(FitError::Undetermined(format!(
+                    "the search came to where there is no motion any more, which is no minimum: {cause}; keep the quantities away from there by bounds (NAME=LOW..HIGH)"
+                ))));
+            }
+            let residuals = self.residuals(&values)?;
+            evaluations += 1;
+            let change = self.weighed.estimate(&residuals, start.len());
+            // Of a single column the weight has no influence.
+            let is_last = self.weighed.deviations.len() == 1 || change < KNOWN;
+            if !is_last && found.ended == Ended::Settled {
+                continue;
+            }
+            let estimates = match Estimates::new(&residuals.by(&self.weighed), &values, &self.weighed, self.varying) {
+                Ok(estimates) => estimates,
+                Err(message) => return Ok(Err(FitError::Undetermined(message))),
+            };
+            let quantities = estimates.quantities(&start, &values, self.varying);
+            let correlation = estimates.correlation(start.len());
+            let (times, columns) = (self.table.times().to_vec(), self.columns(&residuals));
+            let ended = found.ended;
+            return Ok(Ok(Fit { name, quantities, correlation, times, columns, evaluations, ended }));
+        }
+        let message = "the standard deviations of the columns do not settle: give them (--sigma), or fit one column";
+        Ok(Err(FitError::Undetermined(message.to_owned())))
+    }
+
+    /// Simulated less measured values, SI: column by column at each time.
+    fn residuals(&self, values: &[f64]) -> Result<Residuals, Failure> {
+        let times = self.table.times();
+        let found = self.varying.at(values, times)?;
+        let (columns, count) = (self.weighed.places.len(), times.len());
+        let mut residuals = Residuals {
+            values: DVector::zeros(count * columns),
+            derivatives: DMatrix::zeros(count * columns, values.len()),
+        };
+        for (row, (outputs, derivatives)) in found.iter().enumerate() {
+            for (column, &place) in self.weighed.places.iter().enumerate() {
+                let index = row * columns + column;
+                residuals.values[index] = outputs[place] - self.table.column(column)[row];
+                residuals.derivatives.row_mut(index).copy_from(&derivatives.row(place));
+            }
+        }
+        Ok(residuals)
+    }
+
+    fn columns(&self, residuals: &Residuals) -> Vec<Column> {
+        let units: Vec<String> = self.varying.outputs().map(|(_, unit)| unit.si.clone()).collect();
+        let count = self.weighed.places.len();
+        let column = |(index, name): (usize, &String)| {
+            let measured = self.table.column(index).to_vec();
+            let at = |(row, value): (usize, &f64)| value + residuals.values[row * count + index];
+            let fitted = measured.iter().enumerate().map(at).collect();
+            let (deviation, is_given) = self.weighed.deviations[index];
+            let unit = units[self.weighed.places[index]].clone();
+            Column { name: name.clone(), unit, measured, fitted, deviation, is_given }
+        };
+        self.table.names().iter().enumerate().map(column).collect()
+    }
+}
+
+impl Residuals {
+    /// In standard deviations of their columns.
+    fn by(&self, weighed: &Weighed) -> Residuals {
+        let mut scaled = self.clone();
+        for row in 0..scaled.values.len() {
+            let (deviation, _) = weighed.deviations[row % weighed.deviations.len()];
+            scaled.values[row] /= deviation;
+            scaled.derivatives.row_mut(row).scale_mut(1.0 / deviation);
+        }
+        scaled
+    }
+}

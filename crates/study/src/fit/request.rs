@@ -1,0 +1,182 @@
+//! What is asked of a fit, and whether that makes sense.
+
+use cotree::compile::quantity;
+use cotree::diagnostic::suggest;
+use cotree::mechanism::Experiment;
+use cotree::output::csv::Table;
+
+use super::LEAST;
+use super::levenberg::Residuals;
+use crate::analysis::{Varied, Varying};
+
+/// What is to be fitted to what.
+#[derive(Clone, Debug)]
+pub struct Request {
+    /// What was measured: columns named like outputs.
+    pub table: Table,
+    /// What is varied.
+    pub vary: Vec<Vary>,
+    /// Standard deviations of columns, as far as they are known: a number (SI) or a number with its unit.
+    pub deviations: Vec<(String, String)>,
+}
+
+/// A quantity that is varied: a parameter, a constant input or an initial value.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Vary {
+    pub name: String,
+    /// Its bounds, if not those of the scene: numbers (SI) or numbers with their unit.
+    pub bounds: [Option<String>; 2],
+}
+
+impl Vary {
+    /// Reads `name`, `name=low..high`, `name=low..` or `name=..high`.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn read(text: &str) -> Result<Self, String> {
+        let Some((name, range)) = text.split_once('=') else {
+            return Ok(Vary { name: text.trim().to_owned(), bounds: [None, None] });
+        };
+        let (low, high) = range.split_once("..").ok_or("write the bounds as low..high")?;
+        let bound = |text: &str| Some(text.trim().to_owned()).filter(|text| !text.is_empty());
+        Ok(Vary { name: name.trim().to_owned(), bounds: [bound(low), bound(high)] })
+    }
+}
+
+/// The same, checked.
+#[derive(Debug)]
+pub(super) struct Weighed {
+    /// Of each quantity, SI.
+    pub bounds: Vec<[f64; 2]>,
+    /// The output of each column.
+    pub places: Vec<usize>,
+    /// The standard deviation of each column \[SI\], and whether it was given.
+    pub deviations: Vec<(f64, bool)>,
+    /// The extent of each column, SI.
+    extents: Vec<f64>,
+}
+
+impl Request {
+    /// Everything that is wrong is said.
+    pub(super) fn weighed(&self, varying: &Varying, experiment: Experiment) -> Result<Weighed, Vec<String>> {
+        let mut faults = Vec::new();
+        let bounds = self.bounds(varying.parameters(), &mut faults);
+        let places = self.places(varying, &mut faults);
+        self.check_times(experiment, &mut faults);
+        let (values, quantities) = (self.table.times().len() * self.table.names().len(), self.vary.len());
+        if values <= quantities && !self.table.names().is_empty() {
+            faults.push(format!("{values} measured values cannot determine {quantities} quantities and their errors"));
+        }
+        let extents: Vec<f64> = (0..self.table.names().len()).map(|column| extent(self.table.column(column))).collect();
+        let mut deviations: Vec<(f64, bool)> = extents.iter().map(|&extent| (extent, false)).collect();
+        for (name, text) in &self.deviations {
+            match self.deviation(varying, name, text) {
+                Ok((column, deviation)) => deviations[column] = (deviation, true),
+                Err(message) => faults.push(message),
+            }
+        }
+        if faults.is_empty() { Ok(Weighed { bounds, places, deviations, extents }) } else { Err(faults) }
+    }
+
+    fn bounds(&self, parameters: &[Varied], faults: &mut Vec<String>) -> Vec<[f64; 2]> {
+        if self.vary.is_empty() {
+            faults.push("nothing is varied".to_owned());
+        }
+        let mut bounds = Vec::with_capacity(parameters.len());
+        for (index, (vary, own)) in self.vary.iter().zip(parameters).enumerate() {
+            if self.vary[..index].iter().any(|other| other.name == vary.name) {
+                faults.push(format!("`{}` is varied twice", vary.name));
+            }
+            let mut range = [own.bounds[0].unwrap_or(f64::NEG_INFINITY), own.bounds[1].unwrap_or(f64::INFINITY)];
+            for (place, text) in vary.bounds.iter().enumerate() {
+                let Some(text) = text else { continue };
+                match quantity(text, &own.unit).and_then(|value| own.unit.permit(value, own.bounds).map(|()| value)) {
+                    Ok(value) => range[place] = value,
+                    Err(message) => faults.push(format!("`{}={text}`: {message}", vary.name)),
+                }
+            }
+            let ([low, high], start, unit) = (range, own.start, &own.unit.si);
+            if low >= high {
+                faults.push(format!("`{}`: {low:?} {unit} is not below {high:?} {unit}", vary.name));
+            } else if !(low..=high).contains(&start) {
+                let name = &vary.name;
+                faults.push(format!("`{name}` starts at {start:?} {unit}, outside {low:?}..{high:?} {unit}; set it"));
+            }
+            bounds.push(range);
+        }
+        bounds
+    }
+
+    fn places(&self, varying: &Varying, faults: &mut Vec<String>) -> Vec<usize> {
+        if self.table.names().is_empty() {
+            faults.push("the table has no column beside `time`".to_owned());
+        }
+        let mut places = Vec::new();
+        for (name, unit) in self.table.names().iter().zip(self.table.units()) {
+            let Some((place, (_, own))) = varying.outputs().enumerate().find(|(_, (own, _))| own == name) else {
+                let known = suggest::known(name, varying.outputs().map(|(own, _)| own));
+                faults.push(format!("the column `{name}` is no output; {known}"));
+                continue;
+            };
+            if let Some(unit) = unit.as_ref().filter(|unit| !own.si.is_empty() && !unit.is_compatible(own)) {
+                faults.push(format!("the column `{name}` is in `{}`, but the variable in `{}`", unit.shown(), own.si));
+            }
+            places.push(place);
+        }
+        places
+    }
+
+    fn check_times(&self, Experiment { start, stop, .. }: Experiment, faults: &mut Vec<String>) {
+        let outside = |time: &&f64| !(start..=stop).contains(*time);
+        let times = self.table.times();
+        if let Some(first) = times.iter().find(outside) {
+            let (count, all) = (times.iter().filter(outside).count(), times.len());
+            let help = "leave these rows out, or change the times of the experiment";
+            faults.push(format!(
+                "{count} of {all} times, the first {first:?} s, are outside the experiment, {start:?} s to {stop:?} s; {help}"
+            ));
+        }
+    }
+
+    /// The column, and its standard deviation.
+    fn deviation(&self, varying: &Varying, name: &str, text: &str) -> Result<(usize, f64), String> {
+        let names = self.table.names();
+        let Some(column) = names.iter().position(|own| own == name) else {
+            return Err(format!(
+                "there is no column `{name}`; {}",
+                suggest::known(name, names.iter().map(String::as_str))
+            ));
+        };
+        let unit = varying.outputs().find(|(own, _)| *own == name).map(|(_, unit)| unit.clone()).unwrap_or_default();
+        let value = quantity(text, &unit).map_err(|message| format!("`{name}={text}`: {message}"))?;
+        match value > 0.0 && value.is_finite() {
+            true => Ok((column, value)),
+            false => Err(format!("`{name}={text}`: a standard deviation is above zero")),
+        }
+    }
+}
+
+impl Weighed {
+    /// Estimates the standard deviations that were not given from the residuals; the largest change, as a share.
+    pub fn estimate(&mut self, residuals: &Residuals, quantities: usize) -> f64 {
+        let (columns, all) = (self.deviations.len(), residuals.values.len());
+        let degrees = (all / columns) as f64 * (1.0 - quantities as f64 / all as f64);
+        let mut change: f64 = 0.0;
+        for (column, (deviation, is_given)) in self.deviations.iter_mut().enumerate() {
+            if *is_given {
+                continue;
+            }
+            let squares: f64 = residuals.values.iter().skip(column).step_by(columns).map(|value| value * value).sum();
+            let estimated = (squares / degrees).sqrt().max(LEAST * self.extents[column]);
+            change = change.max((estimated / *deviation - 1.0).abs());
+            *deviation = estimated;
+        }
+        change
+    }
+}
+
+/// How far apart values are; their size if they are all the same.
+fn extent(values: &[f64]) -> f64 {
+    let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(low, high), &value| (low.min(value), high.max(value)));
+    [high - low, high.abs(), 1.0].into_iter().find(|size| *size > 0.0 && size.is_finite()).unwrap_or(1.0)
+}

@@ -1,0 +1,73 @@
+//! The scene with other values: everything else in its text stays as it is, comments too.
+
+use std::path::Path;
+
+use cotree::diagnostic::suggest;
+use cotree::scene::quantity::Value;
+use cotree::scene::{Quantity, Scene};
+
+/// The text of a scene with these values \[SI\] of parameters, inputs and initial values: name, value, unit.
+///
+/// # Errors
+/// A value that the text does not have, or does not say in one place.
+pub fn with_values(scene: &Scene, values: &[(String, f64, String)]) -> Result<String, String> {
+    let text = &scene.source.text;
+    let mut changes = Vec::new();
+    for (name, value, unit) in values {
+        let own = written(scene, name)?;
+        let range = own.span.start..own.span.end;
+        let old = text.get(range.clone()).filter(|old| !old.is_empty());
+        let old = old.ok_or_else(|| format!("the scene does not say where `{name}` is written"))?;
+        let number = format!("{value:?}");
+        let new = if unit.is_empty() || unit == "1" { number.clone() } else { format!("{number} {unit}") };
+        let is_bare = matches!(own.value, Value::Text(_)) && !old.starts_with(['"', '\'']);
+        let new = match is_bare || new == number {
+            true => new,
+            false => format!("\"{new}\""),
+        };
+        changes.push((range, new));
+    }
+    changes.sort_by_key(|(range, _)| range.start);
+    let mut changed = text.to_string();
+    for (range, new) in changes.into_iter().rev() {
+        changed.replace_range(range, &new);
+    }
+    check(scene, &changed, values)?;
+    Ok(changed)
+}
+
+/// The value of a name, as it is written.
+fn written<'s>(scene: &'s Scene, name: &str) -> Result<&'s Quantity, String> {
+    if let Some(parameter) = scene.parameters.iter().find(|own| own.name.text == name) {
+        return Ok(&parameter.value);
+    }
+    if let Some(input) = scene.inputs.iter().find(|own| own.name.text == name) {
+        return input
+            .start
+            .as_ref()
+            .ok_or_else(|| format!("the scene gives no `start` of `{name}` that could be changed"));
+    }
+    let line = scene.initial.iter().find(|own| own.variable.text == name);
+    line.map(|line| &line.value).ok_or_else(|| {
+        let names = scene.parameters.iter().map(|own| own.name.text.as_str());
+        format!("the scene does not give `{name}`; {}", suggest::known(name, names))
+    })
+}
+
+/// Whoever reads the new text finds the new values.
+fn check(scene: &Scene, changed: &str, values: &[(String, f64, String)]) -> Result<(), String> {
+    let read = Scene::from_bytes(Path::new(&scene.source.name), changed.as_bytes().to_vec());
+    let read = read
+        .map_err(|faults| format!("the scene cannot be written with these values:\n{}", faults.render(false, 100)))?;
+    for (name, value, _) in values {
+        let own = written(&read, name)?;
+        let number = match &own.value {
+            Value::Number(number) => Some(*number),
+            Value::Text(text) => text.split(' ').next().and_then(|number| number.parse().ok()),
+        };
+        if number != Some(*value) {
+            return Err(format!("the value of `{name}` cannot be changed where it is written"));
+        }
+    }
+    Ok(())
+}

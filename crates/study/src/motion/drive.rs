@@ -1,0 +1,289 @@
+//! A scene that is driven at one joint with constant speed, through one turn or a given range.
+
+use std::collections::HashMap;
+use std::f64::consts::TAU;
+
+use cotree::compile::compile;
+use cotree::component::body::{POINT_VARIABLES, VARIABLES};
+use cotree::mechanism::{Class, Dimension, JointId, Mechanism, Part, Quantity};
+use cotree::scene::constant::evaluate;
+use cotree::scene::{Driver, Faults, Load, Scene, Text};
+use cotree::simulate::SimulateError;
+
+use super::samples::Samples;
+use super::{Drive, MotionError};
+
+/// Samples of one turn, and of a range, that are shown.
+const COUNT: usize = 720;
+/// Samples of each piece of a cam's law between two of its switches, at least, and so many for each that is shown, at most.
+const PIECE: f64 = 12.0;
+const FINEST: usize = 256;
+/// The driver that moves the input.
+const DRIVER: &str = "cotree_drive";
+
+/// Values of variables over the input.
+#[derive(Clone, Debug)]
+pub struct Table {
+    /// First input and step.
+    grid: [f64; 2],
+    /// Is it one turn after which everything is as before?
+    pub periodic: bool,
+    columns: HashMap<String, Vec<f64>>,
+}
+
+impl Table {
+    /// A variable; none if the scene lacks what it needs.
+    pub fn get(&self, name: &str) -> Option<Samples> {
+        Some(Samples::new(self.grid, self.columns.get(name)?.clone(), self.periodic))
+    }
+
+    /// Values that are made of others, for each sample.
+    pub fn made<const N: usize>(&self, names: [String; N], of: impl Fn([f64; N]) -> f64) -> Option<Samples> {
+        let columns: Vec<&Vec<f64>> = names.iter().map(|name| self.columns.get(name)).collect::<Option<_>>()?;
+        let value = |index: usize| of(std::array::from_fn(|name| columns[name][index]));
+        Some(Samples::new(self.grid, (0..self.count()).map(value).collect(), self.periodic))
+    }
+
+    /// What the drive exerts.
+    pub fn effort(&self) -> Option<Samples> {
+        self.get(&format!("{DRIVER}.torque")).or_else(|| self.get(&format!("{DRIVER}.force")))
+    }
+
+    pub fn count(&self) -> usize {
+        self.columns.values().map(Vec::len).next().unwrap_or(0)
+    }
+
+    pub fn input(&self, index: usize) -> f64 {
+        self.grid[0] + self.grid[1] * index as f64
+    }
+}
+
+/// The variables of a joint that a driver moves: position, rate, acceleration.
+pub fn motion_of(joint: &Part) -> Option<[Quantity; 3]> {
+    let component = joint.component();
+    let all = match *component.drivers.first()? {
+        "displacement" => [Quantity::S, Quantity::V, Quantity::A],
+        _ => [Quantity::Angle, Quantity::Omega, Quantity::Alpha],
+    };
+    all.iter().all(|quantity| component.variables.contains(quantity)).then_some(all)
+}
+
+/// Does a driver move this joint?
+pub fn moves(driver: &Part, id: JointId, joint: &Part) -> bool {
+    driver.joint() == Some(id) || driver.is_angular() && driver.bodies() == joint.bodies()
+}
+
+/// The scene driven from its start, or from a way before it on, reporting everything that can be computed.
+fn driven(scene: &Scene, mechanism: &Mechanism, drive: &Drive, direction: f64, ahead: f64) -> Scene {
+    let joint = &mechanism.joints[drive.joint.0];
+    let mut driven = scene.clone();
+    let moves_it = |driver: &&Part| moves(driver, drive.joint, joint);
+    let replaced: Vec<&str> = mechanism.drivers.iter().filter(moves_it).map(|part| &*part.name).collect();
+    driven.drivers.retain(|driver| !replaced.contains(&driver.name.text.as_str()));
+    let motion = format!("{:?} + {:?}*t", drive.start + ahead, direction * drive.speed);
+    let driver = match motion_of(joint) {
+        Some([Quantity::S, ..]) => Driver::displacement(&joint.name, motion.as_str()),
+        _ => Driver::angle(&joint.name, motion.as_str()),
+    };
+    driven = driven.driver(DRIVER, driver);
+    // Rates follow from the drive; positions pick the assembly.
+    let position = |name: &str| matches!(name.rsplit('.').next(), Some("angle" | "x" | "y" | "s" | "length"));
+    driven.initial.retain(|initial| position(&initial.variable.text));
+    driven.initial.iter_mut().for_each(|initial| initial.known = false);
+    driven.outputs.expressions.clear();
+    driven.outputs.variables = names(mechanism).iter().map(|name| Text::from(name.as_str())).collect();
+    driven.experiment.start = Some(0.0.into());
+    driven
+}
+
+/// The motion of all bodies and points, and all that the joints report.
+fn names(mechanism: &Mechanism) -> Vec<String> {
+    let plane = mechanism.dimension == Dimension::Two;
+    let mut names = Vec::new();
+    let mut push = |owner: &str, quantities: &[Quantity]| {
+        let there = quantities.iter().filter(|quantity| plane || quantity.is_on_a_line());
+        names.extend(there.map(|quantity| format!("{owner}.{}", quantity.word())));
+    };
+    for body in &mechanism.bodies {
+        push(&body.name, VARIABLES);
+        body.points.iter().for_each(|point| push(&format!("{}.{}", body.name, point.name), POINT_VARIABLES));
+    }
+    mechanism.ground.iter().for_each(|point| push(&format!("ground.{}", point.name), &POINT_VARIABLES[..2]));
+    mechanism.joints.iter().for_each(|joint| push(&joint.name, joint.component().variables));
+    names
+}
+
+/// Runs a driven scene over so many steps of the input. Efforts are left out if the scene lacks masses for them.
+fn run(
+    mut scene: Scene,
+    mechanism: &Mechanism,
+    drive: &Drive,
+    [step, count]: [f64; 2],
+) -> Result<HashMap<String, Vec<f64>>, SimulateError> {
+    let effort = match motion_of(&mechanism.joints[drive.joint.0]) {
+        Some([Quantity::S, ..]) => "force",
+        _ => "torque",
+    };
+    scene.experiment.step = Some((step / drive.speed).into());
+    scene.experiment.stop = Some((step * count / drive.speed).into());
+    scene.experiment.tolerance = Some(1e-12.into());
+    let compiled = match compile(&scene.clone().output(&format!("{DRIVER}.{effort}"))) {
+        Err(faults) if lacks_masses(&faults) => {
+            scene.outputs.variables.retain(|name| !is_effort(mechanism, &name.text));
+            compile(&scene)?
+        }
+        compiled => compiled?,
+    };
+    let results = compiled.simulate()?;
+    Ok(results.columns().iter().map(|column| (column.name.clone(), column.values.clone())).collect())
+}
+
+fn lacks_masses(faults: &Faults) -> bool {
+    faults.list.iter().any(|fault| fault.code == "scene::missing_mass")
+}
+
+fn is_effort(mechanism: &Mechanism, name: &str) -> bool {
+    let Some((owner, word)) = name.rsplit_once('.') else { return false };
+    let joint = mechanism.joints.iter().find(|joint| joint.name == owner);
+    let quantity = joint.and_then(|joint| joint.component().variables.iter().find(|quantity| quantity.word() == word));
+    quantity.is_some_and(|quantity| quantity.class() == Class::Effort)
+}
+
+/// One turn or the range, with one more load if there is one.
+pub fn sample(scene: &Scene, mechanism: &Mechanism, drive: &Drive, load: Option<Load>) -> Result<Table, SimulateError> {
+    let scene = match load {
+        Some(load) => scene.clone().load("cotree_unit_load", load),
+        None => scene.clone(),
+    };
+    match drive.range {
+        None => turn(&scene, mechanism, drive),
+        Some(range) => stroke(&scene, mechanism, drive, range),
+    }
+}
+
+/// One turn from the first round angle after the start; the table begins at angle 0 if the turn closes.
+fn turn(scene: &Scene, mechanism: &Mechanism, drive: &Drive) -> Result<Table, SimulateError> {
+    let count = COUNT * drive.fineness;
+    let [shown, step] = [COUNT, count].map(|count| TAU / count as f64);
+    let beside = if drive.between { 0.5 * step } else { 0.0 };
+    let first = ((drive.start - beside) / shown - 1e-9).ceil();
+    let begin = first * shown + beside;
+    let scene = driven(scene, mechanism, drive, 1.0, begin - drive.start);
+    let mut columns = run(scene, mechanism, drive, [step, count as f64])?;
+    let periodic = closes(&columns, mechanism, count);
+    if !periodic {
+        return Ok(Table { grid: [begin, step], periodic, columns });
+    }
+    let shift = (first as i64).rem_euclid(COUNT as i64) as usize * drive.fineness;
+    for column in columns.values_mut() {
+        column.truncate(count);
+        column.rotate_right(shift);
+    }
+    Ok(Table { grid: [beside, step], periodic, columns })
+}
+
+/// So many samples for each that is shown does the shortest piece of a cam's law need; an error if these are too many.
+pub fn fineness(mechanism: &Mechanism, table: &Table) -> Result<usize, MotionError> {
+    let mut most = 1.0f64;
+    for cam in mechanism.profiles(&mechanism.parameter_values()) {
+        let Some(angle) = table.get(&format!("{}.{}", cam.name, Quantity::Angle.word())) else { continue };
+        let unwound = angle.unwound();
+        let step = unwound.values().windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max);
+        let needed = cam.shortest_piece().map_or(1.0, |piece| (PIECE * step / piece).ceil());
+        if needed > FINEST as f64 {
+            let piece = cam.shortest_piece().unwrap_or(0.0).to_degrees();
+            let message = format!(
+                "the law of cam `{}` has a piece over {piece:.3e} deg, between whose ends the motion is not looked at: let it rise over a larger angle",
+                cam.name
+            );
+            return Err(MotionError::Request(message));
+        }
+        most = most.max(needed);
+    }
+    Ok(most as usize)
+}
+
+/// Is everything after one turn as before?
+fn closes(columns: &HashMap<String, Vec<f64>>, mechanism: &Mechanism, count: usize) -> bool {
+    let same = |name: String, turns: bool| {
+        let ends = columns.get(&name).and_then(|column| column.first().zip(column.get(count)));
+        let Some((first, last)) = ends else { return true };
+        let whole = if turns { ((last - first) / TAU).round() * TAU } else { 0.0 };
+        (last - first - whole).abs() < 1e-6 * (1.0 + first.abs())
+    };
+    mechanism.bodies.iter().all(|body| {
+        let name = |word: &str| format!("{}.{word}", body.name);
+        same(name("x"), false) && same(name("y"), false) && same(name("angle"), true)
+    })
+}
+
+/// A range from its lower to its upper end. Forces may depend on the direction: backwards the input only goes to where the samples begin.
+fn stroke(scene: &Scene, mechanism: &Mechanism, drive: &Drive, [low, high]: [f64; 2]) -> Result<Table, SimulateError> {
+    let count = COUNT * drive.fineness;
+    let step = (high - low) / count as f64;
+    let [before, after] = [drive.start - low, high - drive.start]
+        .map(|way| (way / step * (1.0 + 1e-12)).floor().clamp(0.0, count as f64));
+    let mut forwards = driven(scene, mechanism, drive, 1.0, -before * step);
+    if before >= 1.0 {
+        let backwards = driven(scene, mechanism, drive, -1.0, 0.0);
+        forwards = beginning(forwards, mechanism, &run(backwards, mechanism, drive, [step, before])?);
+    }
+    let columns = run(forwards, mechanism, drive, [step, before + after])?;
+    Ok(Table { grid: [drive.start - before * step, step], periodic: false, columns })
+}
+
+/// The scene assembled where a run has ended.
+fn beginning(scene: Scene, mechanism: &Mechanism, columns: &HashMap<String, Vec<f64>>) -> Scene {
+    assembled_at(scene, mechanism, |name| columns.get(name)?.last().copied())
+}
+
+/// The variables that say where a body is.
+pub const POSE: [Quantity; 3] = [Quantity::X, Quantity::Y, Quantity::Angle];
+
+/// The scene with the pose of all bodies as guesses, and nothing else said of its start.
+pub fn assembled_at(mut scene: Scene, mechanism: &Mechanism, pose: impl Fn(&str) -> Option<f64>) -> Scene {
+    scene.initial.clear();
+    for name in mechanism.bodies.iter().flat_map(|body| POSE.map(|own| format!("{}.{}", body.name, own.word()))) {
+        if let Some(value) = pose(&name) {
+            scene = scene.guess(&name, value);
+        }
+    }
+    scene
+}
+
+/// A length that no input of a closed mechanism moves: that of all links together.
+pub fn size(mechanism: &Mechanism) -> f64 {
+    let parameters = mechanism.parameter_values();
+    let points = mechanism.ground.iter().chain(mechanism.bodies.iter().flat_map(|body| &body.points));
+    let lengths = points.map(|point| point.at.each_ref().map(|part| evaluate(part, &parameters)));
+    2.0 * lengths.map(|[x, y]| x.hypot(y)).sum::<f64>()
+}
+
+/// How far the input can move from its start in a direction, up to the most: found by halving, then by the way in which rates grow before a
+/// fold of the motion, as 1/sqrt(distance).
+pub fn reach(scene: &Scene, mechanism: &Mechanism, drive: &Drive, direction: f64, most: f64) -> f64 {
+    let scene = driven(scene, mechanism, drive, direction, 0.0);
+    let try_it = |way: f64| run(scene.clone(), mechanism, drive, [way, 1.0]).ok();
+    let (mut good, mut bad) = (0.0, most);
+    for _ in 0..40 {
+        let middle = 0.5 * (good + bad);
+        match try_it(middle) {
+            Some(_) => good = middle,
+            None => bad = middle,
+        }
+    }
+    // A little before the last good pose the rates are not yet disturbed.
+    let turn = most / TAU;
+    let before = (good - 1e-6 * turn).max(0.0);
+    let Some(columns) = try_it(before) else { return good };
+    let rates = mechanism.bodies.iter().filter_map(|body| {
+        let last = |word: &str| columns.get(&format!("{}.{word}", body.name))?.last().copied();
+        let rates = [last("omega")? / drive.speed, last("alpha")? / (drive.speed * drive.speed)];
+        rates.iter().all(|rate| rate.is_finite()).then_some(rates)
+    });
+    let fastest = rates.max_by(|a, b| a[0].abs().total_cmp(&b[0].abs()));
+    match fastest {
+        Some([rate, growth]) if rate.abs() * turn > 30.0 && growth != 0.0 => before + (rate / (2.0 * growth)).abs(),
+        _ => good,
+    }
+}

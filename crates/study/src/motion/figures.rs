@@ -1,0 +1,461 @@
+//! The quantities of one turn or stroke.
+
+use std::f64::consts::FRAC_PI_2;
+
+use cotree::mechanism::{BodyId, JointId, Mechanism, Part, Place, Quantity};
+use cotree::scene::constant::evaluate;
+use cotree::scene::{Load, Scene};
+use serde::Serialize;
+
+use super::cams::{Cam, cams};
+use super::centres::{Centres, RelativeCentres, centres};
+use super::curve::{self, Path};
+use super::drive::{self, Table, motion_of};
+use super::dwell::Dwell;
+use super::flywheel::Fluctuation;
+use super::grashof;
+use super::report::radius_of;
+use super::samples::{ANGULAR, At, Samples, lagrange};
+use super::{Drive, MotionError, Request};
+
+/// What is looked at.
+pub(super) struct Subject<'a> {
+    pub scene: &'a Scene,
+    pub mechanism: &'a Mechanism,
+    pub drive: &'a Drive,
+    pub output: Option<JointId>,
+    pub request: &'a Request,
+}
+
+/// What there is to say of the motion, in SI. What the scene has no masses for is absent.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Figures {
+    /// The name of the scene.
+    pub name: String,
+    /// The driven joint.
+    pub input: Link,
+    /// The joint whose motion is of interest.
+    pub output: Option<Link>,
+    /// The speed of the input [rad/s] or [m/s].
+    pub speed: f64,
+    /// Does the scene move the input backwards? The figures are those of the way forwards.
+    pub reversed: bool,
+    /// Does the input turn fully, and is everything then as before?
+    pub full_turn: bool,
+    /// The range of the input, if it does not turn fully: where the motion folds, or what was asked for.
+    pub range: Option<[f64; 2]>,
+    /// Are the ends of that range dead points for this input?
+    pub dead_points: bool,
+    /// Does the turn pass poses in which branches of the motion cross?
+    pub change_points: bool,
+    /// What kind of four-bar it is.
+    pub four_bar: Option<String>,
+    /// Where the output stands still: the input and the output there.
+    pub limits: Vec<At>,
+    /// The way of the output between its extreme positions.
+    pub stroke: Option<f64>,
+    /// The longer part of the turn between two limits over the shorter one.
+    pub time_ratio: Option<f64>,
+    /// How long the output stays next to an end of its stroke.
+    pub dwell: Option<Dwell>,
+    /// Transmission angles at joints of the driven body \[rad\].
+    pub transmission: Vec<Transmission>,
+    /// The largest joint force for a load of 1 N.m or 1 N on the output (Holte, Chase 1994).
+    pub joint_force_index: Option<At>,
+    /// What the drive must exert [N.m] or \[N\].
+    pub drive: Option<Extent>,
+    /// Its power \[W\].
+    pub power: Option<Extent>,
+    /// The forces of the joints \[N\].
+    pub joints: Vec<JointForce>,
+    /// The force on the ground by the moving masses \[N\].
+    pub shaking_force: Option<Peak>,
+    /// Its moment about the input joint [N.m].
+    pub shaking_moment: Option<Extent>,
+    /// The inertia that the input feels [kg.m2] or \[kg\].
+    pub inertia: Option<Extent>,
+    /// Fluctuation of the speed, and flywheel.
+    pub fluctuation: Option<Fluctuation>,
+    pub path: Option<Path>,
+    pub cams: Vec<Cam>,
+    /// Values over the input.
+    pub table: Vec<Column>,
+    /// Centres of the motion of each body against the ground, for each sample \[m\]; none while it does not turn.
+    pub instant_centres: Vec<Centres>,
+    /// Centres of the motion of each two bodies against each other.
+    pub relative_centres: Vec<RelativeCentres>,
+}
+
+/// A joint and what moves there.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Link {
+    pub name: String,
+    /// Does it turn? Else it slides.
+    pub angular: bool,
+}
+
+/// The extremes of a quantity.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Extent {
+    pub min: At,
+    pub max: At,
+    pub rms: f64,
+    pub mean: f64,
+}
+
+/// The largest size of a force.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Peak {
+    pub max: At,
+    pub rms: f64,
+}
+
+/// The force of a joint.
+#[derive(Clone, Debug, Serialize)]
+pub struct JointForce {
+    pub joint: String,
+    pub max: At,
+    pub rms: f64,
+}
+
+/// The transmission angle at a joint of the driven body.
+#[derive(Clone, Debug, Serialize)]
+pub struct Transmission {
+    pub joint: String,
+    pub min: At,
+    pub max: At,
+}
+
+/// A quantity over the input.
+#[derive(Clone, Debug, Serialize)]
+pub struct Column {
+    pub name: String,
+    pub unit: String,
+    pub values: Vec<f64>,
+}
+
+/// Works everything out.
+pub(super) fn of(subject: &Subject, table: &Table, folds: Option<[f64; 2]>) -> Result<Figures, MotionError> {
+    let Subject { scene, mechanism, drive, output, request } = *subject;
+    let input = &mechanism.joints[drive.joint.0];
+    let mut figures = Figures::empty(mechanism, drive, table);
+    figures.range = folds.or(drive.range);
+    figures.dead_points = folds.is_some();
+    figures.four_bar = grashof::class(mechanism, drive.joint);
+    let inputs: Vec<f64> = (0..table.count()).map(|index| table.input(index)).collect();
+    let input_unit = if figures.input.angular { "rad" } else { "m" };
+    figures.table.push(Column { name: input.name.clone(), unit: input_unit.to_string(), values: inputs });
+    if let Some(joint) = output {
+        let part = &mechanism.joints[joint.0];
+        figures.output(part, table, drive, request.dwell);
+        let load = unit_load(mechanism, part);
+        let loaded = load.map(|load| drive::sample(scene, mechanism, drive, Some(load))).transpose()?;
+        if let Some(loaded) = loaded {
+            figures.transmission(mechanism, part, table, &loaded);
+        }
+    }
+    figures.contacts(table);
+    let masses = Masses::of(mechanism);
+    if let Some(effort) = table.effort() {
+        let unit = if figures.input.angular { "N.m" } else { "N" };
+        figures.push("drive", unit, &effort);
+        figures.drive = Some(Extent::of(&effort));
+        figures.power = Some(Extent::of(&effort.map(|value| value * drive.speed)));
+    }
+    figures.forces(mechanism, table);
+    if let Some(masses) = &masses {
+        figures.shaking(mechanism, input, table, masses, request.fluctuation);
+    }
+    (figures.instant_centres, figures.relative_centres) = centres(mechanism, table, drive.speed);
+    if let Some(point) = &request.point {
+        figures.path = Some(curve::path(table, point).ok_or_else(|| unknown_point(mechanism, point))?);
+    }
+    figures.thin(drive.fineness);
+    Ok(figures)
+}
+
+fn unknown_point(mechanism: &Mechanism, point: &str) -> MotionError {
+    let points = mechanism.bodies.iter().flat_map(|body| {
+        let own = body.points.iter().map(|point| format!("{}.{}", body.name, point.name));
+        std::iter::once(body.name.clone()).chain(own)
+    });
+    let points: Vec<String> = points.collect();
+    let known = cotree::diagnostic::suggest::known(point, points.iter().map(String::as_str).collect::<Vec<_>>());
+    MotionError::Request(format!("there is no point `{point}`; {known}"))
+}
+
+impl Extent {
+    fn of(samples: &Samples) -> Extent {
+        Extent { min: samples.min(), max: samples.max(), rms: samples.rms(), mean: samples.mean() }
+    }
+}
+
+/// Masses and moments of inertia at the default parameters.
+struct Masses(Vec<[f64; 2]>);
+
+impl Masses {
+    /// None if one is missing that is needed.
+    fn of(mechanism: &Mechanism) -> Option<Masses> {
+        let parameters = mechanism.parameter_values();
+        let body = |body: &cotree::mechanism::Body| {
+            let mass = evaluate(body.mass.as_ref()?, &parameters);
+            // A body that cannot turn needs no moment of inertia.
+            let inertia = body.inertia.as_ref().map_or(0.0, |inertia| evaluate(inertia, &parameters));
+            Some([mass, inertia])
+        };
+        mechanism.bodies.iter().map(body).collect::<Option<_>>().map(Masses)
+    }
+
+    /// The sum of a quantity of all bodies, made of variables of each, its mass and its moment of inertia.
+    fn sum<const N: usize>(
+        &self,
+        mechanism: &Mechanism,
+        table: &Table,
+        words: [&str; N],
+        of: impl Fn([f64; N], f64, f64) -> f64,
+    ) -> Option<Samples> {
+        let mut total: Option<Samples> = None;
+        for (body, &[mass, inertia]) in mechanism.bodies.iter().zip(&self.0) {
+            let names = words.map(|word| format!("{}.{word}", body.name));
+            let own = table.made(names, |values| of(values, mass, inertia))?;
+            total = Some(match total {
+                None => own,
+                Some(total) => total.plus(&own),
+            });
+        }
+        total
+    }
+}
+
+/// 1 N.m on the body that the output joint holds, or 1 N along it.
+fn unit_load(mechanism: &Mechanism, output: &Part) -> Option<Load> {
+    let body = &mechanism.bodies[moving(output)?.0].name;
+    match motion_of(output)? {
+        ANGULAR => Some(Load::torque("ground", body, 1.0)),
+        _ => {
+            let parameters = mechanism.parameter_values();
+            let [x, y] = output.vector("axis").map(|component| evaluate(&component, &parameters));
+            // The axis is that of the ground if the ground is the first end.
+            (output.bodies()[0].is_none()).then(|| Load::force(body, [x, y]))
+        }
+    }
+}
+
+/// The body that moves at a joint on the ground.
+fn moving(joint: &Part) -> Option<BodyId> {
+    joint.bodies().into_iter().flatten().next()
+}
+
+impl Figures {
+    fn empty(mechanism: &Mechanism, drive: &Drive, table: &Table) -> Figures {
+        let input = &mechanism.joints[drive.joint.0];
+        Figures {
+            name: mechanism.name.clone(),
+            input: Link { name: input.name.clone(), angular: motion_of(input) == Some(ANGULAR) },
+            speed: drive.speed,
+            full_turn: table.periodic,
+            change_points: drive.between,
+            cams: cams(mechanism),
+            ..Figures::default()
+        }
+    }
+
+    /// Of so many samples keeps one for the tables.
+    fn thin(&mut self, every: usize) {
+        self.table.iter_mut().for_each(|column| thinned(&mut column.values, every));
+        self.instant_centres.iter_mut().for_each(|centres| thinned(&mut centres.at, every));
+        self.relative_centres.iter_mut().for_each(|centres| thinned(&mut centres.at, every));
+        if let Some(path) = &mut self.path {
+            thinned(&mut path.radius, every);
+            [&mut path.x, &mut path.y].into_iter().for_each(|values| thinned(values, every));
+        }
+    }
+
+    fn push(&mut self, name: &str, unit: &str, samples: &Samples) {
+        let (name, unit) = (name.to_string(), unit.to_string());
+        self.table.push(Column { name, unit, values: samples.values().to_vec() });
+    }
+
+    /// Position, influence coefficients, limits, stroke, time ratio and mechanical advantage of the output.
+    fn output(&mut self, part: &Part, table: &Table, drive: &Drive, dwell: Option<f64>) {
+        let Some(motion) = motion_of(part) else { return };
+        let angular = motion == ANGULAR;
+        let [position, rate, growth] = motion.map(|quantity| table.get(&format!("{}.{}", part.name, quantity.word())));
+        let (Some(position), Some(rate), Some(growth)) = (position, rate, growth) else { return };
+        let first = rate.map(|value| value / drive.speed);
+        let second = growth.map(|value| value / (drive.speed * drive.speed));
+        let [length, input] = [angular, self.input.angular].map(|angular| if angular { "rad" } else { "m" });
+        self.output = Some(Link { name: part.name.clone(), angular });
+        self.push(&part.name, length, &position);
+        self.push(&format!("{}'", part.name), &ratio(length, input, 1), &first);
+        self.push(&format!("{}''", part.name), &ratio(length, input, 2), &second);
+        // 1/q': at a limit infinite.
+        self.push("advantage", &ratio(input, length, 1), &first.map(|value| 1.0 / value));
+        // The output may turn on and on; between neighbours it is smooth.
+        let unwound = position.unwound();
+        self.limits = first.zeros().iter().map(|&input| At { input, value: unwound.at_input(input) }).collect();
+        if self.limits.len() >= 2 || !table.periodic {
+            let mut reached = self.at_dead_points(&unwound);
+            reached.extend([unwound.min().value, unwound.max().value]);
+            let [least, most] = [f64::min, f64::max].map(|of| reached.iter().copied().reduce(of));
+            self.stroke = most.zip(least).map(|(most, least)| most - least);
+        }
+        if let Some(tolerance) = dwell.filter(|_| !table.periodic || unwound.is_periodic()) {
+            let ends = [table.input(0), table.input(if table.periodic { table.count() } else { table.count() - 1 })];
+            self.dwell = Dwell::longest(&unwound, &self.limits, tolerance, ends, table.periodic);
+        }
+        // Where it dwells there is no one input between going and coming back.
+        if let [a, b] = self.limits[..]
+            && table.periodic
+            && first.with(&second, f64::hypot).zeros().is_empty()
+        {
+            let way = b.input - a.input;
+            let rest = std::f64::consts::TAU - way;
+            self.time_ratio = Some(way.max(rest) / way.min(rest));
+        }
+    }
+
+    /// The output where the motion folds, a little beyond the first and the last sample: at the way d from there it is a power series of sqrt(d).
+    fn at_dead_points(&self, position: &Samples) -> Vec<f64> {
+        let Some(folds) = self.range.filter(|_| self.dead_points) else { return Vec::new() };
+        let Some(last) = position.values().len().checked_sub(8).map(|rest| rest + 7) else { return Vec::new() };
+        let nearest = |end: usize| std::array::from_fn::<usize, 8, _>(|i| if end == 0 { i } else { last - i });
+        let at = |(end, fold): (usize, f64)| {
+            let samples =
+                nearest(end).map(|index| [(fold - position.input(index)).abs().sqrt(), position.values()[index]]);
+            lagrange(&samples, 0.0)
+        };
+        [0, last].into_iter().zip(folds).map(at).collect()
+    }
+
+    /// Transmission angles and the joint-force index, by the difference that a unit load makes.
+    fn transmission(&mut self, mechanism: &Mechanism, output: &Part, table: &Table, loaded: &Table) {
+        let body = moving(output);
+        let mut largest: Option<Samples> = None;
+        for joint in &mechanism.joints {
+            if !joint.component().reactions.starts_with(&[Quantity::Fx, Quantity::Fy]) {
+                continue;
+            }
+            let names = ["fx", "fy"].map(|word| format!("{}.{word}", joint.name));
+            let [Some(x), Some(y)] = names.map(|name| Some(loaded.get(&name)?.minus(&table.get(&name)?))) else {
+                continue;
+            };
+            let size = x.with(&y, f64::hypot);
+            largest = Some(match largest {
+                None => size.clone(),
+                Some(largest) => largest.with(&size, f64::max),
+            });
+            let Some(place) = joint.between.into_iter().find(|place| place.body() == body && body.is_some()) else {
+                continue;
+            };
+            // At its joint with the ground the body's point does not move.
+            if joint.bodies().contains(&None) {
+                continue;
+            }
+            let name = mechanism.place_name(place);
+            let [Some(vx), Some(vy)] = ["vx", "vy"].map(|word| table.get(&format!("{name}.{word}"))) else { continue };
+            let along = x.with(&vx, |f, v| f * v).plus(&y.with(&vy, |f, v| f * v));
+            let across = x.with(&vy, |f, v| f * v).minus(&y.with(&vx, |f, v| f * v));
+            // The acute angle between force and path is 90 degrees less the transmission angle.
+            let angle = along.with(&across, |along, across| along.abs().atan2(across.abs()));
+            // Its ends, 0 and 90 degrees, are kinks; where the point stands still both parts are zero.
+            let moving = 1e-6 * along.with(&across, f64::hypot).max().value;
+            let end = |zero: &Samples, other: &Samples, value: f64| {
+                let input = zero.zeros().into_iter().find(|&input| other.at_input(input).abs() > moving);
+                input.map(|input| At { input, value })
+            };
+            self.push(&format!("transmission at {}", joint.name), "rad", &angle);
+            self.transmission.push(Transmission {
+                joint: joint.name.clone(),
+                min: end(&along, &across, 0.0).unwrap_or_else(|| angle.min()),
+                max: end(&across, &along, FRAC_PI_2).unwrap_or_else(|| angle.max()),
+            });
+        }
+        self.joint_force_index = largest.map(|largest| largest.max());
+    }
+
+    /// Pressure angle and radius of curvature where each cam touches its follower.
+    fn contacts(&mut self, table: &Table) {
+        let names: Vec<String> = self.cams.iter().map(|cam| cam.name.clone()).collect();
+        for name in names {
+            let pressure = format!("{name}.{}", Quantity::PressureAngle.word());
+            if let Some(angle) = table.get(&pressure) {
+                self.push(&pressure, "rad", &angle);
+            }
+            if let Some(curvature) = table.get(&format!("{name}.{}", Quantity::Curvature.word())) {
+                // Infinite where the profile is straight.
+                self.push(&radius_of(&name), "m", &curvature.map(|value| 1.0 / value));
+            }
+        }
+    }
+
+    fn forces(&mut self, mechanism: &Mechanism, table: &Table) {
+        for joint in &mechanism.joints {
+            let words = joint.component().reactions;
+            let name = |quantity: &Quantity| format!("{}.{}", joint.name, quantity.word());
+            let force = match words {
+                [Quantity::Fx, Quantity::Fy, ..] => {
+                    table.made([name(&Quantity::Fx), name(&Quantity::Fy)], |[x, y]| x.hypot(y))
+                }
+                _ => words
+                    .iter()
+                    .find(|word| word.measure().si == "N")
+                    .and_then(|word| table.made([name(word)], |[force]| force.abs())),
+            };
+            if let Some(force) = force {
+                self.push(&format!("|{}|", joint.name), "N", &force);
+                self.joints.push(JointForce { joint: joint.name.clone(), max: force.max(), rms: force.rms() });
+            }
+        }
+    }
+
+    fn shaking(&mut self, mechanism: &Mechanism, input: &Part, table: &Table, masses: &Masses, permitted: Option<f64>) {
+        let speed = self.speed;
+        let inertia = masses.sum(mechanism, table, ["vx", "vy", "omega"], |[x, y, turn], mass, inertia| {
+            (mass * (x * x + y * y) + inertia * turn * turn) / (speed * speed)
+        });
+        let x = masses.sum(mechanism, table, ["ax"], |[a], mass, _| -mass * a);
+        let y = masses.sum(mechanism, table, ["ay"], |[a], mass, _| -mass * a);
+        let moment =
+            masses.sum(mechanism, table, ["x", "y", "ax", "ay", "alpha"], |[x, y, ax, ay, alpha], mass, inertia| {
+                -(mass * (x * ay - y * ax) + inertia * alpha)
+            });
+        let (Some(inertia), Some(x), Some(y), Some(moment)) = (inertia, x, y, moment) else { return };
+        // From the origin to the input joint, if that is on the ground.
+        let place = input.between.into_iter().find(|place| place.body().is_none()).unwrap_or(Place::Origin);
+        let name = mechanism.place_name(place);
+        let centre = ["x", "y"].map(|word| table.get(&format!("{name}.{word}")));
+        let moment = match &centre {
+            [Some(cx), Some(cy)] => moment.minus(&cx.with(&y, |r, f| r * f)).plus(&cy.with(&x, |r, f| r * f)),
+            _ => moment,
+        };
+        let size = x.with(&y, f64::hypot);
+        let unit = if self.input.angular { "kg.m2" } else { "kg" };
+        self.push("inertia", unit, &inertia);
+        self.push("shaking fx", "N", &x);
+        self.push("shaking fy", "N", &y);
+        self.push("|shaking force|", "N", &size);
+        self.push("shaking moment", "N.m", &moment);
+        self.shaking_force = Some(Peak { max: size.max(), rms: size.rms() });
+        self.shaking_moment = Some(Extent::of(&moment));
+        self.inertia = Some(Extent::of(&inertia));
+        if let (Some(effort), true) = (table.effort(), self.full_turn) {
+            self.fluctuation = Some(Fluctuation::of(&effort, &inertia, speed, permitted));
+        }
+    }
+}
+
+fn thinned<T: Copy>(values: &mut Vec<T>, every: usize) {
+    if every > 1 {
+        *values = values.iter().copied().step_by(every).collect();
+    }
+}
+
+/// The unit of a derivative: `m/rad`, `rad/m2`; a pure number has none.
+fn ratio(above: &str, below: &str, order: u32) -> String {
+    match (above, below, order) {
+        ("rad", "rad", 1) => String::new(),
+        (above, below, 1) => format!("{above}/{below}"),
+        (above, below, _) => format!("{above}/{below}2"),
+    }
+}

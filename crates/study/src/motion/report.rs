@@ -1,0 +1,274 @@
+//! The quantities of a motion as a text, a table and a plot.
+
+use std::fmt::Write;
+
+use cotree::columns::{aligned, rounded, titled};
+use cotree::mechanism::{DisplayUnit, Unit, Units};
+
+use super::cams::Cam;
+use super::figures::{Column, Extent, Figures, Link, Transmission};
+use super::samples::At;
+
+/// Below this the transmission is poor, by a rule of thumb (Norton) \[rad\].
+const POOR: f64 = 40.0 * std::f64::consts::PI / 180.0;
+
+/// Writes values in the units that are asked for.
+pub struct Shown<'u> {
+    pub units: &'u Units,
+}
+
+impl Shown<'_> {
+    /// A unit in SI as it is shown; those that are made of others stay as they are.
+    pub fn of(&self, si: &str) -> DisplayUnit {
+        let plain = DisplayUnit { name: si.to_string(), factor: 1.0 };
+        cotree::compile::unit(si).map_or(plain, |unit| self.units.of(&unit))
+    }
+
+    fn value(&self, value: f64, si: &str) -> String {
+        let unit = self.of(si);
+        format!("{} {}", number(value / unit.factor), unit.name).trim_end().to_string()
+    }
+
+    fn bare(&self, value: f64, si: &str) -> String {
+        number(value / self.of(si).factor)
+    }
+}
+
+/// What there is to say of a cam, by its own angle.
+fn cam_lines(cam: &Cam, shown: &Shown) -> Vec<String> {
+    let at = |at: &At, unit: &str| format!("{} at {}", shown.value(at.value, unit), shown.value(at.input, "rad"));
+    let unit = if cam.turning { "rad" } else { "m" };
+    let base = shown.value(cam.base, "m");
+    let mut lines = vec![format!("cam `{}` with {}, base circle {base}, by the cam's angle:", cam.name, cam.follower)];
+    for phase in &cam.phases {
+        let word = if phase.rise > 0.0 { "rises" } else { "returns" };
+        let [from, to] = [phase.from, phase.to].map(|angle| shown.value(angle, "rad"));
+        let [velocity, acceleration, jerk] = phase.peaks.map(number);
+        let rise = shown.value(phase.rise.abs(), unit);
+        lines.push(format!(
+            "  {word} {rise} from {from} to {to}: peaks {velocity} h/beta, {acceleration} h/beta^2, {jerk} h/beta^3"
+        ));
+    }
+    lines.push(format!("  pressure angle up to {}", at(&cam.pressure_angle, "rad")));
+    lines.extend(cam.pitch_radius.iter().map(|own| format!("  smallest radius of the pitch curve {}", at(own, "m"))));
+    lines.extend(
+        cam.convex_radius.iter().map(|own| format!("  smallest convex radius of the profile {}", at(own, "m"))),
+    );
+    lines.extend(
+        cam.hollow_radius.iter().map(|own| format!("  smallest hollow radius of the profile {}", at(own, "m"))),
+    );
+    if let Some([low, high]) = &cam.face {
+        lines.push(format!("  touches its face from {} to {} from the follower's point", at(low, "m"), at(high, "m")));
+    }
+    if cam.undercut {
+        let needed = cam.least_base.map_or_else(
+            || "no larger base circle helps".to_string(),
+            |base| format!("the base circle must be at least {}", shown.value(base, "m")),
+        );
+        lines.push(format!("  UNDERCUT: {needed}"));
+    }
+    lines
+}
+
+impl Figures {
+    fn input_unit(&self) -> &'static str {
+        unit_of(&self.input)
+    }
+
+    /// Everything for people; of the table a row every so much of the input.
+    pub fn text(&self, every: f64, units: &Units) -> String {
+        let shown = Shown { units };
+        let mut text = String::new();
+        let mut line = |sentence: String| {
+            // Writing to a text cannot fail.
+            let _ = writeln!(text, "{sentence}");
+        };
+        line(self.kind(&shown));
+        if self.reversed {
+            let input = &self.input.name;
+            line(format!(
+                "the scene moves `{input}` backwards; the figures are those of the way forwards, at the same speed"
+            ));
+        }
+        self.output_lines(&shown).into_iter().for_each(&mut line);
+        self.transmission.iter().for_each(|angle| line(self.transmission_line(angle, &shown)));
+        if let (Some(index), Some(output)) = (&self.joint_force_index, &self.output) {
+            let load = if output.angular { "N per N.m" } else { "N per N" };
+            line(format!("joint-force index up to {} {load} at {}", number(index.value), self.at(index, &shown)));
+        }
+        self.cams.iter().flat_map(|cam| cam_lines(cam, &shown)).for_each(&mut line);
+        self.dynamics(&shown).into_iter().for_each(&mut line);
+        self.path_lines(&shown).into_iter().for_each(&mut line);
+        line(String::new());
+        self.rows(every, &shown).into_iter().for_each(&mut line);
+        text
+    }
+
+    fn kind(&self, shown: &Shown) -> String {
+        let class = self.four_bar.as_ref().map_or(String::new(), |class| format!("{class}; "));
+        let input = &self.input.name;
+        let motion = match self.range {
+            Some([low, high]) => {
+                let [low, high] = [low, high].map(|end| shown.value(end, self.input_unit()));
+                let ends = if self.dead_points { ", dead points at both ends for this input" } else { "" };
+                format!("`{input}` moves from {low} to {high}{ends}")
+            }
+            None if self.change_points => {
+                format!("`{input}` turns fully, through poses in which branches of the motion cross (change points)")
+            }
+            None if self.full_turn => format!("`{input}` turns fully, with no dead point for this input"),
+            None => format!("`{input}` turns fully, but the mechanism is not as before after one turn"),
+        };
+        format!("{}: {class}{motion}", self.name)
+    }
+
+    fn at(&self, at: &At, shown: &Shown) -> String {
+        shown.value(at.input, self.input_unit())
+    }
+
+    fn output_lines(&self, shown: &Shown) -> Vec<String> {
+        let Some(output) = &self.output else { return Vec::new() };
+        let unit = unit_of(output);
+        let mut lines = Vec::new();
+        if let Some(stroke) = self.stroke {
+            let word = if output.angular { "swing" } else { "stroke" };
+            lines.push(format!("`{}`: {word} {}", output.name, shown.value(stroke, unit)));
+        }
+        let limit = |limit: &At| format!("{} at {}", shown.value(limit.value, unit), self.at(limit, shown));
+        if !self.limits.is_empty() {
+            let limits: Vec<String> = self.limits.iter().map(limit).collect();
+            lines.push(format!("`{}` stands still: {}", output.name, limits.join("; ")));
+        }
+        if let Some(ratio) = self.time_ratio {
+            lines.push(format!("time ratio {}", number(ratio)));
+        }
+        if let Some(dwell) = self.dwell {
+            let [near, place] = [dwell.tolerance, dwell.position].map(|value| shown.value(value, unit));
+            let [from, to, way] =
+                [dwell.from, dwell.to, dwell.to - dwell.from].map(|at| shown.value(at, self.input_unit()));
+            lines.push(format!("dwell: within {near} of {place} for {way} of the input, from {from} to {to}"));
+        }
+        lines
+    }
+
+    fn transmission_line(&self, angle: &Transmission, shown: &Shown) -> String {
+        let end = |at: &At| format!("{} (at {})", shown.value(at.value, "rad"), self.at(at, shown));
+        let poor = if angle.min.value < POOR { ": below 40 deg" } else { "" };
+        format!("transmission angle at `{}` {} to {}{poor}", angle.joint, end(&angle.min), end(&angle.max))
+    }
+
+    fn dynamics(&self, shown: &Shown) -> Vec<String> {
+        let mut lines = Vec::new();
+        let extent = |name: &str, extent: &Option<Extent>, unit: &str| {
+            extent.as_ref().map(|own| {
+                let [low, high] = [own.min, own.max]
+                    .map(|at| format!("{} (at {})", shown.value(at.value, unit), self.at(&at, shown)));
+                format!("{name} {low} to {high}, RMS {}", shown.value(own.rms, unit))
+            })
+        };
+        let effort = if self.input.angular { "N.m" } else { "N" };
+        let word = if self.input.angular { "drive torque" } else { "drive force" };
+        lines.extend(extent(word, &self.drive, effort));
+        lines.extend(extent("drive power", &self.power, "W"));
+        let peak = |name: &str, max: &At, rms: f64| {
+            let [peak, rms] = [max.value, rms].map(|force| shown.value(force, "N"));
+            format!("{name}: peak {peak} at {}, RMS {rms}", self.at(max, shown))
+        };
+        let joints = self.joints.iter();
+        lines.extend(joints.map(|joint| peak(&format!("joint `{}`", joint.joint), &joint.max, joint.rms)));
+        lines.extend(self.shaking_force.iter().map(|force| peak("shaking force", &force.max, force.rms)));
+        lines.extend(extent("shaking moment", &self.shaking_moment, "N.m"));
+        lines.extend(extent("generalised inertia", &self.inertia, if self.input.angular { "kg.m2" } else { "kg" }));
+        if let Some(own) = &self.fluctuation {
+            let free = format!("coefficient of fluctuation without drive and loads {}", number(own.free));
+            let energy = shown.value(own.energy, "J");
+            lines.push(format!("{free}; the loads need {} and vary by {energy}", shown.value(own.mean_torque, "N.m")));
+            let wheels = own.flywheel.zip(own.added_inertia);
+            lines.extend(wheels.map(|(loads, added)| {
+                let [loads, added] = [loads, added].map(|inertia| shown.value(inertia, "kg.m2"));
+                format!("flywheel {added} beside the inertia of the mechanism; {loads} for the loads alone")
+            }));
+        }
+        lines
+    }
+
+    fn path_lines(&self, shown: &Shown) -> Vec<String> {
+        let Some(path) = &self.path else { return Vec::new() };
+        let area = path.area.map_or(String::new(), |area| format!(", encloses {}", shown.value(area, "m2")));
+        let mut lines = vec![format!("path of `{}`: length {}{area}", path.point, shown.value(path.length, "m"))];
+        let inputs = |inputs: &[f64]| {
+            let inputs: Vec<String> = inputs.iter().map(|input| shown.value(*input, self.input_unit())).collect();
+            inputs.join(", ")
+        };
+        if !path.inflections.is_empty() {
+            lines.push(format!("  inflections at {}", inputs(&path.inflections)));
+        }
+        if !path.cusps.is_empty() {
+            lines.push(format!("  cusps at {}", inputs(&path.cusps)));
+        }
+        for node in &path.crunodes {
+            let [x, y] = [node.x, node.y].map(|at| shown.value(at, "m"));
+            lines.push(format!("  crosses itself at ({x}, {y}), input {}", inputs(&node.inputs)));
+        }
+        lines
+    }
+
+    /// The rows of the table, one every so much of the input.
+    fn rows(&self, every: f64, shown: &Shown) -> Vec<String> {
+        let Some(inputs) = self.table.first() else { return Vec::new() };
+        let step = (inputs.values.get(1).unwrap_or(&1.0) - inputs.values.first().unwrap_or(&0.0)).abs();
+        let thin = ((every / step).round() as usize).max(1);
+        let head = |column: &Column| titled(&column.name, &shown.of(&column.unit).name);
+        let mut rows: Vec<Vec<String>> = vec![self.table.iter().map(head).collect()];
+        for index in (0..inputs.values.len()).step_by(thin) {
+            rows.push(self.table.iter().map(|column| shown.bare(column.values[index], &column.unit)).collect());
+        }
+        aligned(&rows, 0)
+    }
+
+    /// The names of the table's columns with their units, and its rows.
+    pub fn csv(&self, units: &Units) -> (Vec<String>, Vec<Vec<f64>>) {
+        let shown = Shown { units };
+        let header = self.table.iter().map(|column| titled(&column.name, &shown.of(&column.unit).name)).collect();
+        let factors: Vec<f64> = self.table.iter().map(|column| shown.of(&column.unit).factor).collect();
+        let count = self.table.first().map_or(0, |column| column.values.len());
+        let row =
+            |index: usize| self.table.iter().zip(&factors).map(|(own, factor)| own.values[index] / factor).collect();
+        (header, (0..count).map(row).collect())
+    }
+}
+
+/// The column of the radius of curvature where a cam touches.
+pub fn radius_of(cam: &str) -> String {
+    format!("{cam}.radius")
+}
+
+fn unit_of(link: &Link) -> &'static str {
+    if link.angular { "rad" } else { "m" }
+}
+
+/// Six digits.
+fn number(value: f64) -> String {
+    match value.abs() {
+        size if size.is_nan() => "-".to_string(),
+        size if size >= 1e9 => if value > 0.0 { "inf" } else { "-inf" }.to_string(),
+        size if size >= 1e7 || (size < 1e-4 && size > 0.0) => format!("{value:.4e}"),
+        _ => rounded(value, 6, 1e-4..1e7),
+    }
+}
+
+/// The units that people think of mechanisms in, where they ask for no others.
+pub fn usual() -> Units {
+    let mut units = Units::default();
+    for name in ["deg", "mm"] {
+        if let Ok(unit) = cotree::compile::unit(name) {
+            units.add(unit);
+        }
+    }
+    units
+}
+
+/// Degrees or millimetres as SI if the text has no unit of its own.
+pub fn step(text: &str, angular: bool) -> Result<f64, String> {
+    cotree::compile::quantity(text, &if angular { Unit::angle() } else { Unit::length() })
+}

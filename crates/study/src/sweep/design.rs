@@ -1,0 +1,145 @@
+//! Which runs are made: all combinations of levels, random ones, or those of a table.
+
+use cotree::export::description::Description;
+use cotree::simulate::Settings;
+
+use super::factor::{Factor, Values};
+use super::sample::{Kind, drawn};
+use super::table;
+
+/// The runs of a sweep.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Design {
+    factors: Vec<Factor>,
+    runs: Runs,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Runs {
+    /// All combinations of the levels, the last factor fastest; so many.
+    Grid(usize),
+    /// A column for each factor, so many rows.
+    Columns(Vec<Vec<f64>>, usize),
+    /// The same, drawn at random.
+    Drawn(Vec<Vec<f64>>, usize),
+}
+
+/// More runs than this are a mistake.
+const MOST_RUNS: usize = 100_000_000;
+
+impl Design {
+    /// All combinations.
+    ///
+    /// # Errors
+    /// A factor has no levels but a range, is there twice, or there are too many combinations.
+    pub fn grid(factors: Vec<Factor>) -> Result<Self, String> {
+        different(&factors)?;
+        let mut count: usize = 1;
+        for Factor { name, values, .. } in &factors {
+            let Values::Levels(levels) = values else {
+                let help = "give a count, as in 0.4..0.6:21, or draw runs at random";
+                return Err(format!("`{name}` has a range but no values: {help}"));
+            };
+            count = count.checked_mul(levels.len()).filter(|count| *count <= MOST_RUNS).ok_or_else(too_many)?;
+        }
+        Ok(Design { factors, runs: Runs::Grid(count) })
+    }
+
+    /// So many random combinations.
+    ///
+    /// # Errors
+    /// A factor is there twice, or there are no runs or too many.
+    pub fn random(factors: Vec<Factor>, kind: Kind, count: usize, seed: u64) -> Result<Self, String> {
+        different(&factors)?;
+        if !(1..=MOST_RUNS).contains(&count) {
+            return Err(if count == 0 { "0 runs are none: draw at least one".to_owned() } else { too_many() });
+        }
+        let columns = factors.iter().enumerate().map(|(place, factor)| drawn(kind, &factor.values, count, seed, place));
+        let columns = columns.collect();
+        Ok(Design { factors, runs: Runs::Drawn(columns, count) })
+    }
+
+    /// The rows of a CSV table whose first line names the factors, with units if wanted; values may have units of their own. `constant` factors have one level each.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the table, with its lines.
+    pub fn table(description: &Description, text: &str, constant: Vec<Factor>) -> Result<Self, Vec<String>> {
+        let (mut factors, mut columns) = table::columns(description, text)?;
+        let count = columns.first().map_or(0, Vec::len);
+        for factor in constant {
+            match &factor.values {
+                Values::Levels(levels) if levels.len() == 1 => columns.push(vec![levels[0]; count]),
+                _ => return Err(vec![format!("beside a table `{}` can have one value only", factor.name)]),
+            }
+            factors.push(factor);
+        }
+        different(&factors).map_err(|message| vec![message])?;
+        Ok(Design { factors, runs: Runs::Columns(columns, count) })
+    }
+
+    pub fn factors(&self) -> &[Factor] {
+        &self.factors
+    }
+
+    /// How many runs there are.
+    #[expect(clippy::len_without_is_empty, reason = "a design without runs is one like any other")]
+    pub fn len(&self) -> usize {
+        match self.runs {
+            Runs::Grid(count) | Runs::Columns(_, count) | Runs::Drawn(_, count) => count,
+        }
+    }
+
+    /// Are all combinations of its levels made?
+    pub fn is_grid(&self) -> bool {
+        matches!(self.runs, Runs::Grid(_))
+    }
+
+    /// Are the runs drawn at random?
+    pub fn is_drawn(&self) -> bool {
+        matches!(self.runs, Runs::Drawn(..))
+    }
+
+    /// Which factors have more than one value.
+    pub fn varied(&self) -> Vec<usize> {
+        let varies = |values: &[f64]| values.iter().any(|value| *value != values[0]);
+        let is_varied = |&index: &usize| match &self.runs {
+            Runs::Grid(_) => matches!(&self.factors[index].values, Values::Levels(levels) if varies(levels)),
+            Runs::Columns(columns, _) | Runs::Drawn(columns, _) => varies(&columns[index]),
+        };
+        (0..self.factors.len()).filter(is_varied).collect()
+    }
+
+    /// The values of a run, one for each factor, SI.
+    pub fn values(&self, run: usize) -> Vec<f64> {
+        if let Runs::Columns(columns, _) | Runs::Drawn(columns, _) = &self.runs {
+            return columns.iter().map(|column| column[run]).collect();
+        }
+        let mut rest = run;
+        let mut values: Vec<f64> = Vec::with_capacity(self.factors.len());
+        for factor in self.factors.iter().rev() {
+            let Values::Levels(levels) = &factor.values else { continue };
+            values.push(levels[rest % levels.len()]);
+            rest /= levels.len();
+        }
+        values.reverse();
+        values
+    }
+
+    /// The same as settings of a run.
+    pub fn settings(&self, run: usize) -> Settings {
+        self.factors.iter().map(|factor| factor.variable).zip(self.values(run)).collect()
+    }
+}
+
+fn different(factors: &[Factor]) -> Result<(), String> {
+    let again =
+        |(index, factor): (usize, &Factor)| factors[..index].iter().any(|other| other.variable == factor.variable);
+    match factors.iter().enumerate().find(|&place| again(place)) {
+        Some((_, factor)) => Err(format!("`{}` is given twice", factor.name)),
+        None => Ok(()),
+    }
+}
+
+fn too_many() -> String {
+    format!("there are more than {MOST_RUNS} runs")
+}

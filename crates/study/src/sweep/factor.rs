@@ -1,0 +1,155 @@
+//! What is varied, and over which values.
+
+use cotree::compile::quantity;
+use cotree::export::description::Description;
+use cotree::mechanism::Unit;
+use cotree::simulate::settings;
+
+/// A parameter, constant input or initial value that is varied.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Factor {
+    /// Index of the variable.
+    pub variable: usize,
+    pub name: String,
+    /// Its SI unit.
+    pub unit: String,
+    /// Its values, SI.
+    pub values: Values,
+}
+
+/// The values of a factor, SI.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Values {
+    /// These.
+    Levels(Vec<f64>),
+    /// Between two bounds, each as likely.
+    Uniform(f64, f64),
+    /// Normal, by mean and standard deviation.
+    Normal(f64, f64),
+}
+
+/// More levels than this are a mistake.
+const MOST_LEVELS: usize = 10_000_000;
+
+impl Factor {
+    /// Reads `name=values`: `1,1.2`, `0.4..0.6:21` (so many, both ends among them), `0.4..0.6` (any between), `0.5+-0.01` (any within), `0.5~0.01` (normal); tolerances may be
+    /// shares, as in `0.5+-2%`. Numbers may have units: `"400 mm..600 mm:21"`.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn read(description: &Description, text: &str) -> Result<Self, String> {
+        let (name, values) = text.split_once('=').ok_or("write name=values")?;
+        let variable = settings::settable(description, name.trim())?;
+        let known = &description.variables[variable];
+        let values = Values::read(values.trim(), &known.unit)?;
+        for value in values.bounds() {
+            settings::permitted(known, value).map_err(|message| format!("{value:?} {message}"))?;
+        }
+        Ok(Factor { variable, name: known.name.clone(), unit: known.unit.si.clone(), values })
+    }
+}
+
+impl Values {
+    fn read(text: &str, unit: &Unit) -> Result<Self, String> {
+        let number = |text: &str| quantity(text.trim(), unit);
+        if let Some((mean, within)) = text.split_once("+-").or_else(|| text.split_once('±')) {
+            let mean = number(mean)?;
+            let within = share(within, mean)?.map_or_else(|| number(within), Ok)?;
+            return ordered(mean - within, mean + within).map(|[low, high]| Values::Uniform(low, high));
+        }
+        if let Some((mean, deviation)) = text.split_once('~') {
+            let mean = number(mean)?;
+            let deviation = share(deviation, mean)?.map_or_else(|| number(deviation), Ok)?;
+            let positive = deviation > 0.0 && deviation.is_finite();
+            return if positive {
+                Ok(Values::Normal(mean, deviation))
+            } else {
+                Err("the deviation is not above zero".into())
+            };
+        }
+        let Some((low, rest)) = text.split_once("..") else {
+            return Ok(Values::Levels(text.split(',').map(number).collect::<Result<_, _>>()?));
+        };
+        match rest.rsplit_once(':') {
+            None => ordered(number(low)?, number(rest)?).map(|[low, high]| Values::Uniform(low, high)),
+            Some((high, count)) => {
+                let count = count.trim().parse::<usize>().ok().filter(|count| (1..=MOST_LEVELS).contains(count));
+                let count = count.ok_or_else(|| format!("the count after `:` is not between 1 and {MOST_LEVELS}"))?;
+                Ok(Values::Levels(spaced(number(low)?, number(high)?, count)))
+            }
+        }
+    }
+
+    /// Values that must all be permitted for all to be; a normal distribution has no bounds.
+    fn bounds(&self) -> Vec<f64> {
+        match self {
+            Values::Levels(levels) => levels.clone(),
+            Values::Uniform(low, high) => vec![*low, *high],
+            Values::Normal(mean, _) => vec![*mean],
+        }
+    }
+}
+
+/// A tolerance such as `2 %` of a mean; none if it is no share.
+fn share(text: &str, mean: f64) -> Result<Option<f64>, String> {
+    let Some(percent) = text.trim().strip_suffix('%') else { return Ok(None) };
+    let number = percent.trim().parse::<f64>().ok().filter(|number| number.is_finite());
+    let number = number.ok_or_else(|| format!("`{}` is no number of percent", text.trim()))?;
+    Ok(Some(0.01 * number * mean.abs()))
+}
+
+fn ordered(low: f64, high: f64) -> Result<[f64; 2], String> {
+    if low <= high { Ok([low, high]) } else { Err(format!("{low:?} is above {high:?}")) }
+}
+
+/// So many values, evenly spaced, the ends exact.
+fn spaced(low: f64, high: f64, count: usize) -> Vec<f64> {
+    let last = count.max(2) - 1;
+    let value = |index: usize| match index {
+        0 => low,
+        index if index == last => high,
+        index => low + (high - low) * (index as f64 / last as f64),
+    };
+    (0..count).map(value).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn values(text: &str) -> Result<Values, String> {
+        Values::read(text, &Unit { exponents: [0, 1, 0, 0], si: "m".into(), display: None })
+    }
+
+    #[test]
+    fn values_are_written_in_five_ways() {
+        assert_eq!(values("1, 1.2"), Ok(Values::Levels(vec![1.0, 1.2])));
+        assert_eq!(values("0.4..0.6:3"), Ok(Values::Levels(vec![0.4, 0.5, 0.6])));
+        assert_eq!(values("400 mm .. 0.6 m : 2"), Ok(Values::Levels(vec![0.4, 0.6])));
+        assert_eq!(values("2..1:2"), Ok(Values::Levels(vec![2.0, 1.0])));
+        assert_eq!(values("7..9:1"), Ok(Values::Levels(vec![7.0])));
+        assert_eq!(values("-1..-0.5"), Ok(Values::Uniform(-1.0, -0.5)));
+        assert_eq!(values("500 mm +- 125 mm"), Ok(Values::Uniform(0.375, 0.625)));
+        assert_eq!(values("0.5~10 mm"), Ok(Values::Normal(0.5, 0.01)));
+        assert_eq!(values("-500 mm +- 25 %"), Ok(Values::Uniform(-0.625, -0.375)));
+        assert_eq!(values("0.5 ~ 50%"), Ok(Values::Normal(0.5, 0.25)));
+    }
+
+    #[test]
+    fn what_cannot_be_read_says_why() {
+        for (text, message) in [
+            ("1,", "not a number"),
+            ("1..2:0", "count"),
+            ("1..2:x", "count"),
+            ("2..1", "above"),
+            ("1~0", "above zero"),
+            ("1+-x%", "percent"),
+            ("1~-2%", "above zero"),
+            ("1 kg", "not in m"),
+            ("", "not a number"),
+        ] {
+            let error = values(text).unwrap_err();
+            assert!(error.contains(message), "{text}: {error}");
+        }
+    }
+}

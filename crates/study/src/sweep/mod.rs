@@ -1,0 +1,141 @@
+//! Sweeps: many runs of one scene with other parameters, constant inputs or initial values, and a few numbers of each.
+
+mod design;
+mod factor;
+mod record;
+mod sample;
+mod table;
+
+use std::io;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+use cotree::columns::titled;
+use cotree::compile::{Compiled, compile};
+use cotree::mechanism::Experiment;
+use cotree::output::statistics::Accumulator;
+use cotree::scene::{Faults, Scene};
+use cotree::simulate::{Ended, Ensemble, Measure, Run, RunError, Settings};
+use cotree_fmu::instance::Inaccuracy;
+use cotree_fmu::model::Model;
+
+pub use design::Design;
+pub use factor::{Factor, Values};
+pub use record::{Record, RecordError, Rows};
+pub use sample::Kind;
+
+/// Rows are handed over about as often.
+const PACE: Duration = Duration::from_millis(250);
+/// At most so many runs between two of them.
+const MOST: usize = 1 << 14;
+
+/// A scene that computes what is measured, and the design.
+#[derive(Debug)]
+pub struct Sweep {
+    pub compiled: Compiled,
+    pub experiment: Experiment,
+    pub measures: Vec<Measure>,
+    pub design: Design,
+}
+
+/// The numbers of a run, one for each measure; or why there are none.
+pub type Outcome = Result<Vec<f64>, String>;
+
+/// Runs whose rounding errors are larger than their tolerance.
+#[derive(Clone, Debug)]
+pub struct Inaccurate {
+    /// How many there are.
+    pub runs: usize,
+    /// What was found of the first one.
+    pub first: Inaccuracy,
+}
+
+/// The scene, computing these variables instead of its own outputs.
+///
+/// # Errors
+/// Everything that is wrong with it; variables that it does not have.
+pub fn measured(scene: &Scene, measures: &[Measure]) -> Result<Compiled, Faults> {
+    let scene = scene.reporting(measures.iter().map(|measure| measure.variable.as_str()));
+    compile(&scene)
+}
+
+impl Sweep {
+    /// The heading of each column: parameters, measures, with their units.
+    pub fn columns(&self) -> Vec<String> {
+        let factors = self.design.factors().iter().map(|factor| titled(&factor.name, &factor.unit));
+        let measures =
+            self.measures.iter().map(|measure| titled(&measure.to_string(), measure.unit(self.unit(measure))));
+        factors.chain(measures).collect()
+    }
+
+    /// The unit of the measured variable.
+    pub fn unit(&self, measure: &Measure) -> &str {
+        let variable = self.place(measure).map(|index| &self.compiled.description.variables[index]);
+        variable.map_or("", |variable| &variable.unit.si)
+    }
+
+    fn place(&self, measure: &Measure) -> Option<usize> {
+        self.compiled.description.variables.iter().position(|variable| variable.name == measure.variable)
+    }
+
+    /// Runs the members from `first` on and hands their outcomes over in their order, some at a time, until all are done or `stop` is set. Says which of them are
+    /// less accurate than their tolerance.
+    ///
+    /// # Errors
+    /// The program is refused, there are no threads, or `report` fails.
+    pub fn run(
+        &self,
+        first: usize,
+        threads: (usize, usize),
+        stop: &AtomicBool,
+        mut report: impl FnMut(usize, Vec<Outcome>) -> io::Result<()>,
+    ) -> Result<Option<Inaccurate>, RunError> {
+        let model = Arc::new(Model::new(self.compiled.program.clone())?);
+        let reported: Vec<usize> = self.measures.iter().filter_map(|measure| self.place(measure)).collect();
+        let description = &self.compiled.description;
+        let run = Run { description, experiment: self.points(), settings: Vec::new(), inputs: None, reported };
+        let ensemble = Ensemble::new(run, model, threads, stop).map_err(io::Error::other)?;
+        let (mut next, mut size, mut inaccurate) = (first, ensemble.threads(), None);
+        while next < self.design.len() && !ensemble.is_stopped() {
+            let begin = Instant::now();
+            let end = self.design.len().min(next + size);
+            let members: Vec<Settings> = (next..end).map(|index| self.design.settings(index)).collect();
+            let ended = ensemble.run(&members, Vec::new, Accumulator::add_all);
+            if ensemble.is_stopped() {
+                break; // some of them were cut short
+            }
+            inaccurate = note(inaccurate, &ended);
+            report(next, self.outcomes(ended))?;
+            next = end;
+            if begin.elapsed() < PACE {
+                size = (2 * size).min(MOST);
+            }
+        }
+        Ok(inaccurate)
+    }
+
+    /// Without communication points within, where the ends of a run say everything.
+    fn points(&self) -> Experiment {
+        let Experiment { start, stop, step, .. } = self.experiment;
+        let ends = self.measures.iter().all(Measure::is_of_ends);
+        Experiment { step: if ends && stop > start { stop - start } else { step }, ..self.experiment }
+    }
+
+    fn outcomes(&self, ended: Vec<(Vec<Accumulator>, Ended)>) -> Vec<Outcome> {
+        let outcome = |(kept, ended): (Vec<Accumulator>, Ended)| match ended {
+            Ok(_) => Ok(self.measures.iter().zip(&kept).map(|(measure, kept)| measure.of(kept)).collect()),
+            Err(error) => Err(error.to_string()),
+        };
+        ended.into_iter().map(outcome).collect()
+    }
+}
+
+/// Counts further runs that are not as accurate as they should be.
+fn note<C>(before: Option<Inaccurate>, ended: &[(C, Ended)]) -> Option<Inaccurate> {
+    let found = ended.iter().filter_map(|(_, ended)| ended.as_ref().ok()?.as_ref());
+    found.fold(before, |before, inaccuracy| match before {
+        Some(Inaccurate { runs, first }) => Some(Inaccurate { runs: runs + 1, first }),
+        None => Some(Inaccurate { runs: 1, first: inaccuracy.clone() }),
+    })
+}

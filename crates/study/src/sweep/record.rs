@@ -1,0 +1,198 @@
+//! The table of a sweep: rows are kept as they come in a file beside the final one, so that nothing that is done is lost.
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, BufRead, BufReader, BufWriter, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use cotree::files::Draft;
+use cotree::output::csv::field;
+
+use super::{Outcome, Sweep};
+
+/// Writes the rows of a sweep.
+#[derive(Debug)]
+pub struct Rows<W> {
+    out: W,
+}
+
+/// The table of a sweep in a file. Until it is finished it is called `NAME.part`; its first line there says which sweep it belongs to.
+#[derive(Debug)]
+pub struct Record {
+    rows: Rows<BufWriter<File>>,
+    part: PathBuf,
+    place: PathBuf,
+    /// Bytes before the table itself.
+    head: u64,
+    done: usize,
+}
+
+/// Why a table cannot be continued.
+#[derive(Debug, thiserror::Error)]
+pub enum RecordError {
+    /// It belongs to another sweep.
+    #[error("`{}` is of another sweep: scene, runs, outputs or times differ; remove it, or choose another file", .0.display())]
+    Other(PathBuf),
+    /// It is there, and is not to be continued.
+    #[error("`{}` has the rows of a sweep that was stopped: continue it with --resume, or remove it", .0.display())]
+    Unfinished(PathBuf),
+    /// The file cannot be read or written.
+    #[error("cannot write `{}`: {error}", .path.display())]
+    File { path: PathBuf, error: io::Error },
+}
+
+impl<W: Write> Rows<W> {
+    /// Begins with the line of names.
+    ///
+    /// # Errors
+    /// `out` cannot be written.
+    pub fn new(mut out: W, sweep: &Sweep) -> io::Result<Self> {
+        writeln!(out, "{}", heading(sweep))?;
+        Ok(Rows { out })
+    }
+
+    /// Writes outcomes from run `first` on, and hands them over to the operating system.
+    pub fn write(&mut self, sweep: &Sweep, first: usize, outcomes: &[Outcome]) -> io::Result<()> {
+        for (index, outcome) in outcomes.iter().enumerate() {
+            writeln!(self.out, "{}", row(sweep, first + index, outcome))?;
+        }
+        self.out.flush()
+    }
+
+    /// The end: what was written to.
+    pub fn finish(self) -> W {
+        self.out
+    }
+}
+
+impl Record {
+    /// Begins the table, or continues one that was stopped.
+    ///
+    /// # Errors
+    /// There is one of another sweep or one that is not to be continued, or a file cannot be written.
+    pub fn open(place: &Path, sweep: &Sweep, resume: bool) -> Result<Self, RecordError> {
+        let mut name = place.as_os_str().to_owned();
+        name.push(".part");
+        let part = PathBuf::from(name);
+        let failed = |error: io::Error| RecordError::File { path: part.clone(), error };
+        let first = format!("# {}\n", fingerprint(sweep));
+        let head = first.len() as u64;
+        if !part.exists() {
+            let file = OpenOptions::new().read(true).write(true).create_new(true).open(&part).map_err(failed)?;
+            let mut out = BufWriter::new(file);
+            out.write_all(first.as_bytes()).map_err(failed)?;
+            let mut rows = Rows::new(out, sweep).map_err(failed)?;
+            rows.out.flush().map_err(failed)?;
+            return Ok(Record { rows, part, place: place.to_owned(), head, done: 0 });
+        }
+        if !resume {
+            return Err(RecordError::Unfinished(part));
+        }
+        let mut file = OpenOptions::new().read(true).write(true).open(&part).map_err(failed)?;
+        let Some((done, end)) = kept(&file, &first, sweep).map_err(failed)? else {
+            return Err(RecordError::Other(part));
+        };
+        // A last line that was cut off is written anew.
+        file.set_len(end).and_then(|()| file.seek(SeekFrom::Start(end))).map_err(failed)?;
+        Ok(Record { rows: Rows { out: BufWriter::new(file) }, part, place: place.to_owned(), head, done })
+    }
+
+    /// How many runs have been kept.
+    pub fn done(&self) -> usize {
+        self.done
+    }
+
+    /// Those that have been kept, read again.
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    pub fn outcomes(&self, sweep: &Sweep) -> Result<Vec<Outcome>, RecordError> {
+        let failed = |error: io::Error| RecordError::File { path: self.part.clone(), error };
+        let lines = BufReader::new(File::open(&self.part).map_err(failed)?).lines().skip(2).take(self.done);
+        let outcome = |(run, line): (usize, io::Result<String>)| {
+            let line = line.map_err(failed)?;
+            let rest = line.strip_prefix(&given(sweep, run)).unwrap_or_default();
+            let fields = rest.split(',').take(sweep.measures.len());
+            let values: Option<Vec<f64>> = fields.map(|field| field.parse().ok()).collect();
+            Ok(values.ok_or_else(|| rest.trim_start_matches(',').to_owned()))
+        };
+        lines.enumerate().map(outcome).collect()
+    }
+
+    /// Keeps outcomes.
+    pub fn write(&mut self, sweep: &Sweep, first: usize, outcomes: &[Outcome]) -> io::Result<()> {
+        self.done = first + outcomes.len();
+        self.rows.write(sweep, first, outcomes)
+    }
+
+    /// Puts the finished table in its place.
+    pub fn finish(self) -> Result<(), RecordError> {
+        let failed = |error: io::Error| RecordError::File { path: self.place.clone(), error };
+        let mut draft = Draft::new(&self.place).map_err(failed)?;
+        let mut file = self.rows.out.into_inner().map_err(|error| failed(error.into_error()))?;
+        file.seek(SeekFrom::Start(self.head)).map_err(failed)?;
+        io::copy(&mut file, &mut draft).and_then(|_| draft.commit()).map_err(failed)?;
+        drop(file); // an open file cannot be removed everywhere
+        fs::remove_file(&self.part).map_err(failed)
+    }
+
+    /// Where the rows are until then.
+    pub fn part(&self) -> &Path {
+        &self.part
+    }
+}
+
+/// How many rows of this sweep a file has, and where the last one ends.
+fn kept(file: &File, first: &str, sweep: &Sweep) -> io::Result<Option<(usize, u64)>> {
+    let mut lines = BufReader::new(file);
+    let (mut line, mut end, mut done) = (Vec::new(), 0, 0);
+    for expected in [first.to_owned(), format!("{}\n", heading(sweep))] {
+        line.clear();
+        end += lines.read_until(b'\n', &mut line)? as u64;
+        if line != expected.as_bytes() {
+            return Ok(None);
+        }
+    }
+    loop {
+        line.clear();
+        let length = lines.read_until(b'\n', &mut line)?;
+        if line.last() != Some(&b'\n') {
+            return Ok(Some((done, end)));
+        }
+        if done == sweep.design.len() || !line.starts_with(given(sweep, done).as_bytes()) {
+            return Ok(None);
+        }
+        end += length as u64;
+        done += 1;
+    }
+}
+
+fn heading(sweep: &Sweep) -> String {
+    let columns: Vec<String> = sweep.columns().iter().map(|column| field(column)).collect();
+    format!("run,{},failure", columns.join(","))
+}
+
+/// Number and parameters of a run, with the comma behind them.
+fn given(sweep: &Sweep, run: usize) -> String {
+    let values: String = sweep.design.values(run).iter().map(|value| format!("{value:?},")).collect();
+    format!("{run},{values}")
+}
+
+fn row(sweep: &Sweep, run: usize, outcome: &Outcome) -> String {
+    let mut line = given(sweep, run);
+    match outcome {
+        Ok(values) => values.iter().for_each(|value| line.push_str(&format!("{value:?},"))),
+        Err(failure) => {
+            line.push_str(&",".repeat(sweep.measures.len()));
+            // One line a run: whoever counts lines counts runs.
+            line.push_str(&field(&failure.replace(['\n', '\r'], " ")));
+        }
+    }
+    line
+}
+
+/// Names the sweep: the same scene, times, measures and runs.
+fn fingerprint(sweep: &Sweep) -> String {
+    let cotree::mechanism::Experiment { start, stop, step, tolerance } = sweep.experiment;
+    let (guid, runs) = (&sweep.compiled.program.guid, sweep.design.len());
+    format!("sweep of {guid}: {runs} runs, {start:?} s to {stop:?} s by {step:?} s, tolerance {tolerance:?}")
+}

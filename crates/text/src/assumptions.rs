@@ -1,0 +1,122 @@
+//! What holds because the scene does not say otherwise, in the units of the scene.
+
+use cotree::component::Section;
+use cotree::expr::{Order, Symbol};
+use cotree::formulate::Formulated;
+use cotree::formulate::assemblies::assemblies;
+use cotree::mechanism::{Dimension, Mechanism, Unit};
+use cotree::scene::Scene;
+use cotree::scene::key::{Form, Need, Range};
+
+/// From how many starts other assemblies are looked for, in mechanisms of at most so many coordinates.
+const STARTS: usize = 30;
+const MOST_COORDINATES: usize = 12;
+
+/// What the scene leaves open, a sentence for each.
+pub fn assumptions(formulated: &mut Formulated, scene: &Scene) -> Vec<String> {
+    let mut sentences = loose(formulated.equations.system.mechanism);
+    sentences.extend(free_lengths(scene));
+    sentences.extend(start(formulated));
+    sentences.extend(one_of_several(formulated));
+    sentences.extend(experiment(formulated.equations.system.mechanism, scene));
+    sentences
+}
+
+/// Bodies that no joint and no driver touches.
+fn loose(mechanism: &Mechanism) -> Vec<String> {
+    let parts = || mechanism.joints.iter().chain(&mechanism.drivers);
+    let is_loose =
+        |body: usize| !parts().flat_map(|part| part.places()).any(|place| place.body().is_some_and(|id| id.0 == body));
+    let names = mechanism.bodies.iter().enumerate().filter(|(index, _)| is_loose(*index)).map(|(_, body)| &body.name);
+    // Masses on a line have no joints.
+    let plane = mechanism.dimension == Dimension::Two;
+    let sentence = |name: &String| format!("body `{name}` is connected to nothing by a joint: it moves freely");
+    names.filter(|_| plane).map(sentence).collect()
+}
+
+/// Springs whose free length or angle is not given.
+fn free_lengths(scene: &Scene) -> Vec<String> {
+    let mut sentences = Vec::new();
+    for part in &scene.loads {
+        let Some(component) = part.component(Section::Loads) else { continue };
+        let free = |name: &str| name == "length" || name == "angle";
+        for key in component.keys {
+            let is_number = matches!((key.form, key.need), (Form::Constant(_, Range::Any), Need::Optional));
+            if is_number && free(key.name) && part.get(key.name).is_none() {
+                let (words, name) = (component.words(), &part.name.text);
+                sentences.push(format!("{words} `{name}` has no `{0}`: its free {0} is 0", key.name));
+            }
+        }
+    }
+    sentences
+}
+
+/// Coordinates of the start that are neither given nor guessed, and velocities.
+fn start(formulated: &mut Formulated) -> Vec<String> {
+    let mobility = formulated.mobility();
+    let follows_recommended = !formulated.lowered.program.initial.first_positions.is_empty();
+    let state = formulated.state.clone();
+    let equations = &mut formulated.equations;
+    let mechanism = equations.system.mechanism;
+    let values: Vec<_> = mechanism.initial.iter().map(|initial| equations.variable(initial.variable)).collect();
+    let said = equations.system.arena.symbols(values);
+    let mut sentences = Vec::new();
+    for (index, coordinate) in equations.coordinates.iter().enumerate() {
+        if said.binary_search(&Symbol::Coordinate(index, Order::Position)).is_ok() {
+            continue;
+        }
+        let unit = mechanism.units.of(&if coordinate.angular { Unit::angle() } else { Unit::length() });
+        let name = &coordinate.name.position;
+        let value = state.positions()[index] / unit.factor;
+        let from = match follows_recommended {
+            true if mechanism.begins.is_empty() => "as in the recommended trees",
+            true => "searched from where its part has it at 0",
+            false => "searched from 0",
+        };
+        sentences.push(format!("`{name}` is neither given nor guessed: {from}, found at {value:.6} {}", unit.name));
+    }
+    let known = said.iter().filter(|symbol| matches!(symbol, Symbol::Coordinate(_, Order::Velocity))).count();
+    if known < mobility {
+        sentences.push("velocities that are not given are zero as far as the loops and drivers allow".to_string());
+    }
+    sentences
+}
+
+/// That the loops close in other ways too, where no guess has picked one of them.
+fn one_of_several(formulated: &Formulated) -> Option<String> {
+    let mechanism = formulated.equations.system.mechanism;
+    let has_loops = !formulated.equations.constraints.is_empty();
+    let is_small = formulated.equations.coordinates.len() <= MOST_COORDINATES;
+    if !has_loops || !is_small || mechanism.initial.iter().any(|initial| !initial.known) {
+        return None;
+    }
+    let found = assemblies(mechanism, STARTS).ok().filter(|found| !found.is_continuous() && found.poses.len() > 1)?;
+    let count = found.poses.len();
+    Some(format!("no guess picks the assembly: this assembly is one of {count}; `cotree assemblies` shows them"))
+}
+
+/// What is run and reported by default.
+fn experiment(mechanism: &Mechanism, scene: &Scene) -> Vec<String> {
+    let second = mechanism.units.of(&Unit::time());
+    let time = |value: f64| format!("{} {}", value / second.factor, second.name);
+    let (given, run) = (&scene.experiment, &mechanism.experiment);
+    let mut open = Vec::new();
+    if given.stop.is_none() {
+        open.push(format!("it ends at {}", time(run.stop)));
+    }
+    if given.step.is_none() {
+        open.push(format!("a row every {}", time(run.step)));
+    }
+    if given.tolerance.is_none() {
+        open.push(format!("tolerance {:e}", run.tolerance));
+    }
+    let mut sentences = Vec::new();
+    if !open.is_empty() {
+        let what = if given == &Default::default() { "no `[experiment]`" } else { "`[experiment]` leaves open" };
+        sentences.push(format!("{what}: {}", open.join(", ")));
+    }
+    if mechanism.outputs.is_empty() {
+        sentences.push("no `[outputs]`: coordinates and their rates are reported".to_string());
+    }
+    sentences
+}

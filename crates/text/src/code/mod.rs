@@ -1,0 +1,369 @@
+//! The equations as functions of other languages: straight-line code in the order of the arena, one operation on a line, so that it
+//! rounds exactly as the kernels do. A [`Language`] defines the syntax; the content is the same for all.
+
+mod c;
+mod fortran;
+mod kinematics;
+mod python;
+mod rust;
+mod syntax;
+
+use cotree::equations::Equations;
+use cotree::expr::{Arena, Binary, Expr, Node, Order, Symbol, Unary};
+
+use crate::motion::{self, Entry, has_masses};
+use crate::symbol_name;
+pub use c::C;
+pub use fortran::Fortran;
+pub use kinematics::Kinematics;
+pub use python::Python;
+pub use rust::Rust;
+
+/// How a programming language writes the equations.
+pub trait Language {
+    /// The beginning of the file; `legend` describes the arguments.
+    fn prelude(&self, name: &str, legend: &[String]) -> String;
+    /// A function from its first line to its last; `steps` are the lines between.
+    fn function(&self, function: &Function, sizes: &Sizes, steps: &[Step]) -> String;
+    /// The velocities and accelerations of a model whose motion the drivers prescribe.
+    fn kinematics(&self, model: &Kinematics) -> String;
+    fn end(&self, _name: &str) -> String {
+        String::new()
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+pub struct Sizes {
+    pub parameters: usize,
+    pub inputs: usize,
+    pub followers: usize,
+    pub coordinates: usize,
+    pub constraints: usize,
+    pub slides: usize,
+    /// Reactions of all joints and efforts of all drivers.
+    pub efforts: usize,
+}
+
+/// A function: its name, what it is for, and its results.
+#[derive(Clone, Debug)]
+pub struct Function {
+    pub name: String,
+    pub about: String,
+    /// Are accelerations and reactions arguments too, after the rates?
+    pub knows_motion: bool,
+    /// The arrays that it fills, in the order in which it is given them.
+    pub outputs: &'static [Output],
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Output {
+    /// \[M\]
+    Mass,
+    /// {Q}
+    Load,
+    /// {Phi}
+    Constraint,
+    /// \[Phi_q\]
+    Jacobian,
+    /// {Phi_t}
+    TimeRate,
+    /// gamma
+    Gamma,
+    Acceleration,
+    Reaction,
+    /// Displacements of the slides that are no coordinates.
+    Slide,
+    /// Reactions of all joints and efforts of all drivers.
+    Effort,
+}
+
+/// One line of straight-line code. Operands are constants, symbols, or the results of earlier lines.
+#[derive(Clone, Copy, Debug)]
+pub enum Step {
+    /// result = f(a)
+    One(usize, Unary, Operand),
+    /// result = f(a, b)
+    Two(usize, Binary, Operand, Operand),
+    /// result = b if a is not zero, else c
+    Select(usize, Operand, Operand, Operand),
+    /// Both from one call: sine, cosine. One of them may be unused.
+    SineCosine([usize; 2], Operand),
+    /// An entry of an array of results: row, column.
+    Store(Output, [usize; 2], Operand),
+}
+
+#[derive(Clone, Copy, Debug)]
+pub enum Operand {
+    Number(f64),
+    Symbol(Symbol),
+    Result(usize),
+}
+
+impl Function {
+    /// What it is for, in lines that are not too long.
+    pub fn comment(&self) -> Vec<String> {
+        self.about.lines().flat_map(|line| wrapped(line, 110)).collect()
+    }
+}
+
+const EQUATIONS: &[Output] =
+    &[Output::Mass, Output::Load, Output::Constraint, Output::Jacobian, Output::TimeRate, Output::Gamma];
+const SOLUTION: &[Output] = &[Output::Acceleration, Output::Reaction];
+
+impl Output {
+    /// Rows and columns; one column for what is no matrix.
+    pub fn shape(self, sizes: &Sizes) -> [usize; 2] {
+        let (n, m) = (sizes.coordinates, sizes.constraints);
+        match self {
+            Output::Mass => [n, n],
+            Output::Load | Output::Acceleration => [n, 1],
+            Output::Constraint | Output::TimeRate | Output::Gamma | Output::Reaction => [m, 1],
+            Output::Jacobian => [m, n],
+            Output::Slide => [sizes.slides, 1],
+            Output::Effort => [sizes.efforts, 1],
+        }
+    }
+
+    pub fn is_matrix(self) -> bool {
+        matches!(self, Output::Mass | Output::Jacobian)
+    }
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Output::Mass => "M",
+            Output::Load => "Q",
+            Output::Constraint => "Phi",
+            Output::Jacobian => "Phi_q",
+            Output::TimeRate => "Phi_t",
+            Output::Gamma => "gamma",
+            Output::Acceleration => "a",
+            Output::Reaction => "lambda",
+            Output::Slide => "s",
+            Output::Effort => "effort",
+        }
+    }
+}
+
+/// Functions that compute M, Q, Phi, Phi_q, Phi_t and gamma and, for a dynamic model, the accelerations and reactions
+/// (`solved`); for a kinematic one the velocities and accelerations, from the loop equations that are not `redundant`. Then what follows
+/// from the motion: slides that are no coordinates and, with masses, the reactions of all joints and the efforts of all drivers. Without
+/// masses M, Q and the reactions are zero.
+pub fn code(equations: &mut Equations, solved: &[Expr], redundant: &[usize], language: &dyn Language) -> String {
+    // A scene may be called `my scene`: functions may not.
+    let name = cotree::mechanism::identifier(&equations.system.mechanism.name);
+    let masses = has_masses(equations);
+    let matrices = matrices(equations);
+    let loops: Vec<usize> = equations.loops().map(|(index, _)| index).collect();
+    let slides = motion::slides(equations);
+    let efforts = if masses { [motion::held(equations), motion::efforts(equations)].concat() } else { Vec::new() };
+    let sizes = Sizes {
+        parameters: equations.system.mechanism.parameters.len(),
+        inputs: equations.system.mechanism.inputs.len(),
+        followers: equations.system.followers.len(),
+        coordinates: equations.coordinates.len(),
+        constraints: loops.len(),
+        slides: slides.len(),
+        efforts: efforts.len(),
+    };
+    let legend: Vec<String> = legend(equations).iter().flat_map(|line| wrapped(line, 110)).collect();
+    let mut text = language.prelude(&name, &legend);
+    let writer = Writer { name: &name, arena: &equations.system.arena, loops: &loops, sizes: &sizes, language };
+    text.push_str(&writer.equations(&matrices, masses));
+    let rows: Vec<usize> = (0..sizes.constraints).filter(|&row| !redundant.contains(&loops[row])).collect();
+    if !solved.is_empty() {
+        text.push_str(&writer.accelerations(solved));
+    } else if !rows.is_empty() && rows.len() == sizes.coordinates {
+        text.push_str(&language.kinematics(&Kinematics { name: &name, sizes, rows: &rows, masses }));
+    }
+    if !slides.is_empty() {
+        text.push_str(&writer.slides(&slides));
+    }
+    if !efforts.is_empty() {
+        text.push_str(&writer.efforts(&efforts));
+    }
+    text.push_str(&language.end(&name));
+    text
+}
+
+fn column<'a>(output: Output, exprs: impl IntoIterator<Item = &'a Expr>) -> Vec<(Output, [usize; 2], Expr)> {
+    exprs.into_iter().enumerate().map(|(row, &expr)| (output, [row, 0], expr)).collect()
+}
+
+fn list(entries: &[Entry]) -> String {
+    entries.iter().map(|(name, _)| name.plain.as_str()).collect::<Vec<_>>().join(", ")
+}
+
+struct Writer<'a> {
+    name: &'a str,
+    arena: &'a Arena,
+    /// The loop equations that constrain the motion: their reactions are numbered in this order.
+    loops: &'a [usize],
+    sizes: &'a Sizes,
+    language: &'a dyn Language,
+}
+
+impl Writer<'_> {
+    fn equations(&self, matrices: &[(Output, [usize; 2], Expr)], masses: bool) -> String {
+        let without = if masses { "" } else { "\nThe scene gives no masses: M and Q are zero." };
+        let about = format!(
+            "Equations of motion: M a + Phi_q^T lambda = Q, Phi = 0, Phi_q v = -Phi_t, Phi_q a = gamma.{without}"
+        );
+        self.function("equations", about, EQUATIONS, matrices)
+    }
+
+    fn accelerations(&self, solved: &[Expr]) -> String {
+        let (accelerations, reactions) = solved.split_at(self.sizes.coordinates.min(solved.len()));
+        let reactions = self.loops.iter().filter_map(|&index| reactions.get(index));
+        let results = [column(Output::Acceleration, accelerations), column(Output::Reaction, reactions)].concat();
+        let about = "Accelerations a and reactions lambda, from the equations of motion.".to_owned();
+        self.function("accelerations", about, SOLUTION, &results)
+    }
+
+    fn slides(&self, slides: &[Entry]) -> String {
+        let about = format!("Displacements s of the slides that are no coordinates: {}.", list(slides));
+        let results = column(Output::Slide, slides.iter().map(|(_, expr)| expr));
+        self.function("slides", about, &[Output::Slide], &results)
+    }
+
+    fn efforts(&self, efforts: &[Entry]) -> String {
+        let about = format!(
+            "Reactions of joints and efforts of drivers, on their second side, from accelerations a and reactions lambda:\n{}.",
+            list(efforts)
+        );
+        let results = column(Output::Effort, efforts.iter().map(|(_, expr)| expr));
+        self.function("efforts", about, &[Output::Effort], &results)
+    }
+
+    fn function(
+        &self,
+        suffix: &str,
+        about: String,
+        outputs: &'static [Output],
+        results: &[(Output, [usize; 2], Expr)],
+    ) -> String {
+        let name = format!("{}_{suffix}", self.name);
+        let function = Function { name, about, knows_motion: outputs == [Output::Effort], outputs };
+        let roots: Vec<Expr> = results.iter().map(|(.., expr)| *expr).collect();
+        let (arena, expansions) = self.arena.runnable(&roots);
+        let places = results.iter().map(|(output, place, _)| (*output, *place));
+        let results: Vec<_> =
+            places.zip(expansions.of(&roots)).map(|((output, place), expr)| (output, place, expr)).collect();
+        self.language.function(&function, self.sizes, &steps(&arena, self.loops, &results))
+    }
+}
+
+fn matrices(equations: &mut Equations) -> Vec<(Output, [usize; 2], Expr)> {
+    let n = equations.coordinates.len();
+    let mut results = Vec::new();
+    let mut dense = |output: Output, row: usize, entries: &[(usize, Expr)]| {
+        for column in 0..n {
+            let entry = entries.iter().find(|(at, _)| *at == column).map_or(Expr::ZERO, |(_, entry)| *entry);
+            results.push((output, [row, column], entry));
+        }
+    };
+    let dynamic = has_masses(equations);
+    let none = vec![Vec::new(); n];
+    for (row, entries) in if dynamic { &equations.dynamics().mass } else { &none }.iter().enumerate() {
+        dense(Output::Mass, row, entries);
+    }
+    for (row, (_, constraint)) in equations.loops().enumerate() {
+        dense(Output::Jacobian, row, &constraint.jacobian);
+    }
+    let none = vec![Expr::ZERO; n];
+    results.extend(column(Output::Load, if dynamic { &equations.dynamics().load } else { &none }));
+    for (row, (_, constraint)) in equations.loops().enumerate() {
+        results.push((Output::Constraint, [row, 0], constraint.value));
+        results.push((Output::TimeRate, [row, 0], constraint.time_rate));
+        results.push((Output::Gamma, [row, 0], constraint.gamma));
+    }
+    results
+}
+
+fn steps(arena: &Arena, loops: &[usize], results: &[(Output, [usize; 2], Expr)]) -> Vec<Step> {
+    let order = arena.reachable(results.iter().map(|(.., expr)| *expr));
+    let mut steps = Vec::with_capacity(order.len() + results.len());
+    let mut done = std::collections::HashSet::new();
+    let of = |expr: Expr| match arena.node(expr) {
+        Node::Constant(bits) => Operand::Number(f64::from_bits(bits)),
+        // A trivial loop equation has no reaction.
+        Node::Symbol(Symbol::Reaction(index)) => match loops.iter().position(|&row| row == index) {
+            Some(number) => Operand::Symbol(Symbol::Reaction(number)),
+            None => Operand::Number(0.0),
+        },
+        Node::Symbol(symbol) => Operand::Symbol(symbol),
+        _ => Operand::Result(expr.index()),
+    };
+    for &expr in &order {
+        let own = expr.index();
+        match arena.node(expr) {
+            Node::Constant(_) | Node::Symbol(_) => {}
+            Node::Unary(function @ (Unary::Sin | Unary::Cos), a) => {
+                let other = if function == Unary::Sin { Unary::Cos } else { Unary::Sin };
+                // An unused partner has a number beyond all others.
+                let partner = arena.existing(Node::Unary(other, a)).map_or(arena.len() + own, Expr::index);
+                if done.insert(a) {
+                    let pair = if function == Unary::Sin { [own, partner] } else { [partner, own] };
+                    steps.push(Step::SineCosine(pair, of(a)));
+                }
+            }
+            Node::Unary(function, a) => steps.push(Step::One(own, function, of(a))),
+            Node::Binary(function, a, b) => steps.push(Step::Two(own, function, of(a), of(b))),
+            Node::Select(a, b, c) => steps.push(Step::Select(own, of(a), of(b), of(c))),
+        }
+    }
+    steps.extend(results.iter().map(|&(output, place, expr)| Step::Store(output, place, of(expr))));
+    steps
+}
+
+fn legend(equations: &Equations) -> Vec<String> {
+    let system = &equations.system;
+    let list = |title: &str, names: Vec<String>| (!names.is_empty()).then(|| format!("{title}: {}", names.join(", ")));
+    let parameters = system.mechanism.parameters.iter().map(|parameter| parameter.name.clone()).collect();
+    let inputs = system.mechanism.inputs.iter().map(|input| input.name.clone()).collect();
+    let followers = system.followers.iter().enumerate().map(|(i, (_, input, given))| {
+        let name = symbol_name(equations, Symbol::Follower(i, Order::Position));
+        let given = if *given == Order::Velocity { "rate" } else { "acceleration" };
+        format!("{name} (its {given} is the input {})", system.mechanism.inputs[input.0].name)
+    });
+    let coordinates = equations.coordinates.iter().map(|coordinate| coordinate.name.position.clone()).collect();
+    let reactions = equations.loops().map(|(_, row)| system.element(row.element).name.clone()).collect();
+    let lines = [
+        Some("t: time; all quantities in SI units".to_owned()),
+        list("p: parameters", parameters),
+        list("u: value, rate and acceleration of the inputs", inputs),
+        list("f: position, rate and acceleration of the drivers that integrate an input", followers.collect()),
+        list("q, v: coordinates and their rates", coordinates),
+        list("lambda: reactions", reactions),
+    ];
+    lines.into_iter().flatten().collect()
+}
+
+/// Arguments that the functions take, as arrays, and the index of a symbol in its array.
+pub fn argument(symbol: Symbol) -> Option<(&'static str, usize)> {
+    match symbol {
+        Symbol::Parameter(i) => Some(("p", i)),
+        Symbol::Input(i, order) => Some(("u", 3 * i + order as usize)),
+        Symbol::Follower(i, order) => Some(("f", 3 * i + order as usize)),
+        Symbol::Coordinate(i, Order::Position) => Some(("q", i)),
+        Symbol::Coordinate(i, Order::Velocity) => Some(("v", i)),
+        Symbol::Coordinate(i, Order::Acceleration) => Some(("a", i)),
+        Symbol::Reaction(i) => Some(("lambda", i)),
+        // Time is a scalar; missing masses and arguments of laws are not part of the code.
+        Symbol::Time | Symbol::Missing(..) | Symbol::Argument => None,
+    }
+}
+
+/// A comment cannot be ended by what stands in it, and lines stay short.
+pub fn wrapped(line: &str, width: usize) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in line.split(' ') {
+        let last = lines.len() - 1;
+        if !lines[last].is_empty() && lines[last].len() + word.len() + 1 > width {
+            lines.push(format!("  {word}"));
+        } else {
+            let gap = if lines[last].is_empty() { "" } else { " " };
+            lines[last].push_str(&format!("{gap}{word}"));
+        }
+    }
+    lines
+}

@@ -1,0 +1,140 @@
+//! The equations as JSON, for other programs: names, and every formula as text and as a tree.
+
+use cotree::component::Held;
+use cotree::equations::Equations;
+use cotree::expr::{Order, Symbol};
+use cotree::mechanism::{DriverId, InputId};
+use serde_json::{Map, Value, json};
+
+use super::matrices::Matrices;
+use super::motion::Motion;
+use super::name::Name;
+use super::notation::plain::PLAIN;
+use super::symbol_name;
+use super::tree::{Formulas, Tree};
+
+/// The whole description. Numbers have 15 digits: those of the printed code are exact.
+pub fn json(equations: &mut Equations) -> String {
+    let motion = Motion::new(equations);
+    let value = described(equations, &motion);
+    format!("{value:#}\n")
+}
+
+/// Some equations of a mechanism as JSON.
+pub fn described(equations: &mut Equations, motion: &Motion) -> Value {
+    let Formulas { angles, definitions, formulas } = motion.formulas(equations);
+    let mut formulas = formulas.into_iter();
+    let mut groups = Map::new();
+    for (_, entries) in &motion.groups {
+        for (name, _) in entries {
+            let group = name.plain.split('[').next().unwrap_or(&name.plain).to_owned();
+            let entry = formula(name, &formulas.next().unwrap_or_else(Tree::zero));
+            match groups.entry(group).or_insert_with(|| Value::Array(Vec::new())) {
+                Value::Array(list) => list.push(entry),
+                _ => continue, // every group is a list
+            }
+        }
+    }
+    if !motion.sums.is_empty() {
+        groups.insert("Q".to_owned(), motion.sums.iter().map(|(name, sum)| formula(name, sum)).collect());
+    }
+    let named = |pairs: &[(Tree, Tree)]| -> Vec<Value> {
+        let pairs = pairs.iter().filter_map(|(name, value)| match name {
+            Tree::Name(name) => Some(formula(name, value)),
+            _ => None,
+        });
+        pairs.collect()
+    };
+    let definitions = [named(&angles), named(&definitions)].concat();
+    let matrices = Matrices::new(equations);
+    let mut value = json!({
+        "name": equations.system.mechanism.name,
+        "dynamic": motion.dynamic,
+        "parameters": parameters(equations),
+        "inputs": inputs(equations),
+        "followers": followers(equations),
+        "coordinates": coordinates(equations),
+        "reactions": reactions(equations),
+        "definitions": definitions,
+        "equations": groups,
+    });
+    if let Some(matrices) = matrices {
+        value["matrices"] = matrices.json();
+    }
+    value
+}
+
+/// `at` are the places in the matrix, counted from 0.
+fn formula(name: &Name, value: &Tree) -> Value {
+    let mut entry = json!({ "name": name.plain, "text": PLAIN.formula(value), "tree": tree(value) });
+    let places: Vec<usize> = name.subscript.split(',').filter_map(|place| place.parse().ok()).collect();
+    if name.plain.contains('[') {
+        let places: Vec<usize> = places.into_iter().map(|place| place.saturating_sub(1)).collect();
+        entry["at"] = json!(places);
+    }
+    entry
+}
+
+/// A number, a name, or `[operator, operand, ...]`.
+fn tree(tree_of: &Tree) -> Value {
+    let call = |operator: &str, operands: &[Tree]| -> Value {
+        std::iter::once(json!(operator)).chain(operands.iter().map(tree)).collect()
+    };
+    match tree_of {
+        Tree::Number(value) => json!(value),
+        Tree::Pi => json!(std::f64::consts::PI),
+        Tree::Name(name) => json!(name.plain),
+        Tree::Sum(terms) => {
+            let term = |(minus, term): &(bool, Tree)| if *minus { json!(["-", tree(term)]) } else { tree(term) };
+            std::iter::once(json!("+")).chain(terms.iter().map(term)).collect()
+        }
+        Tree::Product(factors) => call("*", factors),
+        Tree::Quotient(parts) => call("/", parts.as_ref()),
+        Tree::Power(parts) => call("^", parts.as_ref()),
+        Tree::Root(inside) => call("sqrt", std::slice::from_ref(inside.as_ref())),
+        Tree::Call(function, arguments) => call(function, arguments),
+        Tree::Relation(sign, parts) => call(sign, parts.as_ref()),
+    }
+}
+
+fn parameters(equations: &Equations) -> Vec<Value> {
+    let parameters = equations.system.mechanism.parameters.iter();
+    parameters.map(|own| json!({ "name": own.name, "value": own.value, "unit": own.unit.si })).collect()
+}
+
+fn inputs(equations: &Equations) -> Vec<Value> {
+    let inputs = equations.system.mechanism.inputs.iter();
+    inputs.map(|own| json!({ "name": own.name, "start": own.start, "unit": own.unit.si })).collect()
+}
+
+fn followers(equations: &Equations) -> Vec<Value> {
+    let mechanism = equations.system.mechanism;
+    let of = |(index, (driver, input, given)): (usize, &(DriverId, InputId, Order))| {
+        let [position, rate, acceleration] = [Order::Position, Order::Velocity, Order::Acceleration]
+            .map(|order| symbol_name(equations, Symbol::Follower(index, order)));
+        json!({
+            "name": position, "rate": rate, "acceleration": acceleration,
+            "driver": mechanism.drivers[driver.0].name, "input": mechanism.inputs[input.0].name,
+            "given": if *given == Order::Velocity { "rate" } else { "acceleration" },
+        })
+    };
+    equations.system.followers.iter().enumerate().map(of).collect()
+}
+
+fn coordinates(equations: &Equations) -> Vec<Value> {
+    let of = |(index, own): (usize, &cotree::equations::Coordinate)| {
+        let [position, rate, acceleration] = [Order::Position, Order::Velocity, Order::Acceleration]
+            .map(|order| symbol_name(equations, Symbol::Coordinate(index, order)));
+        json!({ "name": position, "rate": rate, "acceleration": acceleration, "unit": if own.angular { "rad" } else { "m" } })
+    };
+    equations.coordinates.iter().enumerate().map(of).collect()
+}
+
+fn reactions(equations: &Equations) -> Vec<Value> {
+    let of = |(index, own): (usize, &cotree::equations::Constraint)| {
+        let unit = if own.held == Held::Angle { "N.m" } else { "N" };
+        let name = symbol_name(equations, Symbol::Reaction(index));
+        json!({ "name": name, "owner": equations.system.element(own.element).name, "unit": unit })
+    };
+    equations.loops().map(of).collect()
+}

@@ -1,0 +1,413 @@
+//! The equations of motion as they are read: which quantities there are, and a formula for each.
+
+use std::collections::{HashMap, HashSet};
+
+use cotree::component::{Direction, Force, Held, Origin, Torque};
+use cotree::equations::{Constraint, Equations, Share};
+use cotree::expr::{Arena, Expr, Node, Symbol, Unary};
+use cotree::mechanism::{BodyId, Coordinates, Dimension, JointId, Owner, Part, Place, Quantity, Variable};
+
+use super::document::{Block, Piece};
+use super::matrices::Matrices;
+use super::name::Name;
+use super::read::Context;
+use super::signals::signals;
+use super::tree::{Formulas, Tree, formulas};
+
+/// A quantity: its name and its expression.
+pub type Entry = (Name, Expr);
+
+/// The equations, quantity by quantity. Zeros of matrices are left out.
+#[derive(Clone, Debug)]
+pub struct Motion {
+    pub groups: Vec<(&'static str, Vec<Entry>)>,
+    pub dynamic: bool,
+    /// {Q} as a sum of columns that are among the groups.
+    pub sums: Vec<(Name, Tree)>,
+}
+
+impl Motion {
+    /// Collects M and Q (of a model with masses), Phi, Phi_q, Phi_t, gamma, and the displacements and efforts that follow from the
+    /// motion.
+    pub fn new(equations: &mut Equations) -> Self {
+        let dynamic = has_masses(equations);
+        let mut groups = Vec::new();
+        if dynamic {
+            groups.extend(dynamics(equations));
+            groups.extend(vibration(equations));
+        }
+        groups.extend(loops(equations));
+        groups.push(("Slides that are no coordinates", slides(equations)));
+        if dynamic {
+            groups.push(("Reactions of the joints, on their second side", held(equations)));
+            groups.push(("Efforts of the drivers", efforts(equations)));
+        }
+        groups.retain(|(_, entries)| !entries.is_empty());
+        let sums = if dynamic && equations.symbolic { in_parts(equations, &mut groups) } else { Vec::new() };
+        Motion { groups, dynamic, sums }
+    }
+
+    pub fn formulas(&self, equations: &mut Equations) -> Formulas {
+        let context = context(equations);
+        formulas(equations, &self.expressions(), &context)
+    }
+
+    fn expressions(&self) -> Vec<Expr> {
+        self.groups.iter().flat_map(|(_, entries)| entries.iter().map(|(_, expr)| *expr)).collect()
+    }
+
+    pub fn blocks(&self, equations: &mut Equations) -> Vec<Block> {
+        let formulas = self.formulas(equations);
+        let mut blocks = Vec::new();
+        if equations.coordinates.is_empty() {
+            let text =
+                "The drivers and joints determine every motion: there are no coordinates and no equations of motion.";
+            blocks.push(Block::Text(vec![Piece::words(text)]));
+        } else {
+            blocks.push(Block::Equations(self.form(equations)));
+            blocks.push(Block::Heading("Coordinates".into()));
+            blocks.push(Block::Table(Vec::new(), coordinates(equations)));
+        }
+        let lines = formulas.definitions.len() + formulas.formulas.len();
+        if lines > READABLE {
+            blocks.push(Block::Text(vec![Piece::words(length_note(equations, lines))]));
+        }
+        if has_loops(equations) {
+            blocks.push(Block::Heading("Reactions".into()));
+            blocks.push(Block::Table(Vec::new(), reactions(equations)));
+        }
+        blocks.extend(self.written(equations, formulas));
+        if let Some(Err(why)) = equations.linear() {
+            let text = format!("There are no matrices D and K (24): {why}.");
+            blocks.push(Block::Text(vec![Piece::words(text)]));
+        }
+        blocks.extend(Matrices::new(equations).into_iter().flat_map(|matrices| matrices.blocks()));
+        blocks
+    }
+
+    /// Inputs, abbreviations, and the formulas of all groups.
+    pub fn formula_blocks(&self, equations: &mut Equations) -> Vec<Block> {
+        let formulas = self.formulas(equations);
+        self.written(equations, formulas)
+    }
+
+    fn written(&self, equations: &Equations, formulas: Formulas) -> Vec<Block> {
+        let Formulas { angles, definitions, formulas } = formulas;
+        let mut blocks = Vec::new();
+        let signals = signals(equations, &self.expressions());
+        if !signals.is_empty() {
+            blocks.push(Block::Heading("Inputs".into()));
+            blocks.push(Block::Table(Vec::new(), signals));
+        }
+        if !angles.is_empty() || !definitions.is_empty() {
+            blocks.push(Block::Heading("Abbreviations".into()));
+            blocks.push(Block::Equations(angles.into_iter().chain(definitions).collect()));
+        }
+        let (mut formulas, mut sums) = (formulas.into_iter(), self.sums.clone());
+        for (title, entries) in &self.groups {
+            blocks.push(Block::Heading((*title).into()));
+            if entries.iter().any(|(name, _)| self.sums.iter().any(|(_, sum)| sum.names(name))) && !sums.is_empty() {
+                let rows = std::mem::take(&mut sums);
+                blocks.push(Block::Equations(rows.into_iter().map(|(name, sum)| (Tree::Name(name), sum)).collect()));
+            }
+            let names = entries.iter().map(|(name, _)| Tree::Name(name.clone()));
+            blocks.push(Block::Equations(names.zip(formulas.by_ref()).collect()));
+        }
+        blocks
+    }
+
+    /// The equations as matrices (Eqs 19-22).
+    fn form(&self, equations: &Equations) -> Vec<(Tree, Tree)> {
+        let column = |base: &str| Tree::Name(Name::column(base, ""));
+        let [v, a, load, lambda] = ["v", "a", "Q", "lambda"].map(column);
+        let m = Tree::Name(Name::matrix("M", ""));
+        let jacobian = || Tree::Name(Name::matrix("Phi", "q"));
+        let product = |a: Tree, b: Tree| Tree::product(vec![a, b]);
+        let mut rows = Vec::new();
+        if self.dynamic && !has_loops(equations) {
+            rows.push((product(m, a.clone()), load));
+        } else if self.dynamic {
+            let transposed = Tree::power(jacobian(), Tree::Name(Name::letter("T", "")));
+            rows.push((Tree::sum(vec![(false, product(m, a.clone())), (false, product(transposed, lambda))]), load));
+        }
+        if has_loops(equations) {
+            rows.push((column("Phi"), Tree::zero()));
+            let rate = Tree::Name(Name::column("Phi", "t"));
+            rows.push((product(jacobian(), v), Tree::Sum(vec![(true, rate)])));
+            rows.push((product(jacobian(), a), column("gamma")));
+        }
+        rows
+    }
+}
+
+/// More formulas than this need a word about their number.
+const READABLE: usize = 1000;
+
+/// A note on the length of the page and on shorter formulations.
+fn length_note(equations: &Equations, lines: usize) -> String {
+    let hint = match equations.system.mechanism.coordinates {
+        Coordinates::Recommended => "",
+        _ => {
+            " Other coordinates give other equations of the same motion: try `preset = \"recommended\"` in `[coordinates]`. Where each \
+              angle is counted from the body before, as joint angles are, the terms grow with the fourth power of the depth; with the \
+              bodies' own angles they grow with its square."
+        }
+    };
+    format!("These are {lines} formulas.{hint}")
+}
+
+/// Are all masses and inertias that the equations need given?
+pub fn has_masses(equations: &mut Equations) -> bool {
+    let dynamics = equations.dynamics();
+    let mut roots: Vec<Expr> = dynamics.load.clone();
+    roots.extend(dynamics.mass.iter().flatten().map(|(_, entry)| *entry));
+    !equations.system.arena.symbols(roots).into_iter().any(|symbol| matches!(symbol, Symbol::Missing(..)))
+}
+
+const LOADS: &str = "Loads";
+
+pub fn dynamics(equations: &mut Equations) -> [(&'static str, Vec<Entry>); 2] {
+    let dynamics = equations.dynamics();
+    let mass = dynamics.mass.iter().enumerate().flat_map(|(row, entries)| {
+        let upper = entries.iter().filter(move |(column, _)| *column >= row);
+        upper.map(move |(column, entry)| (Name::entry("M", &[row, *column]), *entry))
+    });
+    let load = dynamics.load.iter().enumerate().map(|(row, entry)| (Name::entry("Q", &[row]), *entry));
+    [("Mass matrix (symmetric; zeros left out)", mass.collect()), (LOADS, load.collect())]
+}
+
+/// \[D\], \[K\] and {F} of masses on a line (33).
+pub fn vibration(equations: &mut Equations) -> Vec<(&'static str, Vec<Entry>)> {
+    let Some(vibration) = equations.vibration() else { return Vec::new() };
+    let upper = |symbol: &str, matrix: &[Vec<Expr>]| -> Vec<Entry> {
+        let rows = matrix.iter().enumerate();
+        let entries =
+            rows.flat_map(|(row, entries)| (row..entries.len()).map(move |column| (row, column, entries[column])));
+        let some = entries.filter(|(.., entry)| *entry != Expr::ZERO);
+        some.map(|(row, column, entry)| (Name::entry(symbol, &[row, column]), entry)).collect()
+    };
+    let force = vibration.force.iter().enumerate().map(|(row, &entry)| (Name::entry("F", &[row]), entry));
+    vec![
+        ("Damping matrix (symmetric; zeros left out)", upper("D", &vibration.damping)),
+        ("Stiffness matrix (symmetric; zeros left out)", upper("K", &vibration.stiffness)),
+        ("Forces: {Q} = {F} - [D]{v} - [K]{q}", force.collect()),
+    ]
+}
+
+/// Puts the parts of {Q} in the place of {Q}, and says what their sums are.
+fn in_parts(equations: &mut Equations, groups: &mut Vec<(&'static str, Vec<Entry>)>) -> Vec<(Name, Tree)> {
+    let Some(place) = groups.iter().position(|(title, _)| *title == LOADS) else { return Vec::new() };
+    let (_, whole) = groups.remove(place);
+    let shares = equations.load_shares();
+    let mut sums = Vec::new();
+    for (row, (name, _)) in whole.into_iter().enumerate() {
+        let own = shares.iter().filter(|(_, load)| load[row] != Expr::ZERO);
+        sums.push((name, Tree::sum(own.map(|(share, _)| (false, Tree::Name(part_of_load(*share, row)))).collect())));
+    }
+    let part = |(share, load): &(Share, Vec<Expr>)| {
+        let rows = load.iter().enumerate().filter(|(_, entry)| **entry != Expr::ZERO);
+        let [_, title, _] = called(*share);
+        (title, rows.map(|(row, entry)| (part_of_load(*share, row), *entry)).collect())
+    };
+    let parts: Vec<_> = shares.iter().map(part).collect();
+    groups.splice(place..place, parts);
+    sums
+}
+
+fn part_of_load(share: Share, row: usize) -> Name {
+    let [word, ..] = called(share);
+    Name { plain: format!("Q_{word}[{}]", row + 1), ..Name::letter("Q", &format!("{}, {word}", row + 1)) }
+}
+
+/// A part of {Q} as a subscript, as a title, and within a sentence.
+pub fn called(share: Share) -> [&'static str; 3] {
+    match share {
+        Share::Applied => ["applied", "Applied loads", "applied forces and torques"],
+        Share::Gravity => ["gravity", "Gravity", "gravity"],
+        Share::Velocity => [
+            "velocity",
+            "Loads by velocities: centrifugal and Coriolis forces",
+            "velocities (centrifugal and Coriolis terms)",
+        ],
+        Share::Elastic => ["elastic", "Springs and their dampers", "springs and their dampers"],
+        Share::Resistance | Share::Element(_) => {
+            ["resistance", "Damping and friction in joints", "damping and friction in joints"]
+        }
+    }
+}
+
+fn has_loops(equations: &Equations) -> bool {
+    equations.loops().next().is_some()
+}
+
+pub fn loops(equations: &Equations) -> [(&'static str, Vec<Entry>); 4] {
+    let rows = |of: fn(&Constraint) -> Expr, symbol: &str| -> Vec<Entry> {
+        let rows = equations.loops().enumerate();
+        rows.map(|(row, (_, constraint))| (Name::entry(symbol, &[row]), of(constraint))).collect()
+    };
+    let jacobian = equations.loops().enumerate().flat_map(|(row, (_, constraint))| {
+        constraint.jacobian.iter().map(move |(column, entry)| (Name::entry("Phi_q", &[row, *column]), *entry))
+    });
+    let mut rates = rows(|constraint| constraint.time_rate, "Phi_t");
+    rates.retain(|(_, expr)| *expr != Expr::ZERO);
+    [
+        ("Loop equations", rows(|constraint| constraint.value, "Phi")),
+        ("Jacobian of the loop equations (zeros left out)", jacobian.collect()),
+        ("Partial derivatives by time (zeros left out)", rates),
+        ("Right-hand sides for accelerations", rows(|constraint| constraint.gamma, "gamma")),
+    ]
+}
+
+/// The displacements of joints that slide and are in the cotree (Eqs 41, 42).
+pub fn slides(equations: &mut Equations) -> Vec<Entry> {
+    let chords = equations.trees.translation.chords.clone();
+    let slides = chords.into_iter().filter_map(|chord| {
+        let element = equations.system.element(chord);
+        let slides = element.translation.as_ref().is_some_and(|row| !row.motion.is_empty());
+        match element.origin {
+            Origin::Joint(joint) if slides => Some(joint),
+            _ => None,
+        }
+    });
+    let slides: Vec<JointId> = slides.collect();
+    let slide = |joint| Variable { owner: Owner::Joint(joint), quantity: Quantity::S };
+    entries(equations, slides.into_iter().map(slide))
+}
+
+/// The efforts of the drivers, in terms of accelerations and reactions.
+pub fn efforts(equations: &mut Equations) -> Vec<Entry> {
+    let mechanism = equations.system.mechanism;
+    entries(equations, mechanism.driver_efforts().into_iter())
+}
+
+/// The reactions of the joints, in terms of accelerations and multipliers.
+pub fn held(equations: &mut Equations) -> Vec<Entry> {
+    let mechanism = equations.system.mechanism;
+    entries(equations, mechanism.joint_reactions().into_iter())
+}
+
+fn entries(equations: &mut Equations, variables: impl Iterator<Item = Variable>) -> Vec<Entry> {
+    let entry = |variable| {
+        let name = Name::variable(&equations.system.mechanism.variable_name(variable));
+        (name, equations.variable(variable))
+    };
+    variables.map(entry).collect()
+}
+
+pub fn context(equations: &mut Equations) -> Context {
+    Context { variables: variables(equations), weights: weights(equations) }
+}
+
+/// Angles, rates and lengths that are no symbols themselves but have a name.
+fn variables(equations: &mut Equations) -> HashMap<Expr, String> {
+    let mechanism = equations.system.mechanism;
+    if mechanism.dimension == Dimension::One {
+        return HashMap::new(); // sums of coordinates: the shorter the fewer names
+    }
+    let turning = [Quantity::Angle, Quantity::Omega];
+    let bodies = (0..mechanism.bodies.len()).map(|body| (Owner::Place(Place::Centre(BodyId(body))), turning));
+    let joints = mechanism.joints.iter().filter(|joint| joint.component().reactions == [Quantity::Fx, Quantity::Fy]);
+    let joints = joints.map(|joint| (joint.owner, turning));
+    let stretching = [Quantity::Length, Quantity::Rate];
+    let stretches = |load: &&Part| stretching.iter().all(|own| load.component().variables.contains(own));
+    let lines = mechanism.loads.iter().filter(stretches).map(|load| (load.owner, stretching));
+    let mut names = if equations.symbolic { laws(equations) } else { HashMap::new() };
+    for (owner, quantities) in bodies.chain(joints).chain(lines).collect::<Vec<_>>() {
+        for quantity in quantities {
+            let variable = Variable { owner, quantity };
+            let expr = equations.variable(variable);
+            if deserves_name(&equations.system.arena, expr) {
+                names.entry(expr).or_insert_with(|| mechanism.variable_name(variable));
+            }
+        }
+    }
+    names
+}
+
+/// The laws of loads that are more than a symbol, by the names of their forces and torques.
+fn laws(equations: &mut Equations) -> HashMap<Expr, String> {
+    let mut laws = Vec::new();
+    for element in equations.system.elements.iter().filter(|element| matches!(element.origin, Origin::Load(_))) {
+        let name = |word: &str| format!("{}.{word}", element.name);
+        match element.translation.as_ref().map(|row| row.through.clone()) {
+            Some(Force::Line(law)) => laws.push((law, name("force"))),
+            // Components in the axes of a body have no name: `fx` and `fy` are those in the axes of the world.
+            Some(Force::World([x, y])) => laws.extend([(x, name("fx")), (y, name("fy"))]),
+            _ => {}
+        }
+        if let Some(Torque::Law(law)) = element.rotation.as_ref().map(|row| row.through.clone()) {
+            laws.push((law, name("torque")));
+        }
+    }
+    let laws: Vec<(Expr, String)> = laws.into_iter().map(|(law, name)| (equations.formula(&law), name)).collect();
+    // A force that pulls is written without its sign.
+    let arena = &equations.system.arena;
+    let unsigned = laws.into_iter().filter_map(|(law, name)| match arena.node(law) {
+        Node::Unary(Unary::Negate, inner) => {
+            let (owner, word) = name.rsplit_once('.')?;
+            let word = match word {
+                "force" => "pull",
+                "torque" => "resistance",
+                _ => return None,
+            };
+            Some((inner, format!("{owner}.{word}")))
+        }
+        _ => Some((law, name)),
+    });
+    unsigned.filter(|(law, _)| deserves_name(arena, *law)).collect()
+}
+
+/// Parameters with mass in their unit (masses, inertias, forces, stiffnesses), and masses that are not given.
+fn weights(equations: &Equations) -> HashSet<Symbol> {
+    let parameters = &equations.system.mechanism.parameters;
+    let is_weight = |symbol: &Symbol| match symbol {
+        // Initial values that can be set are parameters of the program, not of the scene.
+        Symbol::Parameter(index) => parameters.get(*index).is_some_and(|own| own.unit.exponents[0] != 0),
+        symbol => matches!(symbol, Symbol::Missing(..)),
+    };
+    let all = equations.system.arena.all().filter_map(|expr| match equations.system.arena.node(expr) {
+        Node::Symbol(symbol) => Some(symbol),
+        _ => None,
+    });
+    all.filter(is_weight).collect()
+}
+
+/// Is it more than a symbol, and does it change?
+fn deserves_name(arena: &Arena, expr: Expr) -> bool {
+    let unsigned = if let Node::Unary(Unary::Negate, inner) = arena.node(expr) { inner } else { expr };
+    !matches!(arena.node(unsigned), Node::Constant(_) | Node::Symbol(_))
+        && arena.symbols([expr]).iter().any(|symbol| !matches!(symbol, Symbol::Parameter(_)))
+}
+
+fn coordinates(equations: &Equations) -> Vec<Vec<Piece>> {
+    let row = |(index, coordinate): (usize, &cotree::equations::Coordinate)| {
+        let short = Name::entry("q", &[index]);
+        let unit = if coordinate.angular { "rad" } else { "m" };
+        let own = [&coordinate.name.position, &coordinate.name.rate].map(|name| Tree::Name(Name::variable(name)));
+        let [position, rate] = own.map(Piece::Math);
+        let name = Piece::Code(equations.system.element(coordinate.element).name.clone());
+        vec![Piece::Math(Tree::Name(short)), position, Piece::words(unit), rate, Piece::words("branch"), name]
+    };
+    equations.coordinates.iter().enumerate().map(row).collect()
+}
+
+fn reactions(equations: &Equations) -> Vec<Vec<Piece>> {
+    let row = |(index, constraint): (usize, &Constraint)| {
+        let along = match constraint.held {
+            Held::Along(Direction::Fixed(..)) if !constraint.coupled.is_empty() => {
+                "N, force along its coupled direction"
+            }
+            Held::Along(Direction::X) => "N, force along x",
+            Held::Along(Direction::Y) => "N, force along y",
+            Held::Along(Direction::Fixed(..)) => "N, force along its constrained direction",
+            Held::Length => "N, force along its line",
+            Held::Angle => "N.m, torque",
+        };
+        let name = Tree::Name(super::name::symbol_name(equations, Symbol::Reaction(index)));
+        let owner = equations.system.element(constraint.element).name.clone();
+        let along =
+            if constraint.repeats { format!("{along}; this loop equation repeats others") } else { along.into() };
+        vec![Piece::Math(name), Piece::Code(owner), Piece::words(along)]
+    };
+    equations.loops().map(row).collect()
+}

@@ -1,0 +1,269 @@
+//! Long formulas on several lines, broken before signs, also within parentheses.
+
+use super::{Binding, binding, compound, greek, relation_binding, side_binding};
+use crate::name::Name;
+use crate::number::{decimal, rounded};
+use crate::tree::Tree;
+
+/// Terms of the whole formula that take less of a line stay in one piece.
+const TERM: f64 = 0.9;
+const FACTOR: f64 = 0.5;
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Part<'t> {
+    /// A formula in one piece, in parentheses if it binds less tightly.
+    Whole(&'t Tree, Binding),
+    /// The sign of a term; a first term has one only if it is minus.
+    Sign {
+        minus: bool,
+        first: bool,
+    },
+    Times,
+    Comma,
+    Relation(&'static str),
+    /// An opening parenthesis, behind the name of a function.
+    Open(Option<&'static str>),
+    /// The closing parenthesis of a function, or of a base with its exponent.
+    Close(Option<&'static str>, Option<&'t Tree>),
+    Over,
+}
+
+/// A part, how deep in parentheses it stands, and how wide it is.
+struct Placed<'t> {
+    part: Part<'t>,
+    depth: usize,
+    width: f64,
+}
+
+/// The parts of a formula on lines of at most a width, as far as it can be broken.
+pub fn lines<'t>(tree: &'t Tree, limit: f64, width: fn(&Part) -> f64) -> Vec<Vec<Part<'t>>> {
+    let mut breaker = Breaker { width, limit, parts: Vec::new(), depth: 0 };
+    breaker.add(tree, Binding::Relation);
+    breaker.lines()
+}
+
+struct Breaker<'t> {
+    width: fn(&Part) -> f64,
+    limit: f64,
+    parts: Vec<Placed<'t>>,
+    depth: usize,
+}
+
+impl<'t> Breaker<'t> {
+    fn push(&mut self, part: Part<'t>) {
+        self.parts.push(Placed { part, depth: self.depth, width: (self.width)(&part) });
+    }
+
+    fn fits(&self, tree: &'t Tree, least: Binding) -> bool {
+        let share = match self.depth {
+            _ if self.parts.is_empty() => 1.0,
+            0 => TERM,
+            _ => FACTOR,
+        };
+        (self.width)(&Part::Whole(tree, least)) <= share * self.limit
+    }
+
+    /// An operand that must bind at least so tightly.
+    fn add(&mut self, tree: &'t Tree, least: Binding) {
+        if self.fits(tree, least) {
+            return self.push(Part::Whole(tree, least));
+        }
+        match tree {
+            Tree::Number(_) | Tree::Pi | Tree::Name(_) => self.push(Part::Whole(tree, least)),
+            Tree::Sum(terms) => self.within(Binding::Sum < least, |breaker| breaker.sum(terms)),
+            Tree::Product(factors) => self.within(Binding::Product < least, |breaker| {
+                for (index, factor) in factors.iter().enumerate() {
+                    if index > 0 {
+                        breaker.push(Part::Times);
+                    }
+                    breaker.add(factor, Binding::Product);
+                }
+            }),
+            Tree::Quotient(parts) => self.within(Binding::Product < least, |breaker| {
+                let [over, under] = parts.as_ref();
+                breaker.add(over, Binding::Product);
+                breaker.push(Part::Over);
+                breaker.add(under, Binding::Power);
+            }),
+            Tree::Power(parts) => {
+                let [base, exponent] = parts.as_ref();
+                self.parenthesized(None, Some(exponent), |breaker| breaker.add(base, Binding::Relation));
+            }
+            Tree::Root(inside) => {
+                self.parenthesized(Some("sqrt"), None, |breaker| breaker.add(inside, Binding::Relation));
+            }
+            Tree::Call(function, arguments) => self.parenthesized(Some(function), None, |breaker| {
+                for (index, argument) in arguments.iter().enumerate() {
+                    if index > 0 {
+                        breaker.push(Part::Comma);
+                    }
+                    breaker.add(argument, Binding::Relation);
+                }
+            }),
+            Tree::Relation(sign, parts) => {
+                let ([left, right], side) = (parts.as_ref(), side_binding(sign));
+                self.within(relation_binding(sign) < least, |breaker| {
+                    breaker.add(left, side);
+                    breaker.push(Part::Relation(sign));
+                    breaker.add(right, side);
+                });
+            }
+        }
+    }
+
+    fn sum(&mut self, terms: &'t [(bool, Tree)]) {
+        for (index, (minus, term)) in terms.iter().enumerate() {
+            self.push(Part::Sign { minus: *minus, first: index == 0 });
+            self.add(term, Binding::Product);
+        }
+    }
+
+    fn within(&mut self, parentheses: bool, inside: impl FnOnce(&mut Self)) {
+        match parentheses {
+            true => self.parenthesized(None, None, inside),
+            false => inside(self),
+        }
+    }
+
+    fn parenthesized(
+        &mut self,
+        function: Option<&'static str>,
+        exponent: Option<&'t Tree>,
+        inside: impl FnOnce(&mut Self),
+    ) {
+        self.push(Part::Open(function));
+        self.depth += 1;
+        inside(self);
+        self.depth -= 1;
+        self.push(Part::Close(function, exponent));
+    }
+
+    /// Fills the lines; each is broken where little space is lost and few parentheses are open.
+    fn lines(self) -> Vec<Vec<Part<'t>>> {
+        let mut lines = Vec::new();
+        let mut rest = self.parts.as_slice();
+        while let Some(count) = line_end(rest, self.limit) {
+            let (line, others) = rest.split_at(count);
+            lines.push(line.iter().map(|placed| placed.part).collect());
+            rest = others;
+        }
+        lines.push(rest.iter().map(|placed| placed.part).collect());
+        lines
+    }
+}
+
+/// How many parts stand on the first line; none if all of them do.
+fn line_end(parts: &[Placed], limit: f64) -> Option<usize> {
+    let mut width = 0.0;
+    let mut best: Option<(f64, usize)> = None;
+    for (index, placed) in parts.iter().enumerate() {
+        let behind_comma = index > 0 && parts[index - 1].part == Part::Comma;
+        if index > 0
+            && let Some(cost) = cost(&placed.part, behind_comma)
+        {
+            let score = width / limit - 0.4 * placed.depth as f64 - cost;
+            best = best.filter(|(other, _)| *other >= score).or(Some((score, index)));
+        }
+        width += placed.width;
+        if width > limit
+            && let Some((_, index)) = best
+        {
+            return Some(index);
+        }
+    }
+    None
+}
+
+/// The cost of a break before a part, if it is permitted.
+fn cost(part: &Part, behind_comma: bool) -> Option<f64> {
+    match part {
+        Part::Sign { first: false, .. } | Part::Relation(_) => Some(0.0),
+        Part::Times => Some(0.3),
+        _ => behind_comma.then_some(0.1),
+    }
+}
+
+/// How wide parts are where letters are proportional and subscripts are small.
+pub fn printed_part(part: &Part) -> f64 {
+    match part {
+        Part::Whole(tree, least) => bound(tree, *least),
+        Part::Sign { minus: false, first: true } => 0.0,
+        Part::Sign { first: true, .. } => 1.7,
+        Part::Sign { .. } | Part::Relation(_) => 2.6,
+        Part::Times => 0.4,
+        Part::Comma | Part::Over => 1.2,
+        Part::Open(function) => 1.2 + function.map_or(0.0, |name| name.len() as f64),
+        Part::Close(_, exponent) => 1.2 + exponent.map_or(0.0, |tree| 0.75 * printed(tree)),
+    }
+}
+
+/// The width of a formula in a serif font, in digits.
+fn printed(tree: &Tree) -> f64 {
+    let all = |trees: &[Tree]| trees.iter().map(printed).sum::<f64>();
+    match tree {
+        Tree::Number(value) => decimal(rounded(*value)).len() as f64,
+        Tree::Pi => 1.2,
+        Tree::Name(name) => name_width(name),
+        Tree::Sum(terms) => terms.iter().map(|(_, term)| 2.6 + bound(term, Binding::Product)).sum(),
+        Tree::Product(factors) => factors.iter().map(|factor| 0.4 + bound(factor, Binding::Product)).sum(),
+        Tree::Quotient(parts) => 0.6 + printed(&parts[0]).max(printed(&parts[1])),
+        Tree::Power(parts) => bound(&parts[0], Binding::Atom) + 0.75 * printed(&parts[1]),
+        Tree::Root(inside) => 2.0 + printed(inside),
+        Tree::Call(function, arguments) => function.len() as f64 + 2.0 + all(arguments) + 1.2 * arguments.len() as f64,
+        Tree::Relation(_, parts) => 4.6 + all(parts.as_ref()),
+    }
+}
+
+fn bound(tree: &Tree, least: Binding) -> f64 {
+    printed(tree) + if binding(tree) < least { 1.8 } else { 0.0 }
+}
+
+fn name_width(name: &Name) -> f64 {
+    let letters = match compound(name) {
+        Some(_) => 3.6,
+        None if greek(&name.base).is_some() => 1.3,
+        None => 1.1 * name.base.chars().count() as f64,
+    };
+    letters + 0.8 * name.subscript.chars().count() as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::notation::plain::PLAIN;
+
+    fn name(word: &str) -> Tree {
+        Tree::Name(Name::word(word))
+    }
+
+    /// a*(b1 + ... + b9)
+    fn long() -> Tree {
+        let terms = (1..10).map(|index| (index % 2 == 0, name(&format!("b{index}"))));
+        Tree::Product(vec![name("a"), Tree::Sum(terms.collect())])
+    }
+
+    #[test]
+    fn long_parentheses_are_broken_before_signs() {
+        let lines = PLAIN.wrapped(&long(), 22.0);
+        assert_eq!(lines, ["a*(b1 - b2 + b3 - b4", "+ b5 - b6 + b7 - b8", "+ b9)"]);
+        assert_eq!(PLAIN.wrapped(&long(), 100.0), [PLAIN.formula(&long())]);
+    }
+
+    #[test]
+    fn functions_fractions_and_powers_are_broken_inside() {
+        let root = Tree::Root(Box::new(long()));
+        let quotient = Tree::Quotient(Box::new([root, Tree::power(long(), Tree::Number(2.0))]));
+        let formula = Tree::Call("min", vec![quotient, name("c")]);
+        let lines = PLAIN.wrapped(&formula, 24.0);
+        assert!(lines.iter().all(|line| line.chars().count() <= 24), "{lines:#?}");
+        let bare = |text: &str| text.replace(' ', "");
+        let whole = bare(&PLAIN.formula(&formula));
+        assert_eq!(bare(&lines.concat()), whole);
+    }
+
+    #[test]
+    fn what_cannot_be_broken_stays_whole() {
+        let lines = PLAIN.wrapped(&name("a_very_long_name_indeed"), 5.0);
+        assert_eq!(lines, ["a_very_long_name_indeed"]);
+    }
+}

@@ -1,0 +1,135 @@
+//! Accelerations of mass centres in the coordinates, and which bodies a coordinate moves.
+
+use std::collections::BTreeSet;
+
+use cotree::component::Origin;
+use cotree::expr::{Expr, Order, Symbol};
+use cotree::graph::ElementId;
+use cotree::mechanism::{BodyId, Owner, Place, Quantity, Variable};
+
+use super::graphs::{list, shortened};
+use super::numbers::agree;
+use super::{Lesson, check, with, words};
+use crate::document::{Block, Piece};
+use crate::name::Name;
+use crate::tree::Tree;
+
+/// So many bodies are written out.
+const BODIES: usize = 8;
+/// So many coordinates are read.
+const COORDINATES: usize = 8;
+
+impl Lesson<'_, '_, '_> {
+    /// The accelerations of section 8 (b) as components, of the bodies whose mass centres are no coordinates.
+    pub fn components(&mut self) -> Vec<Block> {
+        let chords: BTreeSet<ElementId> = self.translation.chords.iter().map(|chord| chord.element).collect();
+        let bodies: Vec<(String, BodyId)> = self
+            .bodies()
+            .into_iter()
+            .filter(|(id, ..)| chords.contains(id))
+            .map(|(_, label, body)| (label, body))
+            .collect();
+        if bodies.is_empty() || bodies.len() > BODIES {
+            return Vec::new();
+        }
+        let plane = self.letters.has_two_components();
+        let axes = if plane {
+            vec![(Quantity::X, Quantity::Ax), (Quantity::Y, Quantity::Ay)]
+        } else {
+            vec![(Quantity::X, Quantity::Ax)]
+        };
+        let (mut positions, mut accelerations) = (Vec::new(), Vec::new());
+        for (_, body) in &bodies {
+            for (position, acceleration) in &axes {
+                let mut of = |quantity| {
+                    self.equations.variable(Variable { owner: Owner::Place(Place::Centre(*body)), quantity })
+                };
+                positions.push(of(*position));
+                accelerations.push(of(*acceleration));
+            }
+        }
+        let twice = self.by_time_twice(&positions);
+        let mut values = self.moving();
+        values.accelerations = values.rates.iter().map(|rate| 0.4 * rate - 1.1).collect();
+        let holds = agree(&values.of(&self.equations, &accelerations), &values.of(&self.equations, &twice));
+        let (formulas, new) = self.formulas(&accelerations);
+        let mut formulas = formulas.into_iter();
+        let mut rows = Vec::new();
+        for (label, _) in &bodies {
+            let own: Vec<Tree> = formulas.by_ref().take(axes.len()).collect();
+            let vector = if plane { Tree::Call("", own) } else { own.into_iter().next().unwrap_or_else(Tree::zero) };
+            rows.push((self.letters.acceleration(label), vector));
+        }
+        let mut blocks = vec![words("With the rates of the arms put in, in the axes of the ground:")];
+        blocks.extend(list(rows));
+        blocks.extend(with(new));
+        blocks.push(check("they are the second derivatives of the positions by time", holds));
+        blocks
+    }
+
+    /// Whose inertia the entries of M are.
+    pub fn reading(&mut self) -> Vec<Block> {
+        let count = self.equations.coordinates.len();
+        let bodies = self.bodies();
+        if count > COORDINATES {
+            return Vec::new();
+        }
+        let moved: Vec<Vec<usize>> = bodies.iter().map(|(.., body)| self.equations.moved_by(*body)).collect();
+        let mut pieces = vec![Piece::words(
+            "Reading: an entry of M is the inertia of the bodies that both of its coordinates move. ",
+        )];
+        for column in 0..count {
+            let own =
+                bodies.iter().zip(&moved).filter(|(_, moved)| moved.contains(&column)).map(|((_, _, body), _)| *body);
+            let mechanism = self.equations.system.mechanism;
+            let names: Vec<&str> = own.map(|body| mechanism.bodies[body.0].name.as_str()).collect();
+            let name = Tree::Name(Name::symbol(&self.equations.coordinates[column].name.position));
+            pieces.push(Piece::Math(name));
+            pieces.push(Piece::words(format!(
+                " moves {}{}",
+                shortened(&names),
+                if column + 1 < count { "; " } else { "." }
+            )));
+        }
+        let apart =
+            |row: usize, column: usize| !moved.iter().any(|moved| moved.contains(&row) && moved.contains(&column));
+        let mass = self.equations.dynamics().mass.clone();
+        let entries = mass
+            .iter()
+            .enumerate()
+            .flat_map(|(row, entries)| entries.iter().map(move |(column, entry)| (row, *column, *entry)));
+        let foreign: Vec<Expr> =
+            entries.filter(|(row, column, _)| apart(*row, *column)).map(|(.., entry)| entry).collect();
+        let zero = agree(&self.moving().of(&self.equations, &foreign), &vec![0.0; foreign.len()]);
+        vec![Block::Text(pieces), check("where there is no such body M has no entry", zero)]
+    }
+
+    /// The bodies with their edges and labels.
+    fn bodies(&self) -> Vec<(ElementId, String, BodyId)> {
+        let elements = self.equations.system.elements.iter().enumerate();
+        let bodies = elements.filter_map(|(index, element)| match element.origin {
+            Origin::Body(body) => Some((ElementId(index), element.label.clone(), body)),
+            _ => None,
+        });
+        bodies.collect()
+    }
+
+    /// By calculus, of functions of the coordinates and time.
+    fn by_time_twice(&mut self, exprs: &[Expr]) -> Vec<Expr> {
+        let rates: Vec<Expr> = exprs.iter().map(|&expr| self.rate_of(expr)).collect();
+        rates.into_iter().map(|rate| self.rate_of(rate)).collect()
+    }
+
+    fn rate_of(&mut self, expr: Expr) -> Expr {
+        let mut sum = self.by_time(expr);
+        for column in 0..self.equations.coordinates.len() {
+            for (order, next) in [(Order::Position, Order::Velocity), (Order::Velocity, Order::Acceleration)] {
+                let arena = &mut self.equations.system.arena;
+                let slope = arena.derivative(expr, Symbol::Coordinate(column, order));
+                let rate = arena.symbol(Symbol::Coordinate(column, next));
+                sum = arena.add_product(sum, slope, rate);
+            }
+        }
+        sum
+    }
+}

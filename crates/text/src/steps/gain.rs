@@ -1,0 +1,29 @@
+//! What the trees are worth: coordinates and loop equations of other trees.
+
+use cotree::formulate::equations;
+use cotree::mechanism::Coordinates;
+
+use super::{Lesson, heading};
+use crate::document::{Block, Piece};
+
+impl Lesson<'_, '_, '_> {
+    pub fn gain(&self) -> Vec<Block> {
+        let mechanism = self.source.equations.system.mechanism;
+        let own = (self.equations.coordinates.len(), self.equations.loops().count());
+        let mut rows = Vec::new();
+        for (text, choice) in [
+            ("all bodies in both (absolute coordinates)", Coordinates::Absolute),
+            ("joints in both (joint coordinates)", Coordinates::Joint),
+        ] {
+            if let Ok(other) = equations(mechanism, &choice) {
+                rows.push((text, (other.coordinates.len(), other.loops().count())));
+            }
+        }
+        rows.push(("these", own));
+        let row = |(text, (n, m)): &(&str, (usize, usize))| {
+            [(*text).to_owned(), n.to_string(), m.to_string(), (n + m).to_string()].map(Piece::words).to_vec()
+        };
+        let head = ["trees", "coordinates", "loop equations", "together"].map(str::to_owned);
+        vec![heading("12. What was gained?"), Block::Table(head.into(), rows.iter().map(row).collect())]
+    }
+}

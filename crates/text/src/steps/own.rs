@@ -1,0 +1,42 @@
+//! In plain text a vector such as `g` or `i` could be read as a parameter of the same name: it gets an underscore.
+
+use std::collections::HashSet;
+
+use cotree::mechanism::Mechanism;
+
+use crate::document::{Block, Piece};
+use crate::name::Name;
+use crate::tree::Tree;
+
+/// Renames vectors that would be read as names of the user's.
+pub fn tell_apart(blocks: &mut [Block], mechanism: &Mechanism) {
+    let parameters = mechanism.parameters.iter().map(|own| own.name.as_str());
+    let inputs = mechanism.inputs.iter().map(|own| own.name.as_str());
+    let drivers = mechanism.drivers.iter().map(|own| own.name.as_str());
+    let taken: HashSet<&str> = parameters.chain(inputs).chain(drivers).collect();
+    let mut rename = |name: &mut Name| {
+        while name.bold && taken.contains(name.plain.as_str()) {
+            name.plain.push('_');
+        }
+    };
+    let mut rename_all = |tree: &mut Tree| tree.visit_names(&mut rename);
+    blocks.iter_mut().for_each(|block| trees(block, &mut rename_all));
+}
+
+fn trees(block: &mut Block, visit: &mut dyn FnMut(&mut Tree)) {
+    match block {
+        Block::Heading(_) | Block::Picture(..) => {}
+        Block::Text(pieces) => pieces.iter_mut().for_each(|piece| math(piece, visit)),
+        Block::Equations(rows) => rows.iter_mut().flat_map(|(left, right)| [left, right]).for_each(visit),
+        Block::Table(_, rows) => rows.iter_mut().flatten().for_each(|piece| math(piece, visit)),
+        Block::Folded(_, blocks) => blocks.iter_mut().for_each(|block| trees(block, visit)),
+    }
+}
+
+fn math(piece: &mut Piece, visit: &mut dyn FnMut(&mut Tree)) {
+    match piece {
+        Piece::Math(tree) => visit(tree),
+        Piece::Row(pieces) => pieces.iter_mut().for_each(|piece| math(piece, visit)),
+        Piece::Words(_) | Piece::Code(_) => {}
+    }
+}

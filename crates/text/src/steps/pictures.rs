@@ -1,0 +1,90 @@
+//! Pictures of the lesson: the mechanism with its angles, a free body, a circuit.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use cotree::component::Origin;
+use cotree::mechanism::{BodyId, Dimension, Place};
+use cotree_draw::drawing::{Drawing, Mark};
+use cotree_draw::pose::{draw, frames, position};
+
+use super::{Lesson, words};
+use crate::document::Block;
+
+/// Of larger mechanisms a circuit could not be followed.
+const BODIES: usize = 30;
+
+impl Lesson<'_, '_, '_> {
+    /// The mechanism, with the angles of bodies that are coordinates.
+    pub fn mechanism(&mut self) -> Block {
+        let mut drawing = draw(self.source);
+        if self.is_plane() && self.equations.coordinates.len() <= BODIES {
+            let poses = frames(self.source);
+            let angle = |own: &cotree::equations::Coordinate| match self.equations.system.element(own.element).origin {
+                Origin::Body(BodyId(body)) if own.name.position.starts_with("theta_") => {
+                    let [x, y, angle] = poses[body];
+                    Some(Mark::Angle { at: [x, y], angle, name: own.name.position.replace("theta_", "\u{3b8}") })
+                }
+                _ => None,
+            };
+            drawing.marks = self.equations.coordinates.iter().filter_map(angle).collect();
+        }
+        Block::Picture(drawing.svg(), "--drawing")
+    }
+
+    /// The free body of a cutset, by its nodes: a line around each of its bodies.
+    pub fn picture_of_cut(&mut self, nodes: &BTreeSet<usize>) -> Option<Block> {
+        let places = self.places();
+        let mut bodies: BTreeMap<BodyId, Vec<[f64; 2]>> = BTreeMap::new();
+        for place in nodes.iter().filter_map(|node| places[*node]) {
+            if let Some(body) = place.body() {
+                bodies.entry(body).or_default().push(position(self.source, place));
+            }
+        }
+        self.marked(bodies.into_values().map(Mark::Cut).collect())
+    }
+
+    /// The circuit of the first loop equation.
+    pub fn picture_of_circuit(&mut self) -> Vec<Block> {
+        let Some(element) = self.equations.loops().next().map(|(_, own)| own.element) else { return Vec::new() };
+        let Some(chord) = self.translation.chords.iter().find(|chord| !chord.is_term && chord.element == element)
+        else {
+            return Vec::new();
+        };
+        let (label, walk) = (chord.label.clone(), self.translation.walk(chord));
+        let places = self.places();
+        let corners = walk.into_iter().map(|node| places[node].map_or([0.0; 2], |place| position(self.source, place)));
+        let corners: Vec<[f64; 2]> = corners.collect();
+        let picture = self.marked(vec![Mark::Circuit(corners)]);
+        picture.map_or_else(Vec::new, |picture| {
+            vec![words(format!("The circuit of {label}, along the tree and back by {label} itself:")), picture]
+        })
+    }
+
+    fn marked(&mut self, marks: Vec<Mark>) -> Option<Block> {
+        if marks.is_empty() || !self.is_plane() || self.equations.system.mechanism.bodies.len() > BODIES {
+            return None;
+        }
+        let drawing = Drawing { marks, ..draw(self.source) };
+        Some(Block::Picture(drawing.svg(), ""))
+    }
+
+    fn is_plane(&self) -> bool {
+        self.equations.system.mechanism.dimension == Dimension::Two
+    }
+
+    /// The points that are the translational nodes; none of the datum.
+    fn places(&self) -> Vec<Option<Place>> {
+        let system = &self.equations.system;
+        let mechanism = system.mechanism;
+        let ground = (0..mechanism.ground.len()).map(Place::Ground);
+        let points = mechanism.bodies.iter().enumerate().flat_map(|(index, body)| {
+            let id = BodyId(index);
+            std::iter::once(Place::Centre(id)).chain((0..body.points.len()).map(move |point| Place::Point(id, point)))
+        });
+        let mut places = vec![None; system.translation.nodes()];
+        for place in ground.chain(points).filter(|&place| system.has_node(place)) {
+            places[system.t_node(place).index()].get_or_insert(place);
+        }
+        places
+    }
+}

@@ -1,0 +1,239 @@
+//! Velocities and accelerations: (20) and (21) by the graph and by calculus.
+
+use cotree::component::{Direction, Held, Origin};
+use cotree::expr::{Expr, Order, Symbol};
+
+use super::numbers::agree;
+use super::projection::signed;
+use super::{Lesson, check, heading, words};
+use crate::document::{Block, Piece};
+use crate::motion;
+use crate::name::Name;
+use crate::tree::Tree;
+
+/// Minus the three terms of gamma (21).
+struct Calculus {
+    rates: Expr,
+    mixed: Expr,
+    time: Expr,
+}
+
+impl Lesson<'_, '_, '_> {
+    pub fn rates(&mut self) -> Vec<Block> {
+        let mut blocks = vec![heading("10. How do the rates follow? Velocities (20) and accelerations (21)")];
+        let loops: Vec<usize> = self.equations.loops().map(|(index, _)| index).collect();
+        if loops.is_empty() {
+            blocks.push(words(
+                "There are no loop equations: every rate is a coordinate's, and M a = Q gives the accelerations.",
+            ));
+            return blocks;
+        }
+        let (mut names, mut exprs) = (Vec::new(), Vec::new());
+        for (row, &index) in loops.iter().enumerate() {
+            let own = self.equations.constraints[index].clone();
+            for (column, entry) in own.jacobian {
+                names.push(Tree::Name(Name::entry("Phi_q", &[row, column])));
+                exprs.push(entry);
+            }
+            if own.time_rate != Expr::ZERO {
+                names.push(Tree::Name(Name::entry("Phi_t", &[row])));
+                exprs.push(own.time_rate);
+            }
+        }
+        blocks.extend(self.equations(names, &exprs));
+        let [.., (_, gammas)] = motion::loops(&self.equations);
+        blocks.extend(self.written(gammas));
+        let worked = loops.iter().position(|&index| self.turns(index)).unwrap_or(0);
+        blocks.extend(self.by_graph(loops[worked]));
+        blocks.extend(self.by_calculus(worked, loops[worked]));
+        let both = self.agrees(&loops);
+        blocks.push(check("both ways give the same rates and gamma for all loop equations", both));
+        blocks.extend(self.order(&loops));
+        blocks
+    }
+
+    /// Does the axis of a loop equation turn?
+    fn turns(&self, index: usize) -> bool {
+        let own = &self.equations.constraints[index];
+        matches!(own.held, Held::Along(Direction::Fixed(Some(_), _))) && own.coupled.is_empty()
+    }
+
+    /// The circuit holds for velocities and accelerations.
+    fn by_graph(&mut self, index: usize) -> Vec<Block> {
+        let own = self.equations.constraints[index].clone();
+        let Held::Along(along) = own.held else {
+            return vec![words(
+                "By the graph: the circuit holds for rates and accelerations term by term, with the same factors.",
+            )];
+        };
+        let Some(chord) = self.translation.chords.iter().find(|chord| chord.element == own.element) else {
+            return vec![words(
+                "By the graph: the circuits of the coupled chords hold for velocities and accelerations, with the same factors.",
+            )];
+        };
+        let element = self.equations.system.element(own.element);
+        let is_driver = matches!(element.origin, Origin::Driver(_));
+        let circuit = self.translation.circuit(chord);
+        let row = |letter: &dyn Fn(&str) -> Tree| {
+            self.letters.projected(signed(Some(&chord.label), &circuit, letter), along, element, is_driver)
+        };
+        let rows = vec![
+            (row(&|label| self.letters.velocity(label)), Tree::zero()),
+            (row(&|label| self.letters.acceleration(label)), Tree::zero()),
+        ];
+        let text = match self.turns(index) {
+            true => format!(
+                "By the graph, for {}, whose axis turns: the circuit holds for velocities and accelerations, with the arms' rates of section 5; the \
+                 slide enters its own loop, Coriolis term included, because its axis turns:",
+                chord.label
+            ),
+            false => format!(
+                "By the graph, for {}: the circuit holds for velocities and accelerations, and the axis does not turn, so the arms' rates of \
+                 section 5 are simply projected:",
+                chord.label
+            ),
+        };
+        let mut rows = rows;
+        rows.extend(if self.turns(index) { self.slide(&chord.label, along) } else { Vec::new() });
+        vec![words(text), Block::Equations(rows)]
+    }
+
+    /// n.v = omega s, n.a = alpha s + 2 omega s' of a slide r = s u
+    fn slide(&self, label: &str, along: Direction) -> Vec<(Tree, Tree)> {
+        let Some(element) = self.equations.system.elements.iter().find(|element| element.label == label) else {
+            return Vec::new();
+        };
+        let slides = element.translation.as_ref().is_some_and(|row| !row.motion.is_empty());
+        if !slides {
+            return Vec::new();
+        }
+        let name = |letter: &str| Tree::Name(Name::word(letter));
+        let (s, rate) = (self.letters.slide(label), self.letters.rate_of_slide(label));
+        let projected = |vector: Tree| self.letters.projected(vector, along, element, false);
+        let coriolis = Tree::product(vec![Tree::Number(2.0), name("omega"), rate]);
+        let tangential = Tree::product(vec![name("alpha"), s.clone()]);
+        vec![
+            (projected(self.letters.velocity(label)), Tree::product(vec![name("omega"), s])),
+            (projected(self.letters.acceleration(label)), Tree::Sum(vec![(false, tangential), (false, coriolis)])),
+        ]
+    }
+
+    fn by_calculus(&mut self, row: usize, index: usize) -> Vec<Block> {
+        let terms = self.calculus(index);
+        let matrix = |below: &str| Tree::Name(Name::matrix("Phi", below));
+        let speeds = || Tree::Name(Name::column("v", ""));
+        let minus = |factors: Vec<Tree>| Tree::Sum(vec![(true, Tree::product(factors))]);
+        let (mut names, mut exprs) = (Vec::new(), Vec::new());
+        for (left, expr) in [
+            (minus(vec![matrix("qq"), speeds(), speeds()]), terms.rates),
+            (minus(vec![Tree::Number(2.0), matrix("qt"), speeds()]), terms.mixed),
+            (minus(vec![matrix("tt")]), terms.time),
+        ] {
+            if expr != Expr::ZERO {
+                names.push(left);
+                exprs.push(expr);
+            }
+        }
+        let text = format!(
+            "By calculus, gamma has three terms: the derivatives of loop equation {}, as it stands in section 7, twice by the coordinates, by them \
+             and time, and twice by time{}:",
+            row + 1,
+            if exprs.len() == 3 { "" } else { "; terms that are not listed are zero" }
+        );
+        let mut blocks = vec![words(text)];
+        blocks.extend(self.equations(names, &exprs));
+        blocks
+    }
+
+    /// The terms of gamma from derivatives of Phi alone.
+    fn calculus(&mut self, index: usize) -> Calculus {
+        let value = self.equations.constraints[index].value;
+        let n = self.equations.coordinates.len();
+        let along = |lesson: &mut Self, expr: Expr| {
+            let mut sum = Expr::ZERO;
+            for column in 0..n {
+                let arena = &mut lesson.equations.system.arena;
+                let slope = arena.derivative(expr, Symbol::Coordinate(column, Order::Position));
+                let speed = arena.symbol(Symbol::Coordinate(column, Order::Velocity));
+                sum = arena.add_product(sum, slope, speed);
+            }
+            sum
+        };
+        let rate = along(self, value);
+        let second = along(self, rate);
+        let mixed = self.by_time(rate);
+        let time = self.by_time(value);
+        let time = self.by_time(time);
+        let arena = &mut self.equations.system.arena;
+        let twice = arena.constant(-2.0);
+        Calculus { rates: arena.negate(second), mixed: arena.multiply(twice, mixed), time: arena.negate(time) }
+    }
+
+    /// The partial derivative by time, through inputs and the drivers that follow them.
+    pub fn by_time(&mut self, expr: Expr) -> Expr {
+        let arena = &mut self.equations.system.arena;
+        let mut sum = arena.derivative(expr, Symbol::Time);
+        for symbol in arena.symbols([expr]) {
+            let next = match symbol {
+                Symbol::Input(input, order) => order.next().map(|next| Symbol::Input(input, next)),
+                Symbol::Follower(follower, order) => order.next().map(|next| Symbol::Follower(follower, next)),
+                _ => None,
+            };
+            if let Some(next) = next {
+                let (slope, rate) = (arena.derivative(expr, symbol), arena.symbol(next));
+                sum = arena.add_product(sum, slope, rate);
+            }
+        }
+        sum
+    }
+
+    /// Phi_q, Phi_t and gamma from the graph against derivatives of Phi, where the loops are closed and everything moves.
+    fn agrees(&mut self, loops: &[usize]) -> bool {
+        let values = self.moving();
+        let (mut graph, mut calculus) = (Vec::new(), Vec::new());
+        for &index in loops {
+            let own = self.equations.constraints[index].clone();
+            let terms = self.calculus(index);
+            for (column, entry) in own.jacobian {
+                graph.push(entry);
+                let symbol = Symbol::Coordinate(column, Order::Position);
+                calculus.push(self.equations.system.arena.derivative(own.value, symbol));
+            }
+            graph.extend([own.time_rate, own.gamma]);
+            calculus.push(self.by_time(own.value));
+            calculus.push(self.equations.system.arena.sum([terms.rates, terms.mixed, terms.time]));
+        }
+        agree(&values.of(&self.equations, &graph), &values.of(&self.equations, &calculus))
+    }
+
+    /// Where the drivers prescribe everything: which equation gives which coordinate, read from the zeros in Phi_q.
+    fn order(&self, loops: &[usize]) -> Vec<Block> {
+        let mut open: Vec<usize> = (0..self.equations.coordinates.len()).collect();
+        let mut rows: Vec<(usize, usize)> = loops.iter().copied().enumerate().collect();
+        if rows.len() != open.len() || rows.is_empty() {
+            return Vec::new();
+        }
+        let mut steps = Vec::new();
+        loop {
+            let alone = rows.iter().position(|&(_, index)| self.columns(index, &open).len() == 1);
+            let Some((number, index)) = alone.map(|place| rows.remove(place)) else { break };
+            let column = self.columns(index, &open)[0];
+            open.retain(|own| *own != column);
+            let name = Tree::Name(Name::symbol(&self.equations.coordinates[column].name.position));
+            steps.push(Piece::words(if steps.is_empty() { "" } else { ", then " }));
+            steps.extend([Piece::Math(name), Piece::words(" from ")]);
+            steps.push(Piece::Math(Tree::Name(Name::entry("Phi", &[number]))));
+        }
+        if !open.is_empty() {
+            let before = if steps.is_empty() { "" } else { ", then " };
+            steps.push(Piece::words(format!("{before}the other {} together", open.len())));
+        }
+        let text = Piece::words("Order of solution, read from the zeros in the Jacobian: ");
+        vec![Block::Text(std::iter::once(text).chain(steps).chain([Piece::words(".")]).collect())]
+    }
+
+    fn columns(&self, index: usize, open: &[usize]) -> Vec<usize> {
+        let jacobian = &self.equations.constraints[index].jacobian;
+        jacobian.iter().map(|(column, _)| *column).filter(|column| open.contains(column)).collect()
+    }
+}

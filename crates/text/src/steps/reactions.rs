@@ -1,0 +1,240 @@
+//! Reactions: the cutsets that Step 1 did not use, on the reaction spaces of their branches; and the numbers of the start.
+
+use cotree::component::{Angle, Element, Origin};
+use cotree::expr::{Expr, Order};
+use cotree::formulate::equations;
+use cotree::graph::ElementId;
+use cotree::mechanism::{BodyId, Coordinates, Mechanism, Owner, Place, Quantity, Variable};
+
+use super::graphs::list;
+use super::numbers::{Values, agree, short};
+use super::projection::{Rows, inserted, negated};
+use super::view::Row;
+use super::{Lesson, check, heading, words};
+use crate::document::{Block, Piece};
+use crate::motion::{self, dynamics};
+use crate::name::Name;
+use crate::tree::Tree;
+
+/// Larger systems in absolute coordinates are not solved for the check.
+const LARGEST: usize = 150;
+
+impl Lesson<'_, '_, '_> {
+    pub fn reactions(&mut self) -> Vec<Block> {
+        let mut blocks = vec![heading("11. Which reactions? The cutsets not used in Step 1, on reaction spaces")];
+        if !self.dynamic {
+            blocks.push(words("Without masses there is nothing to balance: reactions are not asked for."));
+            let mut values = self.start();
+            if !self.equations.coordinates.is_empty() && values.solve(&mut self.equations).is_some() {
+                blocks.extend(self.numbers(&values));
+            }
+            return blocks;
+        }
+        let rows = self.tree_joints();
+        if rows.is_empty() {
+            blocks.push(words("No joint is in a tree: every reaction is a multiplier."));
+        } else {
+            blocks.push(words("Joints in the trees, on their second side; first the cutset, then with the terminal equations of what it holds:"));
+            blocks.extend(list(rows));
+        }
+        blocks.extend(self.multipliers());
+        let system = &self.equations.system;
+        if (0..system.elements.len()).any(|index| system.curve(ElementId(index)).is_some()) {
+            blocks.push(words(
+                "A cam's coupling has the load along the guide alone. The normal force of the contact passes through the shaft and the \
+                 guide: beside what stands above they carry a share of it, the multiplier times a function of the cam's angle. \
+                 It does no work, and the numbers have it.",
+            ));
+        }
+        let mut values = self.start();
+        if values.solve(&mut self.equations).is_some() {
+            blocks.extend(self.numbers(&values));
+            blocks.extend(self.against_absolute(&values));
+            blocks.push(self.power(&values));
+        } else {
+            blocks.push(words("At the start the equations are singular: there are no numbers to check."));
+        }
+        blocks
+    }
+
+    /// F and T of the joints that are branches, by their cutsets, in two steps.
+    fn tree_joints(&mut self) -> Rows {
+        let known = self.through_variables();
+        let mut rows = Rows::new();
+        let mut add = |own: Tree, cutset: &Row, letter: &dyn Fn(&str) -> Tree| {
+            let terms: Vec<(bool, Tree)> =
+                negated(cutset).iter().map(|(label, sign)| (*sign < 0, letter(label))).collect();
+            let with = inserted(&known, terms.iter().cloned());
+            rows.push((own.clone(), Tree::sum(terms)));
+            rows.push((own, with));
+        };
+        let letters = self.letters;
+        for (branch, cutset) in self.translation.branches.iter().zip(self.translation.cutsets()) {
+            let element = self.equations.system.element(branch.element);
+            if is_joint(element) && element.translation.as_ref().is_some_and(|row| !row.reaction.is_empty()) {
+                add(letters.force(&branch.label), &cutset, &|label| letters.force(label));
+            }
+        }
+        for (branch, cutset) in self.rotation.branches.iter().zip(self.rotation.cutsets()) {
+            let element = self.equations.system.element(branch.element);
+            let held = element.rotation.as_ref().is_some_and(|row| !matches!(row.angle, Angle::Free(_)));
+            if is_joint(element) && held {
+                add(letters.torque(&branch.label), &cutset, &|label| letters.torque(label));
+            }
+        }
+        rows
+    }
+
+    fn multipliers(&self) -> Vec<Block> {
+        let rows: Rows = self
+            .equations
+            .loops()
+            .enumerate()
+            .filter(|(_, (_, own))| own.coupled.is_empty())
+            .map(|(row, (_, own))| {
+                let element = self.equations.system.element(own.element);
+                let lambda = Tree::Name(Name::entry("lambda", &[row]));
+                let left = match own.held {
+                    cotree::component::Held::Along(along) => {
+                        let is_driver = matches!(element.origin, Origin::Driver(_));
+                        self.letters.projected(self.letters.force(&element.label), along, element, is_driver)
+                    }
+                    _ => self.letters.torque(&element.label),
+                };
+                (left, lambda)
+            })
+            .collect();
+        if rows.is_empty() {
+            return Vec::new();
+        }
+        let text = "Joints and drivers in the cotrees: their reactions are the multipliers themselves:";
+        std::iter::once(words(text)).chain(list(rows)).collect()
+    }
+
+    /// Coordinates, rates, accelerations, multipliers and reactions at the start.
+    fn numbers(&mut self, values: &Values) -> Vec<Block> {
+        let mut rows = Vec::new();
+        for (index, own) in self.equations.coordinates.iter().enumerate() {
+            let of = |list: &[f64]| list.get(index).copied().unwrap_or(0.0);
+            let numbers = [of(&values.positions), of(&values.rates), of(&values.accelerations)];
+            for (name, number) in [&own.name.position, &own.name.rate, &own.name.acceleration].into_iter().zip(numbers)
+            {
+                rows.push((Tree::Name(Name::symbol(name)), Tree::number(short(number))));
+            }
+        }
+        for (row, (index, _)) in self.equations.loops().enumerate().filter(|_| self.dynamic) {
+            rows.push((Tree::Name(Name::entry("lambda", &[row])), Tree::number(short(values.reactions[index]))));
+        }
+        let few = self.dynamic && self.equations.coordinates.len() <= 3;
+        let mut reactions = if few { self.entries() } else { Vec::new() };
+        reactions.extend(motion::slides(&mut self.equations));
+        if self.dynamic {
+            reactions.extend(motion::held(&mut self.equations));
+        }
+        let exprs: Vec<Expr> = reactions.iter().map(|(_, expr)| *expr).collect();
+        let numbers = values.of(&self.equations, &exprs);
+        rows.extend(
+            reactions
+                .into_iter()
+                .zip(numbers)
+                .map(|((name, _), number)| (Tree::Name(name), Tree::number(short(number)))),
+        );
+        let time = Tree::number(short(values.time));
+        let text =
+            Block::Text(vec![Piece::words("At the start, t = "), Piece::Math(time), Piece::words(" s, in SI units:")]);
+        let mut blocks = vec![text];
+        blocks.extend(if rows.len() <= 40 { vec![Block::Equations(rows)] } else { list(rows) });
+        blocks
+    }
+
+    /// The entries of M, Q, Phi_q and gamma.
+    fn entries(&mut self) -> Vec<(Name, Expr)> {
+        let [(_, mut entries), (_, load)] = dynamics(&mut self.equations);
+        entries.extend(load);
+        for (row, (_, own)) in self.equations.loops().enumerate() {
+            entries.extend(own.jacobian.iter().map(|(column, entry)| (Name::entry("Phi_q", &[row, *column]), *entry)));
+            entries.push((Name::entry("gamma", &[row]), own.gamma));
+        }
+        entries
+    }
+
+    /// Accelerations of the bodies and joint forces against those in absolute coordinates, where all is found in another way.
+    fn against_absolute(&mut self, values: &Values) -> Vec<Block> {
+        let mechanism = self.source.equations.system.mechanism;
+        let Ok(mut other) = equations(mechanism, &Coordinates::Absolute) else { return Vec::new() };
+        let size = other.coordinates.len() + other.loops().count();
+        if size > LARGEST {
+            return vec![words(format!("In absolute coordinates these would be {size} equations: not solved here."))];
+        }
+        let mut absolute = Values::new(mechanism, &self.source.state);
+        let wanted = other.coordinates.clone();
+        for (order, list) in [(Order::Position, 0), (Order::Velocity, 1)] {
+            let exprs: Vec<Expr> = wanted.iter().map(|own| self.source.equations.value_of(own, order)).collect();
+            let start = Values::new(mechanism, &self.source.state);
+            let numbers = start.of(&self.source.equations, &exprs);
+            if list == 0 { absolute.positions = numbers } else { absolute.rates = numbers }
+        }
+        if absolute.solve(&mut other).is_none() {
+            return vec![words(
+                "In absolute coordinates some conditions repeat others: these trees are not used for a check.",
+            )];
+        }
+        let variables = compared(mechanism);
+        let mine: Vec<Expr> = variables.iter().map(|&own| self.equations.variable(own)).collect();
+        let theirs: Vec<Expr> = variables.iter().map(|&own| other.variable(own)).collect();
+        let same = agree(&values.of(&self.equations, &mine), &absolute.of(&other, &theirs));
+        let text = format!(
+            "the absolute trees of section 12, {size} equations, give the same accelerations of all bodies and forces of all joints"
+        );
+        vec![check(&text, same)]
+    }
+
+    /// The kinetic energy grows by the power of all loads, weights and drivers.
+    fn power(&mut self, values: &Values) -> Block {
+        let kinetic = self.equations.variable(Variable { owner: Owner::System, quantity: Quantity::KineticEnergy });
+        let growth = self.equations.system.arena.time_derivative(kinetic);
+        let mechanism = self.equations.system.mechanism;
+        let owners: Vec<Owner> = mechanism.parts().map(|part| part.owner).collect();
+        let mut powers: Vec<Expr> = owners
+            .into_iter()
+            .map(|owner| self.equations.variable(Variable { owner, quantity: Quantity::Power }))
+            .collect();
+        let gravity = mechanism.gravity.each_ref().map(|component| self.equations.system.value(component));
+        for (index, body) in mechanism.bodies.iter().enumerate().filter(|(_, body)| !body.weightless) {
+            let Some(mass) = body.mass.as_ref().map(|mass| self.equations.system.value(mass)) else { continue };
+            for (quantity, component) in [Quantity::Vx, Quantity::Vy].into_iter().zip(gravity) {
+                let owner = Owner::Place(Place::Centre(BodyId(index)));
+                let speed = self.equations.variable(Variable { owner, quantity });
+                let arena = &mut self.equations.system.arena;
+                let weight = arena.multiply(mass, component);
+                powers.push(arena.multiply(weight, speed));
+            }
+        }
+        let total: f64 = values.of(&self.equations, &powers).iter().sum();
+        let grown = values.of(&self.equations, &[growth])[0];
+        let size = values.of(&self.equations, &powers).iter().fold(1e-6_f64, |size, own| size.max(own.abs()));
+        let holds = (total - grown).abs() <= 1e-6 * size.max(grown.abs());
+        check(
+            &format!(
+                "the kinetic energy grows by {} W, loads, weights, drivers and friction give {} W",
+                short(grown),
+                short(total)
+            ),
+            holds,
+        )
+    }
+}
+
+fn is_joint(element: &Element) -> bool {
+    matches!(element.origin, Origin::Joint(_))
+}
+
+/// Accelerations of the bodies, forces of the joints.
+fn compared(mechanism: &Mechanism) -> Vec<Variable> {
+    let bodies = (0..mechanism.bodies.len()).map(|index| Owner::Place(Place::Centre(BodyId(index))));
+    let plane = mechanism.dimension == cotree::mechanism::Dimension::Two;
+    let quantities: &[Quantity] = if plane { &[Quantity::Ax, Quantity::Ay, Quantity::Alpha] } else { &[Quantity::Ax] };
+    let motions = bodies.flat_map(|owner| quantities.iter().map(move |&quantity| Variable { owner, quantity }));
+    let forces = mechanism.joint_reactions().into_iter();
+    motions.chain(forces).collect()
+}

@@ -1,0 +1,121 @@
+//! Step 4: M, Q and their properties.
+
+use cotree::expr::Expr;
+use cotree_study::analysis::dense;
+
+use super::line;
+use super::numbers::{agree, short};
+use super::{Lesson, check, heading, words};
+use crate::document::{Block, Piece};
+use crate::motion::{called, dynamics};
+use crate::name::Name;
+use crate::tree::Tree;
+
+impl Lesson<'_, '_, '_> {
+    pub fn results(&mut self) -> Vec<Block> {
+        let mut blocks = vec![heading("9. Step 4. What results?")];
+        if !self.dynamic {
+            blocks.push(words(
+                "No masses, no M and no Q: the loop equations alone are the result, and what is not driven stays open.",
+            ));
+            return blocks;
+        }
+        if self.equations.coordinates.is_empty() {
+            blocks.push(words(
+                "The drivers and joints determine every motion: there are no coordinates, so M and Q have no entries.",
+            ));
+            return blocks;
+        }
+        blocks.push(Block::Equations(self.form()));
+        blocks.extend(self.mass_matrix());
+        blocks.extend(self.reading());
+        blocks.extend(self.loads());
+        blocks.extend(line::matrices(self));
+        blocks.extend(self.checked());
+        blocks
+    }
+
+    /// M a + Phi_q^T lambda = Q (22)
+    fn form(&self) -> Vec<(Tree, Tree)> {
+        let column = |base: &str| Tree::Name(Name::column(base, ""));
+        let product = Tree::product(vec![Tree::Name(Name::matrix("M", "")), column("a")]);
+        if self.equations.loops().next().is_none() {
+            return vec![(product, column("Q"))];
+        }
+        let jacobian = Tree::power(Tree::Name(Name::matrix("Phi", "q")), Tree::Name(Name::letter("T", "")));
+        let reactions = Tree::product(vec![jacobian, column("lambda")]);
+        vec![(Tree::sum(vec![(false, product), (false, reactions)]), column("Q")), (column("Phi"), Tree::zero())]
+    }
+
+    fn mass_matrix(&mut self) -> Vec<Block> {
+        let [(_, mass), _] = dynamics(&mut self.equations);
+        self.written(mass)
+    }
+
+    /// {Q}, with what each part of it comes from.
+    fn loads(&mut self) -> Vec<Block> {
+        let [_, (_, entries)] = dynamics(&mut self.equations);
+        let load: Vec<Expr> = entries.iter().map(|(_, expr)| *expr).collect();
+        let mut blocks = self.written(entries);
+        let shares = self.equations.load_shares();
+        let parts: Vec<&str> = shares.iter().map(|(share, _)| called(*share)[2]).collect();
+        if !parts.is_empty() {
+            blocks.push(words(format!("Q has parts from {}.", parts.join(", "))));
+        }
+        let mut sum = vec![0.0; load.len()];
+        let values = self.moving();
+        for (_, part) in &shares {
+            sum.iter_mut().zip(values.of(&self.equations, part)).for_each(|(sum, own)| *sum += own);
+        }
+        blocks.push(check("the parts, each found alone, add up to Q", agree(&sum, &values.of(&self.equations, &load))));
+        blocks
+    }
+
+    fn checked(&mut self) -> Vec<Block> {
+        let n = self.equations.coordinates.len();
+        let dynamics = self.equations.dynamics().clone();
+        let values = self.moving();
+        let matrix = dense(&dynamics.mass, n, |exprs| values.of(&self.equations, exprs));
+        let symmetric = agree(matrix.as_slice(), matrix.transpose().as_slice());
+        let mut blocks = vec![check("M is symmetric, each pair of entries found from two different rows", symmetric)];
+        if n <= 60 {
+            let least = matrix.clone().symmetric_eigenvalues().min();
+            let pieces = vec![
+                Piece::words("The smallest eigenvalue of M at the start is "),
+                Piece::Math(Tree::number(short(least))),
+                Piece::words(if least > 0.0 { ": M is positive definite." } else { ": M is singular there." }),
+            ];
+            blocks.push(Block::Text(pieces));
+        }
+        let loops: Vec<usize> = self.equations.loops().map(|(index, _)| index).collect();
+        if !loops.is_empty() {
+            blocks.push(check(
+                "the multipliers stand in the rows of Step 1 with the entries of the transposed Jacobian",
+                self.transposed(&loops),
+            ));
+        }
+        let (m, mobility) = (
+            loops.len() - self.source.redundant.iter().filter(|row| loops.contains(row)).count(),
+            self.source.mobility(),
+        );
+        blocks.push(check(&format!("n - m = {n} - {m} = {mobility}, the mobility of section 1"), n == m + mobility));
+        blocks
+    }
+
+    /// Are the coefficients of the multipliers in the cutset equations those of the loop equations?
+    fn transposed(&mut self, loops: &[usize]) -> bool {
+        let reactions = self.equations.dynamics().reactions.clone();
+        let values = self.moving();
+        let (mut cutsets, mut circuits) = (Vec::new(), Vec::new());
+        for (row, entries) in reactions.iter().enumerate() {
+            for index in loops {
+                let own = entries.iter().find(|(own, _)| own == index).map_or(Expr::ZERO, |(_, entry)| *entry);
+                let jacobian = &self.equations.constraints[*index].jacobian;
+                let other = jacobian.iter().find(|(own, _)| *own == row).map_or(Expr::ZERO, |(_, entry)| *entry);
+                cutsets.push(own);
+                circuits.push(other);
+            }
+        }
+        agree(&values.of(&self.equations, &cutsets), &values.of(&self.equations, &circuits))
+    }
+}

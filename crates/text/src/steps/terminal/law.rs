@@ -1,0 +1,114 @@
+//! Laws of loads as they stand in the scene: in terms of the load's own across variables.
+
+use cotree::component::Origin;
+use cotree::equations::Equations;
+use cotree::expr::{Binary, Function, Unary};
+use cotree::mechanism::{Comparison, Formula, Owner, Quantity, Variable};
+
+use crate::name::{Name, symbol_name};
+use crate::steps::letters::Letters;
+use crate::tree::Tree;
+
+/// A law as a tree; what is zero is left out.
+pub fn tree(equations: &Equations, letters: Letters, formula: &Formula) -> Tree {
+    let of = |formula: &Formula| tree(equations, letters, formula);
+    match formula {
+        Formula::Number(value) => Tree::number(*value),
+        Formula::Time => Tree::Name(Name::word("t")),
+        Formula::Parameter(id) => Tree::Name(symbol_name(equations, cotree::expr::Symbol::Parameter(id.0))),
+        Formula::Input(id) => {
+            Tree::Name(symbol_name(equations, cotree::expr::Symbol::Input(id.0, cotree::expr::Order::Position)))
+        }
+        Formula::Variable(own) => variable(equations, letters, *own),
+        Formula::Call(function, arguments) => call(*function, arguments.iter().map(of).collect()),
+        Formula::If(comparison, parts) => {
+            let [left, right, then, otherwise] = parts.each_ref().map(of);
+            let (sign, sides) = match comparison {
+                Comparison::Less => ("<", [left, right]),
+                Comparison::LessEqual => ("<=", [left, right]),
+                Comparison::Greater => ("<", [right, left]),
+                Comparison::GreaterEqual => ("<=", [right, left]),
+            };
+            Tree::Call("if", vec![Tree::Relation(sign, Box::new(sides)), then, otherwise])
+        }
+    }
+}
+
+/// A law times a tree.
+pub fn times(law: Tree, tree: Tree) -> Tree {
+    match law {
+        Tree::Sum(mut only) if only.len() == 1 => {
+            let (minus, inner) = only.remove(0);
+            Tree::Sum(vec![(minus, Tree::product(vec![inner, tree]))])
+        }
+        law => Tree::product(vec![law, tree]),
+    }
+}
+
+/// |r| and its rate, theta and omega of the load's own edge; other variables by their names.
+fn variable(equations: &Equations, letters: Letters, own: Variable) -> Tree {
+    let label = match own.owner {
+        Owner::Load(load) => equations.system.find(Origin::Load(load)),
+        _ => None,
+    };
+    let plane = letters.has_two_components();
+    let named = || Tree::Name(Name::variable(&equations.system.mechanism.variable_name(own)));
+    let Some(label) = label.map(|id| equations.system.element(id).label.as_str()) else { return named() };
+    match (own.quantity, plane) {
+        (Quantity::Length, true) => Tree::Call("abs", vec![letters.displacement(label)]),
+        (Quantity::Length, false) => letters.displacement(label),
+        (Quantity::Rate, true) => {
+            let name = Name::edge("r", label, false);
+            Tree::Name(Name { plain: format!("abs({})'", name.plain), dots: 1, ..name })
+        }
+        (Quantity::Rate, false) => letters.velocity(label),
+        (Quantity::Angle, _) => letters.angle(label),
+        (Quantity::Omega, _) => letters.omega(label),
+        _ => named(),
+    }
+}
+
+fn is_negative(tree: &Tree) -> bool {
+    matches!(tree, Tree::Sum(terms) if matches!(terms.as_slice(), [(true, _)]))
+}
+
+fn negated(tree: Tree) -> Tree {
+    match tree {
+        Tree::Sum(terms) if terms.len() == 1 => terms
+            .into_iter()
+            .map(|(minus, term)| if minus { term } else { Tree::Sum(vec![(true, term)]) })
+            .collect::<Vec<_>>()
+            .remove(0),
+        tree if tree == Tree::zero() => tree,
+        tree => Tree::Sum(vec![(true, tree)]),
+    }
+}
+
+fn call(function: Function, mut arguments: Vec<Tree>) -> Tree {
+    match (function, arguments.len()) {
+        (Function::One(Unary::Negate), 1) => negated(arguments.remove(0)),
+        (Function::Two(operator), 2) => {
+            let b = arguments.remove(1);
+            binary(operator, arguments.remove(0), b)
+        }
+        _ => Tree::Call(function.name(), arguments),
+    }
+}
+
+fn binary(operator: Binary, a: Tree, b: Tree) -> Tree {
+    let zero = Tree::zero();
+    match operator {
+        Binary::Add if a == zero => b,
+        Binary::Add | Binary::Subtract if b == zero => a,
+        Binary::Subtract if a == zero => negated(b),
+        Binary::Add => Tree::Sum(vec![(false, a), (false, b)]),
+        Binary::Subtract => Tree::Sum(vec![(false, a), (true, b)]),
+        Binary::Multiply if a == zero || b == zero => zero,
+        Binary::Multiply if a == Tree::Number(1.0) => b,
+        Binary::Multiply if is_negative(&a) => negated(binary(operator, negated(a), b)),
+        Binary::Multiply => Tree::product(vec![a, b]),
+        Binary::Divide => Tree::Quotient(Box::new([a, b])),
+        Binary::Power => Tree::power(a, b),
+        function => Tree::Call(function.definition().name, vec![a, b]),
+    }
+}

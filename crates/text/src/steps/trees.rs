@@ -1,0 +1,257 @@
+//! The choice of the trees, edge by edge (Tables 2 and 3).
+
+use std::collections::BTreeMap;
+
+use cotree::component::{Angle, Origin};
+use cotree::graph::{ElementId, Tree as SpanningTree};
+use cotree::tree::Trees;
+use cotree_draw::graph::GraphDrawing;
+
+use super::graphs::shortened;
+use super::view::{Edge, View};
+use super::{Lesson, check, heading, words};
+use crate::document::{Block, Piece};
+use crate::name::Name;
+use crate::tree::Tree;
+
+/// What was decided about edges that are decided alike.
+struct Decision {
+    rank: u8,
+    labels: Vec<String>,
+    unknowns: usize,
+    branch: bool,
+    reasons: Vec<String>,
+    /// How many pieces are left.
+    pieces: usize,
+}
+
+/// What an edge is in its graph: its place in the table, its unknowns, whether an arm, whether it holds anything.
+struct Facts {
+    rank: u8,
+    unknowns: usize,
+    is_fixed: bool,
+    holds: bool,
+}
+
+impl Lesson<'_, '_, '_> {
+    pub fn trees(&mut self) -> Vec<Block> {
+        let mut graphs = GraphDrawing::new(self.source);
+        graphs.translation.nodes.clone_from(&self.translation.nodes);
+        graphs.rotation.iter_mut().for_each(|graph| graph.nodes.clone_from(&self.rotation.nodes));
+        let mut blocks = vec![
+            heading("3. Which unknowns? The two trees"),
+            Block::Picture(graphs.graphs_alone(), "--graph"),
+            words(
+                "A tree joins all nodes without a closed path. Its edges' unknown displacements become the coordinates, so edges with \
+                 few unknowns go first; an edge that would close a path is a chord.",
+            ),
+        ];
+        let recommended = Trees::recommended(&self.equations.system) == self.equations.trees;
+        if !recommended {
+            blocks.push(words(
+                "The scene chose these trees itself (`[coordinates]`): what it names comes first, in its order; Tables 2 and 3 are \
+                 not asked.",
+            ));
+        }
+        let (translation, rotation) = Trees::order(&self.equations.system);
+        let trees = self.equations.trees.clone();
+        let facts = |id: ElementId| self.translational(id);
+        blocks.extend(table(
+            "T (Table 2)",
+            &self.translation,
+            ordered(translation, &trees.translation, recommended),
+            &facts,
+        ));
+        let facts = |id: ElementId| self.rotational(id);
+        blocks.extend(table("R (Table 3)", &self.rotation, ordered(rotation, &trees.rotation, recommended), &facts));
+        blocks.push(self.coordinates());
+        blocks.push(words(self.weights(recommended)));
+        let spans = |branches: usize, nodes: usize| branches + 1 == nodes;
+        let holds = spans(self.translation.branches.len(), self.translation.nodes.len())
+            && spans(self.rotation.branches.len(), self.rotation.nodes.len());
+        let text = format!(
+            "{} branches for {} nodes in T, {} for {} in R",
+            self.translation.branches.len(),
+            self.translation.nodes.len(),
+            self.rotation.branches.len(),
+            self.rotation.nodes.len()
+        );
+        blocks.push(check(&text, holds));
+        blocks
+    }
+
+    fn translational(&self, id: ElementId) -> Facts {
+        let element = self.equations.system.element(id);
+        let row = element.translation.as_ref();
+        Facts {
+            rank: row.map_or(u8::MAX, |row| row.priority),
+            unknowns: row.map_or(0, |row| row.motion.len()),
+            is_fixed: matches!(element.origin, Origin::Arm(..) | Origin::GroundVector(_)),
+            holds: row.is_some_and(|row| !row.reaction.is_empty()),
+        }
+    }
+
+    fn rotational(&self, id: ElementId) -> Facts {
+        let row = self.equations.system.element(id).rotation.as_ref();
+        let free = row.is_some_and(|row| matches!(row.angle, Angle::Free(_)));
+        Facts {
+            rank: row.map_or(u8::MAX, |row| row.priority),
+            unknowns: usize::from(free),
+            is_fixed: false,
+            holds: !free,
+        }
+    }
+
+    /// {q} = {theta_1, theta_2}
+    fn coordinates(&self) -> Block {
+        let coordinates = &self.equations.coordinates;
+        if coordinates.is_empty() {
+            return words("No displacement or angle of a branch is unknown: there are no coordinates.");
+        }
+        let mut pieces = vec![Piece::words("Coordinates: ")];
+        for (index, own) in coordinates.iter().enumerate() {
+            let element = self.equations.system.element(own.element);
+            let what = if own.angular { "angle of" } else { "displacement of" };
+            if index == 12 && coordinates.len() > 16 {
+                pieces.push(Piece::words(format!(", and {} more in the same way", coordinates.len() - index)));
+                break;
+            }
+            pieces.push(Piece::words(if index > 0 { ", " } else { "" }));
+            pieces.push(Piece::Math(Tree::Name(Name::symbol(&own.name.position))));
+            pieces.push(Piece::words(format!(" ({what} {}, {})", element.label, element.name)));
+        }
+        pieces.push(Piece::words("."));
+        Block::Text(pieces)
+    }
+
+    /// The numbers of unknowns against those of the recommended trees, which no others have fewer than.
+    fn weights(&self, recommended: bool) -> String {
+        let t: usize = self.translation.branches.iter().map(|branch| self.translational(branch.element).unknowns).sum();
+        let r: usize = self.rotation.branches.iter().map(|branch| self.rotational(branch.element).unknowns).sum();
+        let least = Trees::recommended(&self.equations.system);
+        let t_least: usize = least.translation.branches.iter().map(|&id| self.translational(id).unknowns).sum();
+        let r_least: usize = least.rotation.branches.iter().map(|&id| self.rotational(id).unknowns).sum();
+        let verdict = match (t + r).cmp(&(t_least + r_least)) {
+            std::cmp::Ordering::Greater => format!("Tables 2 and 3 would give {t_least} + {r_least}"),
+            _ => "no pair of trees has fewer coordinates (minimum-weight spanning trees)".to_owned(),
+        };
+        let is_pin = |edge: &&Edge<_>| {
+            let element = self.equations.system.element(edge.element);
+            matches!(element.origin, Origin::Joint(_))
+                && element.translation.as_ref().is_some_and(|row| row.motion.is_empty() && row.reaction.len() == 2)
+        };
+        let refused: Vec<&str> =
+            self.translation.chords.iter().filter(is_pin).map(|edge| edge.label.as_str()).collect();
+        let tie = match (refused.as_slice(), recommended, self.letters.has_two_components()) {
+            (.., false) => "",
+            ([], ..) => " All revolute joints were taken: no tie about where to cut a loop.",
+            (_, true, _) => {
+                " Revolute joints were taken breadth first from the ground, so that loops are cut in their middle."
+            }
+            (_, false, _) => "",
+        };
+        format!("Tree weights {t} + {r}: {verdict}.{tie}")
+    }
+}
+
+/// The order of the table, or that in which the scene's own trees take their branches.
+fn ordered<D>(table: Vec<ElementId>, tree: &SpanningTree<D>, recommended: bool) -> Vec<ElementId> {
+    if recommended { table } else { tree.branches.iter().chain(&tree.chords).copied().collect() }
+}
+
+/// Kruskal's algorithm once more, with a reason for each edge.
+fn table<D>(title: &str, view: &View<D>, order: Vec<ElementId>, facts: &dyn Fn(ElementId) -> Facts) -> Vec<Block> {
+    if view.nodes.len() < 2 {
+        return vec![words("Nothing turns: there is no rotational tree.")];
+    }
+    let edges: BTreeMap<ElementId, &Edge<D>> =
+        view.edges().into_iter().filter(|edge| !edge.is_term).map(|edge| (edge.element, edge)).collect();
+    let mut class: Vec<usize> = (0..view.nodes.len()).collect();
+    let mut pieces = class.len();
+    let mut decisions: Vec<Decision> = Vec::new();
+    for (id, edge) in order.iter().filter_map(|id| Some((*id, *edges.get(id)?))) {
+        let own = facts(id);
+        let [a, b] = edge.ends.map(|node| class[node.index()]);
+        let branch = a != b;
+        let reason = match branch {
+            true if own.is_fixed => "always".to_owned(),
+            true => format!("joins {} to {}", piece(view, &class, b), piece(view, &class, a)),
+            false => refusal(view, edge, &own),
+        };
+        if branch {
+            pieces -= 1;
+            class.iter_mut().filter(|own| **own == b).for_each(|own| *own = a);
+        }
+        let decision = Decision {
+            rank: own.rank,
+            labels: vec![edge.label.clone()],
+            unknowns: own.unknowns,
+            branch,
+            reasons: vec![reason],
+            pieces,
+        };
+        add(&mut decisions, decision, own.is_fixed || edges.len() > 24);
+    }
+    let head = [title, "unknowns", "verdict", "reason", "pieces left"].map(str::to_owned);
+    vec![Block::Table(head.into(), decisions.iter().map(row).collect())]
+}
+
+/// Edges that are decided alike share a row.
+fn add(decisions: &mut Vec<Decision>, new: Decision, many: bool) {
+    if let Some(last) = decisions.last_mut()
+        && (last.rank, last.branch, last.unknowns) == (new.rank, new.branch, new.unknowns)
+        && (many || !new.branch || last.reasons == new.reasons)
+    {
+        last.labels.extend(new.labels);
+        if last.reasons != new.reasons {
+            last.reasons.extend(new.reasons);
+        }
+        last.pieces = new.pieces;
+    } else {
+        decisions.push(new);
+    }
+}
+
+fn row(decision: &Decision) -> Vec<Piece> {
+    let labels: Vec<&str> = decision.labels.iter().map(String::as_str).collect();
+    let each = if labels.len() > 1 && decision.unknowns > 0 { " each" } else { "" };
+    let reason = match decision.reasons.as_slice() {
+        [only] => only.clone(),
+        [first, others @ ..] if others.len() < 5 => {
+            let others = others.iter().map(|other| format!("; {}", other.trim_start_matches("closes a loop ")));
+            format!("{first}{}", others.collect::<String>())
+        }
+        [first, .., last] => format!("{first}; ...; {}", last.trim_start_matches("closes a loop ")),
+        [] => String::new(),
+    };
+    let pieces = match (decision.branch, decision.pieces) {
+        (false, _) => String::new(),
+        (true, 1) => "1: complete".to_owned(),
+        (true, pieces) => pieces.to_string(),
+    };
+    vec![
+        Piece::words(format!("{} {}", decision.rank, shortened(&labels))),
+        Piece::words(format!("{}{each}", decision.unknowns)),
+        Piece::words(if decision.branch { "branch" } else { "chord" }),
+        Piece::words(reason),
+        Piece::words(pieces),
+    ]
+}
+
+/// The nodes of a piece.
+fn piece<D>(view: &View<D>, class: &[usize], own: usize) -> String {
+    let nodes = class.iter().zip(&view.nodes).filter(|(class, _)| **class == own).map(|(_, name)| name.as_str());
+    match nodes.collect::<Vec<&str>>().as_slice() {
+        [only] => (*only).to_owned(),
+        list if list.len() <= 6 => format!("{{{}}}", list.join(" ")),
+        list => format!("{{{} ... {}}}", list[..3].join(" "), list[list.len() - 1]),
+    }
+}
+
+fn refusal<D>(view: &View<D>, edge: &Edge<D>, own: &Facts) -> String {
+    let circuit = view.circuit(edge);
+    let others: Vec<&str> = circuit.iter().map(|(label, _)| label.as_str()).collect();
+    let with = if others.is_empty() { "itself".to_owned() } else { shortened(&others) };
+    let cut = if own.holds && !others.is_empty() { ": the loop is cut here" } else { "" };
+    format!("closes a loop with {with}{cut}")
+}

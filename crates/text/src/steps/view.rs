@@ -1,0 +1,180 @@
+//! A graph with its tree, the edges of couplings among the chords.
+
+use std::collections::BTreeSet;
+
+use cotree::component::{CoupledEdge, System};
+use cotree::graph::{ElementId, LinearGraph, Node, Topology, Tree as SpanningTree};
+
+use crate::document::Piece;
+use crate::name::Name;
+use crate::tree::Tree;
+
+/// A row of a cutset or circuit matrix: labels of edges with their signs.
+pub type Row = Vec<(String, i8)>;
+
+#[derive(Clone, Debug)]
+pub struct Edge<D> {
+    pub label: String,
+    pub element: ElementId,
+    pub ends: [Node<D>; 2],
+    pub is_term: bool,
+}
+
+#[derive(Clone, Debug)]
+pub struct View<D> {
+    /// Short names of the nodes, the datum's first.
+    pub nodes: Vec<String>,
+    pub branches: Vec<Edge<D>>,
+    pub chords: Vec<Edge<D>>,
+    topology: Topology<D>,
+}
+
+impl<D> View<D> {
+    pub fn new(
+        system: &System,
+        graph: &LinearGraph<D>,
+        tree: &SpanningTree<D>,
+        coupled: Vec<CoupledEdge<D>>,
+        nodes: Vec<String>,
+    ) -> Self {
+        let topology = Topology::new(graph, tree);
+        let edge = |&element: &ElementId| Edge {
+            label: system.element(element).label.clone(),
+            element,
+            ends: topology.ends(element),
+            is_term: false,
+        };
+        let branches = tree.branches.iter().map(edge).collect();
+        let own: Vec<Edge<D>> = tree.chords.iter().map(edge).collect();
+        let terms = coupled.into_iter().map(|own| Edge {
+            label: own.label,
+            element: own.element,
+            ends: own.ends,
+            is_term: true,
+        });
+        let chords = own.into_iter().chain(terms).collect();
+        View { nodes, branches, chords, topology }
+    }
+
+    /// Elements in their order, then the terms of couplings.
+    pub fn edges(&self) -> Vec<&Edge<D>> {
+        let mut edges: Vec<&Edge<D>> = self.branches.iter().chain(&self.chords).collect();
+        edges.sort_by_key(|edge| (edge.is_term, edge.element));
+        edges
+    }
+
+    /// The nodes of an element; those of each term of a coupling behind the term's label.
+    pub fn ends(&self, element: ElementId) -> Piece {
+        let edges: Vec<&Edge<D>> = self.edges().into_iter().filter(|edge| edge.element == element).collect();
+        let mut pieces = Vec::new();
+        for edge in &edges {
+            let [a, b] = edge.ends.map(|node| self.nodes[node.index()].as_str());
+            let label = if edges.len() > 1 { format!("{}: ", edge.label) } else { String::new() };
+            pieces.push(Piece::words(format!("{}{label}{a} ", if pieces.is_empty() { "" } else { ", " })));
+            pieces.push(Piece::Math(arrow()));
+            pieces.push(Piece::words(format!(" {b}")));
+        }
+        if pieces.is_empty() { Piece::words("-") } else { Piece::Row(pieces) }
+    }
+
+    /// The row of \[B\] of a chord.
+    pub fn circuit(&self, chord: &Edge<D>) -> Row {
+        let row = self.topology.circuit_between(chord.ends);
+        let label = |element: ElementId| self.branches.iter().find(|branch| branch.element == element);
+        row.into_iter().filter_map(|(element, sign)| Some((label(element)?.label.clone(), sign))).collect()
+    }
+
+    /// The path along branches that a chord's displacement equals: minus its circuit.
+    pub fn path(&self, chord: &Edge<D>) -> Row {
+        self.circuit(chord).into_iter().map(|(label, sign)| (label, -sign)).collect()
+    }
+
+    /// The nodes along the tree from the first node of a chord to its second.
+    pub fn walk(&self, chord: &Edge<D>) -> Vec<usize> {
+        let [from, to] = chord.ends.map(|node| node.index());
+        let mut before = vec![None; self.nodes.len()];
+        let mut reached = vec![from];
+        before[from] = Some(from);
+        while let Some(node) = reached.pop() {
+            for [a, b] in self.branches.iter().map(|branch| branch.ends.map(|node| node.index())) {
+                let next = if a == node {
+                    b
+                } else if b == node {
+                    a
+                } else {
+                    continue;
+                };
+                if before[next].is_none() {
+                    before[next] = Some(node);
+                    reached.push(next);
+                }
+            }
+        }
+        let mut walk: Vec<usize> =
+            std::iter::successors(Some(to), |&node| before[node].filter(|&previous| previous != node)).collect();
+        walk.reverse();
+        walk
+    }
+
+    /// The rows of \[A\], one for each branch.
+    pub fn cutsets(&self) -> Vec<Row> {
+        let circuits: Vec<Row> = self.chords.iter().map(|chord| self.circuit(chord)).collect();
+        let sign = |row: &Row, branch: &Edge<D>| row.iter().find(|(label, _)| *label == branch.label).map(|(_, s)| -s);
+        let row = |branch: &Edge<D>| {
+            let signs = self.chords.iter().zip(&circuits);
+            signs.filter_map(|(chord, circuit)| Some((chord.label.clone(), sign(circuit, branch)?))).collect()
+        };
+        self.branches.iter().map(row).collect()
+    }
+
+    /// The nodes that a branch holds to the datum, and +1 if it points towards them.
+    pub fn beyond(&self, branch: &Edge<D>) -> (BTreeSet<usize>, i8) {
+        let (mut nodes, mut towards) = (BTreeSet::new(), 1);
+        for (node, parent, own, sign) in self.topology.outward() {
+            if own == branch.element {
+                towards = sign;
+            }
+            if own == branch.element || nodes.contains(&parent.index()) {
+                nodes.insert(node.index());
+            }
+        }
+        (nodes, towards)
+    }
+
+    /// The edges between the nodes beyond a branch and the rest, with their signs; the branch has +1. Found from the nodes, not from circuits.
+    pub fn cut(&self, branch: &Edge<D>) -> Row {
+        let (inside, towards) = self.beyond(branch);
+        let sign = |edge: &Edge<D>| {
+            let [from, to] = edge.ends.map(|node| i8::from(inside.contains(&node.index())));
+            towards * (to - from)
+        };
+        let signs = self.edges().into_iter().map(|edge| (edge.label.clone(), sign(edge)));
+        signs.filter(|(_, sign)| *sign != 0).collect()
+    }
+
+    /// The edges with both ends among some nodes.
+    pub fn inside(&self, nodes: &BTreeSet<usize>) -> Vec<&str> {
+        let both = |edge: &&Edge<D>| edge.ends.iter().all(|node| nodes.contains(&node.index()));
+        self.edges().into_iter().filter(both).map(|edge| edge.label.as_str()).collect()
+    }
+
+    /// Is the product of all cutsets, found from the nodes, with all circuits zero?
+    pub fn is_orthogonal(&self) -> bool {
+        let cuts: Vec<Row> = self.branches.iter().map(|branch| self.cut(branch)).collect();
+        self.chords.iter().all(|chord| {
+            let circuit: Vec<(String, i8)> =
+                self.circuit(chord).into_iter().chain([(chord.label.clone(), 1)]).collect();
+            cuts.iter().all(|cut| {
+                let product = circuit.iter().map(|(label, sign)| {
+                    sign * cut.iter().find(|(own, _)| own == label).map_or(0, |(_, other)| *other)
+                });
+                product.sum::<i8>() == 0
+            })
+        })
+    }
+}
+
+/// From a node to a node.
+fn arrow() -> Tree {
+    Tree::Name(Name::word("->"))
+}

@@ -1,0 +1,85 @@
+//! Equations in which every number has a name, and the table of the values.
+
+use cotree::component::System;
+use cotree::equations::Equations;
+use cotree::expr::Symbol;
+use cotree::mechanism::Unit;
+use cotree::resolve::symbolic::{Named, Style, Symbolic};
+
+use super::document::{Block, Piece};
+use super::name::symbol_name;
+use super::tree::{Tree, plain};
+use super::{Prose, json, titled};
+
+/// How equations with names for numbers are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Written {
+    /// For people.
+    Prose(Prose),
+    /// For other programs.
+    Json,
+}
+
+/// The equations of motion of a mechanism in the same trees, with a name for every number.
+pub fn symbols(equations: &Equations, written: Written) -> String {
+    let symbolic = Symbolic::new(&equations.system, Style::Owners);
+    let mut renamed = with_names(equations, &symbolic);
+    match written {
+        Written::Prose(prose) => {
+            let blocks = values(&mut renamed, &symbolic.named);
+            titled(&mut renamed, blocks, prose)
+        }
+        Written::Json => json(&mut renamed),
+    }
+}
+
+/// The same equations for the mechanism with names.
+pub fn with_names<'s>(equations: &Equations, symbolic: &'s Symbolic) -> Equations<'s> {
+    let mut renamed =
+        Equations::new(System::new(&symbolic.mechanism).implying(&equations.system.implied), equations.trees.clone());
+    for (own, other) in renamed.constraints.iter_mut().zip(&equations.constraints) {
+        own.repeats = other.repeats;
+    }
+    renamed.symbolic = true;
+    renamed
+}
+
+/// A table of names and values: the user's parameters, then those of the page.
+pub fn values(equations: &mut Equations, named: &[Named]) -> Vec<Block> {
+    let mechanism = equations.system.mechanism;
+    let own = mechanism.parameters.len() - named.len();
+    let mut rows: Vec<Vec<Piece>> = Vec::new();
+    for (index, parameter) in mechanism.parameters.iter().enumerate() {
+        let name = Piece::Math(Tree::Name(symbol_name(equations, Symbol::Parameter(index))));
+        let mut row = vec![name, number(parameter.value, &parameter.unit)];
+        match index.checked_sub(own).and_then(|index| named.get(index)) {
+            None => row.extend([Piece::words("parameter"), Piece::words(&parameter.description)]),
+            Some(named) => {
+                row.push(Piece::Code(named.element.clone().unwrap_or_else(|| "scene".to_owned())));
+                row.push(match definition(equations, named) {
+                    None => Piece::words(named.what),
+                    Some(tree) => Piece::Row(vec![Piece::words(format!("{}: ", named.what)), Piece::Math(tree)]),
+                });
+            }
+        }
+        rows.push(row);
+    }
+    if rows.is_empty() {
+        return Vec::new();
+    }
+    let head = ["name", "value", "of", ""].map(str::to_owned);
+    vec![Block::Heading("Values".into()), Block::Table(head.into(), rows), Block::Heading("Equations".into())]
+}
+
+/// A number of a table, with its unit.
+pub fn number(value: f64, unit: &Unit) -> Piece {
+    let number = Tree::number(value);
+    let unit = if unit.si.is_empty() { String::new() } else { format!(" {}", unit.si) };
+    Piece::Row(vec![Piece::Math(number), Piece::words(unit)])
+}
+
+/// What a name stands for, if that is more than a number.
+pub fn definition(equations: &mut Equations, named: &Named) -> Option<Tree> {
+    let value = equations.system.value(named.definition.as_ref()?);
+    plain(equations, &[value]).pop()
+}

@@ -1,0 +1,128 @@
+//! Pictures for LaTeX: paths and texts of an SVG picture as TikZ commands.
+
+use std::fmt::Write;
+
+use cotree_draw::png;
+use resvg::tiny_skia::{PathSegment, Point, Transform};
+use resvg::usvg::{Group, Node, Paint, Path, Text, TextAnchor};
+
+use crate::latex_text;
+
+/// The widest picture, in points of TeX.
+const WIDEST: f32 = 470.0;
+/// TeX's points for a pixel of the picture.
+const POINT: f32 = 0.7;
+
+/// The picture in an environment `tikzpicture`.
+///
+/// # Errors
+/// Why it cannot be read.
+pub fn tikz(svg: &str) -> Result<String, String> {
+    let tree = png::tree(svg)?;
+    let scale = (WIDEST / tree.size().width()).min(POINT);
+    let mut text = format!("\\begin{{tikzpicture}}[x={scale:.4}pt,y=-{scale:.4}pt]\n");
+    group(tree.root(), scale, &mut text);
+    text.push_str("\\end{tikzpicture}\n");
+    Ok(text)
+}
+
+fn group(own: &Group, scale: f32, out: &mut String) {
+    for node in own.children() {
+        match node {
+            Node::Group(inner) => group(inner, scale, out),
+            Node::Path(inner) => path(inner, scale, out),
+            Node::Text(inner) => words(inner, scale, out),
+            Node::Image(_) => {} // drawings have none
+        }
+    }
+}
+
+fn path(own: &Path, scale: f32, out: &mut String) {
+    let mut style = Vec::new();
+    if let Some(colour) = own.fill().and_then(|fill| colour(fill.paint())) {
+        style.push(format!("fill={colour}"));
+    }
+    if let Some(stroke) = own.stroke() {
+        let width = stroke.width().get() * scale;
+        let colour = colour(stroke.paint()).unwrap_or_else(|| "black".to_owned());
+        style.push(format!("draw={colour},line width={width:.2}pt"));
+        if let Some(dashes) = stroke.dasharray() {
+            let lengths = dashes.chunks(2).map(|pair| match pair {
+                [on, off] => format!("on {:.2}pt off {:.2}pt", on * scale, off * scale),
+                _ => String::new(),
+            });
+            style.push(format!("dash pattern={}", lengths.collect::<Vec<_>>().join(" ")));
+        }
+    }
+    if style.is_empty() {
+        return;
+    }
+    // Writing to a string cannot fail.
+    let _ = writeln!(out, "\\path[{}]{};", style.join(","), segments(own));
+}
+
+fn segments(own: &Path) -> String {
+    let at = |point: Point| place(own.abs_transform(), point);
+    let (mut text, mut before) = (String::new(), Point::zero());
+    for segment in own.data().segments() {
+        match segment {
+            PathSegment::MoveTo(to) => {
+                text += &format!(" {}", at(to));
+                before = to;
+            }
+            PathSegment::LineTo(to) => {
+                text += &format!(" -- {}", at(to));
+                before = to;
+            }
+            PathSegment::QuadTo(over, to) => {
+                // A cubic curve with the same shape.
+                let control = |end: Point| {
+                    Point::from_xy(end.x + (over.x - end.x) * 2.0 / 3.0, end.y + (over.y - end.y) * 2.0 / 3.0)
+                };
+                text += &format!(" .. controls {} and {} .. {}", at(control(before)), at(control(to)), at(to));
+                before = to;
+            }
+            PathSegment::CubicTo(first, second, to) => {
+                text += &format!(" .. controls {} and {} .. {}", at(first), at(second), at(to));
+                before = to;
+            }
+            PathSegment::Close => text += " -- cycle",
+        }
+    }
+    text
+}
+
+/// Its characters; their white edges are left out.
+fn words(own: &Text, scale: f32, out: &mut String) {
+    for chunk in own.chunks() {
+        let Some(span) = chunk.spans().first() else { continue };
+        let Some(colour) = span.fill().and_then(|fill| colour(fill.paint())) else { continue };
+        let anchor = match chunk.anchor() {
+            TextAnchor::Start => "base west",
+            TextAnchor::Middle => "base",
+            TextAnchor::End => "base east",
+        };
+        let at = place(own.abs_transform(), Point::from_xy(chunk.x().unwrap_or(0.0), chunk.y().unwrap_or(0.0)));
+        let size = span.font_size().get() * scale;
+        let bold = if span.font().weight() >= 600 { "\\bfseries" } else { "" };
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            out,
+            "\\node[anchor={anchor},inner sep=0,text={colour},font=\\fontsize{{{size:.2}}}{{{size:.2}}}\\selectfont\\sffamily{bold}] at {at} \
+             {{{}}};",
+            latex_text(chunk.text())
+        );
+    }
+}
+
+fn place(transform: Transform, mut point: Point) -> String {
+    transform.map_point(&mut point);
+    format!("({:.2},{:.2})", point.x, point.y)
+}
+
+fn colour(paint: &Paint) -> Option<String> {
+    match paint {
+        Paint::Color(own) => Some(format!("{{rgb,255:red,{};green,{};blue,{}}}", own.red, own.green, own.blue)),
+        _ => None,
+    }
+}

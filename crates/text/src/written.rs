@@ -1,0 +1,114 @@
+//! Equations of a scene, as the commands write them.
+
+use cotree::diagnostic::{Fault, Faults};
+use cotree::formulate::limits::check_written;
+use cotree::formulate::{Formulated, formulate};
+use cotree::scene::Scene;
+
+use crate::{Prose, Written, code};
+
+/// How equations are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Notation {
+    /// For people.
+    Text,
+    /// A LaTeX document.
+    Latex,
+    /// A self-contained HTML page.
+    Html,
+    /// C99 source.
+    C,
+    /// Fortran 2008 source.
+    Fortran,
+    /// Rust source.
+    Rust,
+    /// Python source, for numpy.
+    Python,
+    /// Names, and formulas as text and as trees, for other programs.
+    Json,
+}
+
+impl Notation {
+    /// The words for them, and what each means.
+    pub const WORDS: [(&'static str, &'static str, Self); 8] = [
+        ("text", "For people", Self::Text),
+        ("latex", "A LaTeX document", Self::Latex),
+        ("html", "A self-contained HTML page", Self::Html),
+        ("c", "C99 source", Self::C),
+        ("fortran", "Fortran 2008 source", Self::Fortran),
+        ("rust", "Rust source", Self::Rust),
+        ("python", "Python source, for numpy", Self::Python),
+        ("json", "Names, and formulas as text and as trees, for other programs", Self::Json),
+    ];
+}
+
+/// The equations of a scene.
+///
+/// # Errors
+/// Everything that is wrong with the scene.
+pub fn equations(scene: &Scene, notation: Notation) -> Result<String, Faults> {
+    let mechanism = scene.resolve()?.mechanism;
+    let text = formulate(&mechanism).and_then(|mut formulated| written(&mut formulated, notation));
+    text.map_err(|list| Faults::new(scene.source.clone(), list))
+}
+
+/// How a scene derives its equations, as a lesson.
+///
+/// # Errors
+/// Everything that is wrong with the scene.
+pub fn steps(scene: &Scene, prose: Prose) -> Result<String, Faults> {
+    let mechanism = scene.resolve()?.mechanism;
+    let text = formulate(&mechanism).and_then(|mut formulated| derived(&mut formulated, prose));
+    text.map_err(|list| Faults::new(scene.source.clone(), list))
+}
+
+/// Equations that have been formulated, in a notation.
+///
+/// # Errors
+/// They are too large to be written.
+pub fn written(formulated: &mut Formulated, notation: Notation) -> Result<String, Vec<Fault>> {
+    check_written(&formulated.equations)?;
+    let Formulated { equations, lowered, redundant, .. } = formulated;
+    let language: &dyn code::Language = match notation {
+        Notation::C => &code::C,
+        Notation::Fortran => &code::Fortran,
+        Notation::Rust => &code::Rust,
+        Notation::Python => &code::Python,
+        Notation::Text => return Ok(crate::motion(equations, Prose::Text)),
+        Notation::Latex => return Ok(crate::motion(equations, Prose::Latex)),
+        Notation::Html => return Ok(crate::motion(equations, Prose::Html)),
+        Notation::Json => return Ok(crate::json(equations)),
+    };
+    Ok(code::code(equations, &lowered.solved, redundant, language))
+}
+
+/// Equations that have been formulated, with a name for every number.
+///
+/// # Errors
+/// They are too large to be written.
+pub fn named(formulated: &mut Formulated, written: Written) -> Result<String, Vec<Fault>> {
+    check_written(&formulated.equations)?;
+    Ok(crate::symbols::symbols(&formulated.equations, written))
+}
+
+/// The reduced equations in independent coordinates, with a name for every number on request; or why there are none where the motion starts.
+///
+/// # Errors
+/// They are too large to be written.
+pub fn reduced(
+    formulated: &mut Formulated,
+    written: Written,
+    symbols: bool,
+) -> Result<Result<String, String>, Vec<Fault>> {
+    check_written(&formulated.equations)?;
+    Ok(crate::minimal(formulated, written, symbols))
+}
+
+/// The derivation of equations that have been formulated.
+///
+/// # Errors
+/// They are too large to be written.
+pub fn derived(formulated: &mut Formulated, prose: Prose) -> Result<String, Vec<Fault>> {
+    check_written(&formulated.equations)?;
+    Ok(crate::steps(formulated, prose))
+}

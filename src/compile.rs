@@ -1,0 +1,257 @@
+//! From a scene to its program, its description and its FMU.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use cotree_fmu::program::Program;
+use cotree_fmu::program::check;
+
+use crate::export::archive::{self, Extra, Package, SceneText};
+use crate::export::describe::describe;
+use crate::export::description::Description;
+use crate::export::runtime::Runtime;
+use crate::export::{ExportError, FmiVersion};
+use crate::expr::Property;
+use crate::formulate::{Formulated, formulate, lacking, undetermined};
+use crate::mechanism::Unit;
+use crate::output::figures::summarise;
+use crate::output::summary::Summary;
+use crate::scene::{Fault, Faults, Reading, Resolved, Scene, Source, Span, Text, read};
+
+/// A scene, compiled.
+#[derive(Clone, Debug)]
+pub struct Compiled {
+    /// What the runtime runs.
+    pub program: Program,
+    /// The description for importers; the same variables in the same order as in the program.
+    pub description: Description,
+    /// What is odd but no error.
+    pub warnings: Option<Faults>,
+    /// The text that the scene came from; empty if it was built in Rust.
+    pub source: Source,
+}
+
+/// Formulates the equations of a scene and lowers them.
+///
+/// # Errors
+/// Everything that is wrong with the scene.
+pub fn compile(scene: &Scene) -> Result<Compiled, Faults> {
+    compile_with(scene, |_| ()).map(|(compiled, ())| compiled)
+}
+
+/// As [`compile`], with what is made of the equations before they go.
+///
+/// # Errors
+/// Everything that is wrong with the scene.
+pub fn compile_with<T>(scene: &Scene, make: impl FnOnce(&mut Formulated) -> T) -> Result<(Compiled, T), Faults> {
+    let Resolved { mechanism, mut warnings } = scene.resolve()?;
+    let faults = |list: Vec<Fault>| Faults::new(scene.source.clone(), list);
+    let mut formulated = formulate(&mechanism).map_err(faults)?;
+    warnings.append(&mut formulated.warnings);
+    let mut program = formulated.lowered.program.clone();
+    let bytes = program.to_bytes().map_err(|error| faults(vec![internal(&error.to_string())]))?;
+    program.guid = guid(&bytes);
+    program.check().map_err(|fault| faults(vec![impossible(&fault)]))?;
+    let compiled = Compiled {
+        description: describe(&formulated, &program.guid),
+        warnings: (!warnings.is_empty()).then(|| faults(warnings)),
+        source: scene.source.clone(),
+        program,
+    };
+    Ok((compiled, make(&mut formulated)))
+}
+
+/// The scene with every variable that can be computed among its outputs, and warnings that say which cannot, and why.
+///
+/// # Errors
+/// Everything that is wrong with the scene.
+pub fn with_everything(scene: &Scene) -> Result<(Scene, Vec<Fault>), Faults> {
+    let mut whole = scene.with_every_output();
+    let mechanism = whole.resolve()?.mechanism;
+    let lacking = lacking(&mechanism).map_err(|list| Faults::new(scene.source.clone(), list))?;
+    let mut left_out: BTreeMap<(usize, Property), Vec<&str>> = BTreeMap::new();
+    for (output, body, property) in lacking {
+        if !scene.outputs.variables.iter().any(|asked| asked.text == output.name) {
+            whole.outputs.variables.retain(|variable| variable.text != output.name);
+            left_out.entry((body, property)).or_default().push(&output.name);
+        }
+    }
+    let undetermined = undetermined(&mechanism).map_err(|list| Faults::new(scene.source.clone(), list))?;
+    for name in undetermined.into_iter().map(|variable| mechanism.variable_name(variable)) {
+        if !scene.outputs.variables.iter().any(|asked| asked.text == name) {
+            whole.outputs.variables.retain(|variable| variable.text != name);
+        }
+    }
+    let warnings = left_out.iter().map(|(&(body, property), names)| {
+        let key = if property == Property::Mass { "mass" } else { "inertia" };
+        let owner = &mechanism.bodies[body];
+        let message = format!("left out, because body `{}` has no `{key}`: {}", owner.name, listed(names));
+        Fault::warning("scene::left_out", message, owner.span)
+            .label(format!("has no `{key}`"))
+            .help(format!("add `{key} = ...` to `[bodies.{}]` if you want them", owner.name))
+    });
+    let warnings = warnings.collect();
+    Ok((whole, warnings))
+}
+
+/// Names, unless they are many: then some of them.
+fn listed(names: &[&str]) -> String {
+    const MOST: usize = 12;
+    match names.len().checked_sub(MOST) {
+        None | Some(0) => names.join(", "),
+        Some(more) => format!("{} and {more} more", names[..MOST].join(", ")),
+    }
+}
+
+/// A name for these very bytes: their 128-bit FNV-1a hash, written as a GUID.
+fn guid(bytes: &[u8]) -> String {
+    const OFFSET: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
+    const PRIME: u128 = 0x0000_0000_0100_0000_0000_0000_0000_013b;
+    let hash = bytes.iter().fold(OFFSET, |hash, &byte| (hash ^ u128::from(byte)).wrapping_mul(PRIME));
+    let digits = format!("{hash:032x}");
+    let parts = [&digits[..8], &digits[8..12], &digits[12..16], &digits[16..20], &digits[20..]];
+    format!("{{{}}}", parts.join("-"))
+}
+
+/// What the runtime would refuse.
+fn impossible(fault: &check::Fault) -> Fault {
+    let check::Fault::Value { what } = fault else {
+        return internal(&fault.to_string());
+    };
+    let message = format!("the numbers of this scene are too large or too small to compute with: {what} is not finite");
+    Fault::new("scene::out_of_range", message, Span::default())
+        .help("look for a mass, an inertia, a length or a stiffness with a wrong unit or power of ten")
+}
+
+/// Something that no scene should be able to cause.
+fn internal(what: &str) -> Fault {
+    Fault::new("cotree::internal", format!("the program cannot be written: {what}"), Span::default())
+        .help("this is a fault of cotree, not of the scene: please report it with the scene file")
+}
+
+/// Reads a number, alone (SI) or with a unit, for a variable of the given unit; the empty unit takes any.
+///
+/// # Errors
+/// What is wrong with the text.
+pub fn quantity(text: &str, unit: &Unit) -> Result<f64, String> {
+    let reading = read(&Text::from(text)).map_err(|fault| fault.message)?;
+    match reading {
+        Reading::Number(value) => Ok(value),
+        Reading::Measure(value, given) if given.exponents == unit.exponents || unit.si.is_empty() => Ok(value),
+        Reading::Measure(..) => Err(format!("`{text}` is not in {} or a unit of the same kind", unit.si)),
+        Reading::Expression => Err(format!("`{text}` is not a number, alone or with a unit")),
+    }
+}
+
+/// A unit that is given on the command line.
+///
+/// # Errors
+/// It is none, in words.
+pub fn unit(text: &str) -> Result<Unit, String> {
+    crate::scene::unit::parse(&Text::from(text)).map_err(|fault| format!("{}; {}", fault.message, fault.help))
+}
+
+impl Scene {
+    /// Writes the scene as a self-contained FMU for the platform that this program runs on. It has no page and no pictures: those are of
+    /// the command and the Python package.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the scene, or a file that cannot be written.
+    pub fn export_fmu(&self, path: impl AsRef<Path>) -> Result<(), ExportFailure> {
+        self.export_fmu_as(FmiVersion::V2, path)
+    }
+
+    /// The same in a version of FMI.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the scene, or a file that cannot be written.
+    pub fn export_fmu_as(&self, version: FmiVersion, path: impl AsRef<Path>) -> Result<(), ExportFailure> {
+        let runtime = Runtime::embedded().map_err(ExportError::from)?;
+        Ok(compile(self)?.write_fmu(version, Vec::new(), &[runtime], path.as_ref())?)
+    }
+
+    /// The mechanism in figures and names, as `cotree show` prints it.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the scene.
+    pub fn summary(&self) -> Result<Summary, Faults> {
+        Ok(compile_with(self, |formulated| summarise(formulated))?.1)
+    }
+}
+
+/// Why there is no FMU.
+#[derive(Debug, thiserror::Error)]
+pub enum ExportFailure {
+    /// The scene is at fault.
+    #[error(transparent)]
+    Scene(#[from] Faults),
+    /// The file is.
+    #[error(transparent)]
+    File(#[from] ExportError),
+}
+
+impl Compiled {
+    /// Adds warnings.
+    pub fn warn(&mut self, more: Vec<Fault>) {
+        let known = self.warnings.take().into_iter().flat_map(|known| known.list);
+        let all: Vec<Fault> = known.chain(more).collect();
+        self.warnings = (!all.is_empty()).then(|| Faults::new(self.source.clone(), all));
+    }
+
+    /// Writes the FMU, for the platforms of the runtimes, with what it carries beside the model.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write_fmu(
+        &self,
+        version: FmiVersion,
+        extras: Vec<Extra>,
+        runtimes: &[Runtime],
+        path: &Path,
+    ) -> Result<(), ExportError> {
+        let is_json = self.source.own_text().trim_start().starts_with('{');
+        let extension = if is_json { "json" } else { "toml" };
+        let package = Package {
+            version,
+            description: &self.description,
+            program: &self.program.to_bytes()?,
+            scene: (!self.source.text.is_empty()).then_some(SceneText { extension, source: &self.source }),
+            extras,
+            runtimes,
+        };
+        archive::write(&package, path)
+    }
+
+    /// What a simulation reports: indices of variables of the description.
+    pub fn reported(&self) -> Vec<usize> {
+        self.description.reported()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn metre() -> Unit {
+        Unit { exponents: [0, 1, 0, 0], si: "m".into(), display: None }
+    }
+
+    #[test]
+    fn masses_beyond_all_bounds_are_faults_of_the_scene() {
+        let text = include_str!("../models/slider_crank/scene.toml").replace("mass = 3.0", "mass = 1e308");
+        let faults = compile(&Scene::from_toml(&text).unwrap()).unwrap_err().to_json().to_string();
+        assert!(faults.contains("scene::out_of_range") && faults.contains("power of ten"), "{faults}");
+    }
+
+    #[test]
+    fn quantities_are_numbers_with_the_right_unit() {
+        assert_eq!(quantity("1.5", &metre()), Ok(1.5));
+        assert_eq!(quantity("120 mm", &metre()), Ok(0.12));
+        for (text, message) in
+            [("3 kg", "not in m"), ("2*l", "not a number"), ("", "not a number"), ("2 furlong", "furlong")]
+        {
+            let error = quantity(text, &metre()).unwrap_err();
+            assert!(error.contains(message), "{text}: {error}");
+        }
+    }
+}
