@@ -6,20 +6,20 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::time::Duration;
 
-use cotree_study::analysis::report::{Report, Style};
-use cotree_study::analysis::{At, Sensitivities, Study};
 use cotree::export::FmiVersion;
-use cotree_study::fit::{FitError, Request, Vary, fit};
-use cotree_study::bench;
 use cotree::output::csv::Table;
 use cotree::output::statistics::Accumulator;
-use cotree_text::Prose;
 use cotree::scene::Text;
 use cotree::simulate::{Ended, Ensemble, Measure, Run, points};
 use cotree::{Compiled, Scene};
-use cotree_text::written::Notation;
 use cotree_fmu::instance::MOST_LANES;
 use cotree_fmu::model::Model;
+use cotree_study::analysis::report::{Report, Style};
+use cotree_study::analysis::{At, Sensitivities, Study};
+use cotree_study::bench;
+use cotree_study::fit::{FitError, Request, Vary, fit};
+use cotree_text::Prose;
+use cotree_text::written::Notation;
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyRuntimeWarning;
 use pyo3::prelude::*;
@@ -199,14 +199,15 @@ impl Core {
 
     /// The drawing at the start, as SVG.
     fn drawing(&self, py: Python<'_>) -> PyResult<String> {
-        let (_, drawing) = py.detach(|| cotree_draw::graph::linear_graphs(&self.scene)).map_err(|faults| scene_error(&faults))?;
+        let (_, drawing) =
+            py.detach(|| cotree_draw::graph::linear_graphs(&self.scene)).map_err(|faults| scene_error(&faults))?;
         Ok(drawing.svg())
     }
 
     /// The page that shows the mechanism in motion.
     fn page(&self, py: Python<'_>, runtime: Option<Vec<u8>>) -> PyResult<String> {
-        let made = py
-            .detach(|| cotree_file::moving::page(&self.scene, runtime).map(|(_, page)| page.map(|page| page.html())));
+        let made =
+            py.detach(|| cotree_file::moving::page(&self.scene, runtime).map(|(_, page)| page.map(|page| page.html())));
         made.map_err(|faults| scene_error(&faults))?.map_err(RunError::new_err)
     }
 

@@ -14,8 +14,9 @@ use crate::linalg::sparse::{Factors, Row, columns, independent_rows, product_wit
 use crate::math;
 use crate::model::{Model, State};
 
-/// At the pose less than this share of a loop equation is new if it depends on the others.
-const NEW: f64 = 0.02;
+/// At the pose less than this share of a loop equation is new if it depends on the others. A pose that is known to 1e-3 is off by the root of that in what is
+/// new: the larger shares are for those.
+const NEW: [f64; 3] = [0.02, 0.1, 0.3];
 /// At most so many steps of Newton's method lead to the saddle.
 const CORRECTIONS: usize = 8;
 /// It is reached where a step is this small, in units of the scales: what is left changes with the square only.
@@ -42,7 +43,13 @@ pub(super) struct Dependences {
 impl Dependences {
     /// None if rounding errors hide it.
     pub fn of(rows: &[Row]) -> Option<Self> {
-        let (_, independent) = independent_rows(rows.to_vec(), NEW, NEW);
+        let mut independent = Vec::new();
+        for new in NEW {
+            (_, independent) = independent_rows(rows.to_vec(), new, new);
+            if independent.len() < rows.len() {
+                break;
+            }
+        }
         Self::with(independent, rows)
     }
 

@@ -24,9 +24,11 @@ const FALLS: f64 = 1.05;
 /// A pose further away than so many steps is of no concern.
 pub(crate) const HORIZON: f64 = 12.0;
 /// A row that comes closer or goes away by no more than this factor in one step stays on its branch.
-pub(crate) const STEADY: f64 = 2.0;
+const STEADY: f64 = 2.0;
 /// A row that has passed a pose has less than this share of its distance about there.
 pub(crate) const HALF: f64 = 0.5;
+/// Steps at this tolerance or a larger one are as long as the way between poses, and may lie across one and show nothing at their ends.
+const COARSE: f64 = 1e-5;
 /// A row that comes closer by this factor in one step is about to arrive.
 const SOON: f64 = 0.8;
 /// A row that was coming closer and ends a step with more than this share of its distance has turned round, or has passed a singular pose.
@@ -138,6 +140,45 @@ pub fn refine(at: f64, span: f64, mut share_at: impl FnMut(f64) -> f64) -> f64 {
     })
 }
 
+/// The place of a singular pose within a step of length h that none was announced for, where the smallest distance at its end is this share of that at its start:
+/// a row that comes much closer could have gone past the others. `share_at` is that share after a time.
+pub(crate) fn leapt_over(h: f64, share: f64, tolerance: f64, mut share_at: impl FnMut(f64) -> f64) -> Option<f64> {
+    if tolerance < COARSE && share * STEADY >= 1.0 {
+        return None;
+    }
+    let [mut before, mut best, mut after] = valley([0.0, 1.0], [h, share], 1, &mut share_at)?;
+    for _ in 0..SECANTS {
+        if best[1] < THERE {
+            break;
+        }
+        let (left, right) = (lowest(before, best, &mut share_at), lowest(best, after, &mut share_at));
+        if best[1] <= left[1].min(right[1]) {
+            break;
+        }
+        (before, best, after) = if left[1] < right[1] { (before, left, best) } else { (best, right, after) };
+    }
+    (best[1] < NONE).then_some(best[0])
+}
+
+/// A time, and how far from a singular pose the motion is then.
+type Place = [f64; 2];
+
+/// Between two places of a distance that falls to zero and rises again, as straight lines have it.
+fn lowest([from, there]: Place, [to, here]: Place, share_at: &mut impl FnMut(f64) -> f64) -> Place {
+    let time = from + (to - from) * there / (there + here);
+    [time, share_at(time)]
+}
+
+/// A place that is much lower than both of its neighbours. Looked for between two places, and then on both sides of what was found, so many times.
+fn valley(from: Place, to: Place, more: u32, share_at: &mut impl FnMut(f64) -> f64) -> Option<[Place; 3]> {
+    let middle = lowest(from, to, share_at);
+    if middle[1] < HALF * math::minimum(from[1], to[1]) {
+        return Some([from, middle, to]);
+    }
+    let more = more.checked_sub(1)?;
+    valley(from, middle, more, share_at).or_else(|| valley(middle, to, more, share_at))
+}
+
 impl Guard {
     /// For so many joints.
     pub fn new(joints: usize) -> Self {
@@ -163,11 +204,6 @@ impl Guard {
     /// Does a row come so much closer to the others in the step, or go so much further from them, that it could have gone over to another branch?
     pub fn jumps(&self) -> bool {
         self.start.iter().zip(&self.next).any(|(start, next)| *start > 0.0 && is_jump(*start, *next))
-    }
-
-    /// Does a row come so much closer in the step that it could have gone past the others?
-    pub fn leaps(&self) -> bool {
-        self.share() * STEADY < 1.0
     }
 
     /// The smallest r_k at the end of the step, as a share of that at its start.

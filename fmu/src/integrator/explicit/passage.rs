@@ -12,7 +12,7 @@ use crate::failure::Failure;
 use crate::integrator::run::Run;
 use crate::singular::closeness::{is_watched, share_at};
 use crate::singular::dependence::{begins_near, is_singular, undecided};
-use crate::singular::detect::{Course, HALF, STEADY, locate, refine};
+use crate::singular::detect::{Course, leapt_over, locate, refine};
 use crate::singular::leaving::{CORRECTIONS, Search, Verdict};
 
 /// The gap between the nodes 1/3 and 3/5, in the middle of which the pose is best.
@@ -78,18 +78,13 @@ impl Explicit {
         Some(found.filter(|ahead| *ahead > 0.0).unwrap_or(0.0))
     }
 
-    /// Has a step at whose end a row is much closer leapt over a pose that nothing had announced, and where branches do not meet? As with
-    /// series: next to a small defect of lengths a row falls and rises within one step.
+    /// Has a step leapt over a pose that nothing had announced, and where branches do not meet? As with series: next to a small defect of lengths a row falls
+    /// and rises within one step.
     pub(super) fn has_leapt(&mut self, context: &mut Context, run: &mut Run, end: f64) -> bool {
         let (h, share, known) = (end - run.last.end_time, self.watch.share(), run.singular.ahead);
-        if share * STEADY >= 1.0 {
-            return false;
-        }
         self.watch.reference.copy_from_slice(&self.watch.start);
-        let guess = h / (1.0 + share);
-        let near = self.share_at(context, run, h, guess) < HALF * share;
-        let found = if near { locate(guess, |dt| self.share_at(context, run, h, dt)) } else { None };
-        if let Some(ahead) = found.filter(|ahead| *ahead < h) {
+        let tolerance = context.settings.tolerance;
+        if let Some(ahead) = leapt_over(h, share, tolerance, |dt| self.share_at(context, run, h, dt)) {
             run.singular.ahead = ahead;
             let pose = refine(ahead, h, |dt| self.share_at(context, run, h, dt));
             self.share_at(context, run, h, pose);

@@ -10,7 +10,7 @@ use crate::integrator::run::Run;
 use crate::math;
 use crate::model::State;
 use crate::singular::dependence::{not_passed, undecided};
-use crate::singular::detect::{Course, HALF, locate, refine};
+use crate::singular::detect::{Course, HALF, leapt_over, locate, refine};
 use crate::singular::leaving::{CORRECTIONS, Search, Verdict};
 
 /// Nothing is evaluated between the ends of a step.
@@ -57,13 +57,14 @@ impl Taylor {
         found.is_some()
     }
 
-    /// Has a step at whose end a row is much closer leapt over a pose that nothing had announced, and where branches do not meet? Where they do, the motion goes
-    /// straight on as it has.
+    /// Has a step leapt over a pose that nothing had announced, and where branches do not meet? Where they do, the motion goes straight on as it has.
     pub(super) fn has_leapt(&mut self, context: &mut Context, run: &mut Run, end: f64) -> bool {
         let (h, share, known) = (end - run.last.end_time, self.guard.share(), run.singular.ahead);
-        let guess = h / (1.0 + share);
-        let near = self.share_at(context, run, guess) < HALF * share;
-        let found = if near { self.locate(context, run, guess).filter(|ahead| *ahead < h) } else { None };
+        let mut looked = false;
+        let found = leapt_over(h, share, context.settings.tolerance, |time| {
+            looked = true;
+            self.share_at(context, run, time)
+        });
         if let Some(ahead) = found {
             run.singular.ahead = ahead;
             if self.finds_avoided(context, run, h) {
@@ -71,7 +72,9 @@ impl Taylor {
             }
         }
         run.singular.ahead = known;
-        self.restore_end(context, run, end);
+        if looked {
+            self.restore_end(context, run, end);
+        }
         false
     }
 

@@ -146,7 +146,7 @@ impl Taylor {
             step.located = self.locate_behind(context, run, end);
         }
         let passes = step.located && run.passes(end);
-        if !step.follows && !passes && self.guard.leaps() && self.has_leapt(context, run, end) {
+        if !step.follows && !passes && self.has_leapt(context, run, end) {
             // Judged again from here, along the curve.
             return;
         }
