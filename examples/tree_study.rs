@@ -4,6 +4,7 @@
 #[path = "../tests/support/mod.rs"]
 mod support;
 
+use crate::support::ROOT;
 use std::collections::HashSet;
 use std::path::Path;
 use std::time::Instant;
@@ -51,10 +52,9 @@ fn study() {
     println!("loss against the best trees found, {} random mechanisms", random.len());
     table(&random);
     println!("\nloss against the best trees found, models [%]");
-    let mut folders: Vec<_> =
-        std::fs::read_dir(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("models"))
-            .map(|entries| entries.filter_map(Result::ok).map(|entry| entry.path()).collect())
-            .unwrap_or_default();
+    let mut folders: Vec<_> = std::fs::read_dir(Path::new(ROOT).join("models"))
+        .map(|entries| entries.filter_map(Result::ok).map(|entry| entry.path()).collect())
+        .unwrap_or_default();
     folders.sort();
     for folder in folders {
         let Ok(scene) = Scene::read(folder.join("scene.toml")) else { continue };

@@ -145,6 +145,8 @@ pub mod files;
 #[doc(hidden)]
 pub mod formulate;
 #[doc(hidden)]
+pub mod gallery;
+#[doc(hidden)]
 pub mod graph;
 #[doc(hidden)]
 pub mod import;

@@ -1,6 +1,7 @@
 //! The command as a user meets it: usage errors, exit codes, `new`.
 
 use crate::outside::command;
+use crate::support::ROOT;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -412,10 +413,7 @@ fn nothing_that_is_read_is_written_over() {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("written_over");
     std::fs::create_dir_all(&folder).unwrap();
     let scene = folder.join("scene.toml");
-    let text = std::fs::read_to_string(
-        Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("models/pendulum/scene.toml"),
-    )
-    .unwrap();
+    let text = std::fs::read_to_string(Path::new(ROOT).join("models/pendulum/scene.toml")).unwrap();
     std::fs::write(&scene, &text).unwrap();
     let run = |arguments: &[&str]| {
         let output = Command::new(env!("CARGO_BIN_EXE_cotree")).current_dir(&folder).args(arguments).output().unwrap();

@@ -3,6 +3,7 @@
 //!
 //! `COTREE_WRITE_EXPECTED=1 cargo test --test all component_models::` writes the files.
 
+use crate::support::ROOT;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -81,7 +82,7 @@ impl Reference {
 }
 
 fn file(model: &str) -> PathBuf {
-    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("models").join(model).join("expected.csv")
+    Path::new(ROOT).join("models").join(model).join("expected.csv")
 }
 
 /// The names of the outputs, in the scene's order.

@@ -1,5 +1,6 @@
 //! Each component alone, against the motion and the loads that mechanics books give.
 
+use crate::support::ROOT;
 use crate::support::run;
 
 use std::collections::BTreeMap;
@@ -49,7 +50,7 @@ impl Run {
 }
 
 fn file(name: &str) -> Scene {
-    let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("tests/scenes/components");
+    let folder = Path::new(ROOT).join("tests/scenes/components");
     sound(Scene::read(folder.join(format!("{name}.toml"))))
 }
 

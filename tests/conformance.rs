@@ -9,6 +9,7 @@ use crate::outside::fresh;
 use crate::outside::process;
 use crate::outside::python;
 use crate::outside::xml;
+use crate::support::ROOT;
 
 #[path = "conformance/clients.rs"]
 mod clients;
@@ -51,8 +52,7 @@ fn text(model: &str) -> String {
         DRIVEN => "models/quick_return/scene.toml".to_owned(),
         _ => format!("models/{model}/scene.toml"),
     };
-    let text =
-        fs::read_to_string(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join(file)).expect("a scene");
+    let text = fs::read_to_string(Path::new(ROOT).join(file)).expect("a scene");
     if model != DRIVEN {
         return text;
     }
@@ -104,7 +104,7 @@ fn schema(folders: &[PathBuf]) -> Row {
 }
 
 fn valid(python: &Path, folder: &Path) -> Outcome {
-    let script = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("tests/fmpy/schema.py");
+    let script = Path::new(ROOT).join("tests/fmpy/schema.py");
     match python::run(Command::new(python).arg(script).arg(folder.join("modelDescription.xml"))) {
         Ok(_) => Outcome::Passed,
         Err(complaints) => Outcome::Failed(complaints),

@@ -1,6 +1,7 @@
 //! `documentation/index.html` of an FMU: the page that moves, with everything that a user of the FMU wants to read.
 
 use crate::outside::command;
+use crate::support::ROOT;
 
 use std::fs;
 use std::io::Read;
@@ -19,7 +20,7 @@ fn page(folder: &Path, scene: &str, options: &[&str]) -> (String, Vec<u8>) {
 }
 
 fn model(name: &str) -> String {
-    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("models").join(name).join("scene.toml");
+    let path = Path::new(ROOT).join("models").join(name).join("scene.toml");
     path.to_str().unwrap().to_owned()
 }
 

@@ -1,5 +1,6 @@
 //! Many runs at once: each is a single run within the tolerance, with the same bits whatever its neighbours, the lanes and the threads are.
 
+use crate::support::ROOT;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -25,7 +26,7 @@ impl Study {
     }
 
     fn of(model: &str) -> Self {
-        let path = format!("{}/models/{model}/scene.toml", concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+        let path = format!("{ROOT}/models/{model}/scene.toml");
         Self::new(&Scene::read(path).unwrap())
     }
 
@@ -151,7 +152,7 @@ fn swing(law: &str) -> Scene {
 
 #[test]
 fn four_frames_and_two_loop_equations() {
-    let path = concat!(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."), "/models/four_bar/scene.toml");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/four_bar/scene.toml");
     let hanging = r#"
         [bodies.bob]
         mass = 0.3

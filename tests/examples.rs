@@ -2,6 +2,7 @@
 
 use crate::outside::fmi_rs;
 use crate::outside::python;
+use crate::support::ROOT;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -13,7 +14,7 @@ const REQUIREMENTS: &str = include_str!("../examples/requirements.txt");
 static ENVIRONMENT: LazyLock<Option<(PathBuf, PathBuf)>> = LazyLock::new(|| python::python("examples", REQUIREMENTS));
 
 fn root() -> &'static Path {
-    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+    Path::new(ROOT)
 }
 
 /// Exports a scene into a folder of its own for one test.

@@ -1,6 +1,7 @@
 //! Every fault has a page in docs/faults: its wrong scene has that fault and the message that is shown, its right scene is right.
 //! `COTREE_WRITE_REFERENCE=1` writes the messages anew.
 
+use crate::support::ROOT;
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,7 +10,7 @@ use cotree::compile::compile;
 use cotree::scene::{Faults, Scene, Source};
 
 fn folder() -> PathBuf {
-    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("docs/faults")
+    Path::new(ROOT).join("docs/faults")
 }
 
 /// Of `scene::wrong_unit`: `scene_wrong_unit`.
@@ -52,8 +53,8 @@ fn faults(text: &str) -> Option<Faults> {
 #[test]
 fn every_fault_has_a_page_and_every_page_a_fault() {
     let mut known = BTreeSet::new();
-    codes(&Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("src"), &mut known);
-    codes(&Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("crates"), &mut known);
+    codes(&Path::new(ROOT).join("src"), &mut known);
+    codes(&Path::new(ROOT).join("crates"), &mut known);
     assert!(known.len() > 70, "{known:?}");
     let index = fs::read_to_string(folder().join("README.md")).unwrap();
     let book = fs::read_to_string(folder().join("../SUMMARY.md")).unwrap();
@@ -70,7 +71,7 @@ fn every_fault_has_a_page_and_every_page_a_fault() {
 #[test]
 fn wrong_scenes_have_the_fault_and_right_ones_have_none() {
     // Their files are named as seen from the top; no other test depends on where it runs.
-    std::env::set_current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).unwrap();
+    std::env::set_current_dir(ROOT).unwrap();
     let mut shown = 0;
     for entry in folder().read_dir().unwrap() {
         let path = entry.unwrap().path();

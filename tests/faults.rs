@@ -1,5 +1,6 @@
 //! Wrong scenes: what each is told, as reviewed in the snapshots, and that nothing panics.
 
+use crate::support::ROOT;
 use std::path::{Path, PathBuf};
 
 use cotree::scene::{Fault, Faults, Scene, Source};
@@ -7,7 +8,7 @@ use proptest::prelude::*;
 
 /// The wrong scenes, in alphabetical order.
 fn scenes() -> Vec<PathBuf> {
-    let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("tests/faults");
+    let folder = Path::new(ROOT).join("tests/faults");
     let mut paths: Vec<PathBuf> = folder
         .read_dir()
         .unwrap()
@@ -49,7 +50,7 @@ fn each_wrong_scene_is_told_what_to_do() {
 
 #[test]
 fn editors_get_lines_and_columns() {
-    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("tests/faults/unknown_point.toml");
+    let path = Path::new(ROOT).join("tests/faults/unknown_point.toml");
     let scene = Scene::from_source(Source::new("scene.toml", std::fs::read_to_string(path).unwrap()), false).unwrap();
     let json = scene.resolve().unwrap_err().to_json();
     insta::assert_snapshot!(serde_json::to_string_pretty(&json).unwrap());

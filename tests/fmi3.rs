@@ -8,6 +8,7 @@ use crate::outside::fresh;
 use crate::outside::process;
 use crate::outside::python;
 use crate::outside::xml;
+use crate::support::ROOT;
 
 #[path = "fmi3/archive.rs"]
 mod archive;
@@ -65,7 +66,7 @@ fn scene(model: &str) -> Scene {
         CORNER => "cart_pole",
         other => other,
     };
-    let file = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join(format!("models/{name}/scene.toml"));
+    let file = Path::new(ROOT).join(format!("models/{name}/scene.toml"));
     let mut text = fs::read_to_string(&file).expect("a scene");
     if model == DRIVEN {
         text = text.replace("angle = \"0.4356 + 4*pi*t\"", "angle = { input = \"turn\", as = \"position\" }");
@@ -105,7 +106,7 @@ fn valid(document: &Path) -> Result<Option<String>, String> {
     let Some((_, python)) = python::python("fmpy", REQUIREMENTS) else {
         return Ok(Some("COTREE_SKIP_FMPY=1 is set".to_owned()));
     };
-    let script = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("tests/fmpy/schema.py");
+    let script = Path::new(ROOT).join("tests/fmpy/schema.py");
     python::run(Command::new(python).arg(script).arg(document)).map(|_| None)
 }
 
@@ -172,8 +173,7 @@ fn markdown(table: &str, [passed, nothing, failed]: [usize; 3]) -> String {
 
 /// The names of all models.
 fn every_model() -> Vec<String> {
-    let folders =
-        fs::read_dir(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("models")).expect("the models");
+    let folders = fs::read_dir(Path::new(ROOT).join("models")).expect("the models");
     let folders =
         folders.map(|folder| folder.expect("readable")).filter(|folder| folder.path().join("scene.toml").exists());
     folders.map(|folder| folder.file_name().into_string().expect("UTF-8")).collect()
@@ -184,7 +184,7 @@ fn every_model() -> Vec<String> {
 #[test]
 fn both_versions_of_every_model_give_the_same_bits() {
     let Some((work, python)) = python::python("fmpy", REQUIREMENTS) else { return };
-    let script = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("tests/fmpy/versions.py");
+    let script = Path::new(ROOT).join("tests/fmpy/versions.py");
     let others = every_model().into_iter().filter(|name| !MODELS.contains(&name.as_str()));
     for model in MODELS.into_iter().map(str::to_owned).chain(others) {
         let files = [FmiVersion::V2, FmiVersion::V3].map(|version| {

@@ -1,5 +1,6 @@
 //! The archive and the model description, by the rules of FMI 2.0 that an importer relies on.
 
+use crate::support::ROOT;
 use std::collections::BTreeSet;
 use std::io::{Cursor, Read};
 
@@ -431,8 +432,7 @@ fn a_missing_folder_is_named() {
 fn packages_of_the_runtime() -> BTreeSet<[String; 3]> {
     let arguments = "tree --locked --package cotree-fmu --edges normal,no-proc-macro --prefix none --format {p}|{l}";
     let mut cargo = std::process::Command::new(env!("CARGO"));
-    let output =
-        cargo.args(arguments.split(' ')).current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).output().unwrap();
+    let output = cargo.args(arguments.split(' ')).current_dir(ROOT).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let lines = String::from_utf8(output.stdout).unwrap();
     let lines = lines.lines().filter(|line| !line.starts_with("cotree-fmu") && !line.trim().is_empty());

@@ -1,6 +1,7 @@
 //! Every model's FMU, in an independent importer: fmpy, in a private Python environment under `target/`.
 
 use crate::outside::python;
+use crate::support::ROOT;
 
 use std::path::Path;
 use std::process::Command;
@@ -10,7 +11,7 @@ const REQUIREMENTS: &str = include_str!("fmpy/requirements.txt");
 #[test]
 fn every_model_runs_in_fmpy() {
     let Some((work, python)) = python::python("fmpy", REQUIREMENTS) else { return };
-    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    let root = Path::new(ROOT);
     let mut check = Command::new(python);
     check.arg(root.join("tests/fmpy/check.py")).arg(env!("CARGO_BIN_EXE_cotree"));
     check.arg(root.join("models")).arg(&work);
@@ -23,7 +24,7 @@ fn every_model_runs_in_fmpy() {
 #[test]
 fn odd_scenes_behave_in_fmpy_as_worked_out_by_hand() {
     let Some((work, python)) = python::python("fmpy", REQUIREMENTS) else { return };
-    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    let root = Path::new(ROOT);
     let mut check = Command::new(python);
     check.arg(root.join("tests/fmpy/odd.py")).arg(env!("CARGO_BIN_EXE_cotree")).arg(work);
     match python::run(&mut check) {

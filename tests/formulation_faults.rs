@@ -1,5 +1,6 @@
 //! Scenes whose faults show only in their equations: what each is told, as reviewed in the snapshots.
 
+use crate::support::ROOT;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -8,7 +9,7 @@ use cotree::scene::{Faults, Scene, Source};
 
 /// The scenes, in alphabetical order.
 fn scenes() -> Vec<PathBuf> {
-    let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("tests/faults/equations");
+    let folder = Path::new(ROOT).join("tests/faults/equations");
     let files = folder.read_dir().unwrap().map(|entry| entry.unwrap().path());
     let mut paths: Vec<PathBuf> = files.filter(|path| path.extension().is_some_and(|end| end == "toml")).collect();
     paths.sort();
@@ -40,8 +41,7 @@ fn each_scene_is_told_what_to_do() {
 /// Scenes with a warning work all the same.
 #[test]
 fn redundant_joints_are_solved() {
-    let path =
-        Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("tests/faults/equations/redundant_rod.toml");
+    let path = Path::new(ROOT).join("tests/faults/equations/redundant_rod.toml");
     let compiled = compile(&Scene::read(&path).unwrap()).unwrap();
     assert!(compiled.warnings.is_some());
     let active = compiled.program.constraints.iter().filter(|row| row.active).count();

@@ -3,6 +3,7 @@
 //!
 //! `COTREE_WRITE_EXPECTED=1 cargo test --test all gallery::` writes the files.
 
+use crate::support::ROOT;
 use crate::support::run;
 
 use std::f64::consts::{FRAC_PI_2, PI, SQRT_2, TAU};
@@ -48,7 +49,7 @@ fn beside(a: Place, b: Place, [x, y]: Place) -> Place {
 }
 
 fn folder(model: &str) -> PathBuf {
-    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("models").join(model)
+    Path::new(ROOT).join("models").join(model)
 }
 
 fn scene(model: &str) -> Scene {

@@ -1,5 +1,6 @@
 //! Pictures of the linear graphs, and the comparison of coordinates.
 
+use crate::support::ROOT;
 use crate::support::run;
 
 use std::io::Write;
@@ -85,7 +86,7 @@ fn nodes_keep_their_distance() {
 }
 
 fn costs(model: &str) -> Vec<(Choice, Cost)> {
-    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("models").join(model).join("scene.toml");
+    let path = Path::new(ROOT).join("models").join(model).join("scene.toml");
     let scene = Scene::read(&path).unwrap_or_else(|faults| panic!("{faults}"));
     let comparison = compare::comparison(&scene).unwrap_or_else(|faults| panic!("{faults}"));
     let good = |choice: Choice| match choice.figures.clone() {
@@ -127,7 +128,7 @@ fn costs_are_complete_and_fewer_equations_cost_less() {
 
 #[test]
 fn the_table_has_a_line_for_each_choice() {
-    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("models/slider_crank/scene.toml");
+    let path = Path::new(ROOT).join("models/slider_crank/scene.toml");
     let comparison = compare::comparison(&Scene::read(&path).unwrap()).unwrap();
     let text = comparison.to_string();
     for name in ["absolute", "joint", "recommended *", "cheapest"] {

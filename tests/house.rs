@@ -1,5 +1,6 @@
 //! What a stranger can check of the structure of the sources.
 
+use crate::support::ROOT;
 use std::path::{Path, PathBuf};
 
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
@@ -29,7 +30,7 @@ fn kinds(folder: &Path) -> Vec<String> {
 /// A component is one file: nothing outside `src/component` decides by the name of a kind, neither in a pattern nor in a comparison.
 #[test]
 fn no_other_room_decides_by_the_kind_of_a_component() {
-    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("src");
+    let root = Path::new(ROOT).join("src");
     let kinds = kinds(&root.join("component"));
     assert!(kinds.len() >= 17, "{kinds:?}");
     let mut files = Vec::new();
@@ -56,7 +57,7 @@ fn no_other_room_decides_by_the_kind_of_a_component() {
 }
 
 fn root() -> PathBuf {
-    PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+    PathBuf::from(ROOT)
 }
 
 fn read(path: &Path) -> String {

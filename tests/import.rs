@@ -1,6 +1,7 @@
 //! Linkages of PMKS+ and pylinkage as scenes: they move as elementary geometry, or pylinkage itself, says.
 
 use crate::outside::command;
+use crate::support::ROOT;
 
 use std::f64::consts::PI;
 use std::fs;
@@ -9,12 +10,7 @@ use std::path::Path;
 use command::{code, cotree, stderr, stdout};
 
 fn example(name: &str) -> String {
-    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
-        .join("tests/import")
-        .join(name)
-        .to_str()
-        .unwrap()
-        .to_owned()
+    Path::new(ROOT).join("tests/import").join(name).to_str().unwrap().to_owned()
 }
 
 /// Imports a file, checks the scene, and gives the values of its variables at a time of its run.

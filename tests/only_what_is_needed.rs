@@ -1,5 +1,6 @@
 //! Nothing is modelled that the scene does not need.
 
+use crate::support::ROOT;
 use crate::support::run;
 
 use cotree::compile::Compiled;
@@ -61,8 +62,7 @@ fn a_driven_scene_has_no_integrator_and_no_forces_unless_one_is_asked_for() {
 #[test]
 fn only_what_is_asked_for_is_computed() {
     let with = |outputs: &str| {
-        let path = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
-            .join("models/bench_slider_crank/scene.toml");
+        let path = std::path::Path::new(ROOT).join("models/bench_slider_crank/scene.toml");
         let text = std::fs::read_to_string(path).expect("a scene");
         let (before, rest) = text.split_once("variables = [").expect("outputs");
         let (_, after) = rest.split_once(']').expect("a list");

@@ -1,5 +1,6 @@
 //! Runs that begin at another time than the scene, and starts far from the guess.
 
+use crate::support::ROOT;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -14,7 +15,7 @@ fn model_of(scene: &Scene) -> Arc<Model> {
 }
 
 fn model(name: &str) -> Arc<Model> {
-    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("models").join(name).join("scene.toml");
+    let path = Path::new(ROOT).join("models").join(name).join("scene.toml");
     model_of(&Scene::read(&path).unwrap_or_else(|faults| panic!("{}", faults.render(false, 100))))
 }
 

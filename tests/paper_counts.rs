@@ -1,5 +1,6 @@
 //! How many equations each choice of trees gives: the counts of McPhee 1998 for his examples.
 
+use crate::support::ROOT;
 use std::path::Path;
 
 use cotree::component::{Origin, System};
@@ -10,7 +11,7 @@ use cotree::tree::Trees;
 
 /// Coordinates, loop equations of joints, and those of drivers. What holds by itself is no equation.
 fn counts(model: &str, choice: Coordinates) -> [usize; 3] {
-    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("models").join(model).join("scene.toml");
+    let path = Path::new(ROOT).join("models").join(model).join("scene.toml");
     let mechanism = Scene::read(&path).and_then(|scene| scene.resolve()).unwrap().mechanism;
     let system = System::new(&mechanism);
     let trees = Trees::select(&system, &choice).unwrap();

@@ -1,5 +1,6 @@
 //! Section 5.2 of the paper: the kinematics of the quick-return mechanism, equation by equation.
 
+use crate::support::ROOT;
 use std::f64::consts::PI;
 use std::path::Path;
 
@@ -12,7 +13,7 @@ use cotree::tree::Trees;
 use proptest::prelude::*;
 
 fn mechanism() -> Mechanism {
-    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("models/quick_return/scene.toml");
+    let path = Path::new(ROOT).join("models/quick_return/scene.toml");
     Scene::read(&path).and_then(|scene| scene.resolve()).unwrap().mechanism
 }
 

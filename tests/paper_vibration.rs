@@ -1,5 +1,6 @@
 //! Section 5.1 of the paper: four masses on a line. Each matrix of Eq. (33) is a product of cutset columns and a diagonal.
 
+use crate::support::ROOT;
 use std::path::Path;
 
 use cotree::component::{Origin, System};
@@ -15,10 +16,7 @@ use proptest::prelude::*;
 const BRANCHES: [&str; 4] = ["m1", "m3", "k13", "k15"];
 
 fn scene() -> String {
-    std::fs::read_to_string(
-        Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("models/vibration/scene.toml"),
-    )
-    .unwrap()
+    std::fs::read_to_string(Path::new(ROOT).join("models/vibration/scene.toml")).unwrap()
 }
 
 /// Without the springs and dampers to the ground.

@@ -1,6 +1,7 @@
 //! Stills, films, curves and drawings for CAD: against the motion that `cotree simulate` gives.
 
 use crate::outside::command;
+use crate::support::ROOT;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,7 +10,7 @@ use command::{code, cotree, stderr};
 use resvg::tiny_skia::Pixmap;
 
 fn model(name: &str) -> String {
-    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("models").join(name).join("scene.toml");
+    let path = Path::new(ROOT).join("models").join(name).join("scene.toml");
     path.to_str().unwrap().to_owned()
 }
 
@@ -145,7 +146,7 @@ fn an_animated_svg_turns_the_bodies_as_the_run_does() {
 #[test]
 fn springs_bend_and_every_model_has_a_film() {
     let folder = tempfile::tempdir().unwrap();
-    for entry in fs::read_dir(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("models")).unwrap() {
+    for entry in fs::read_dir(Path::new(ROOT).join("models")).unwrap() {
         let name = entry.unwrap().file_name().to_str().unwrap().to_owned();
         done(folder.path(), &["view", &model(&name), "--svg", "-o", "film.svg"]);
         let svg = fs::read_to_string(folder.path().join("film.svg")).unwrap();

@@ -1,5 +1,6 @@
 //! Equations for people: the paper's examples look as in the paper, and what is printed says the same as the kernels.
 
+use crate::support::ROOT;
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -19,8 +20,7 @@ const PAPER: [&str; 3] =
     ["tests/scenes/figure_1.toml", "models/quick_return/scene.toml", "models/vibration/scene.toml"];
 
 fn scene(path: &str) -> Scene {
-    Scene::read(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join(path))
-        .unwrap_or_else(|faults| panic!("{faults}"))
+    Scene::read(Path::new(ROOT).join(path)).unwrap_or_else(|faults| panic!("{faults}"))
 }
 
 fn model(name: &str) -> Scene {

@@ -2,6 +2,7 @@
 
 use crate::outside::command;
 use crate::outside::python;
+use crate::support::ROOT;
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -158,12 +159,7 @@ impl Case {
 
 /// Driven without and with masses, and free.
 fn cases() -> Vec<Case> {
-    let model = |name: &str| {
-        Scene::read(
-            Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("models").join(name).join("scene.toml"),
-        )
-        .unwrap()
-    };
+    let model = |name: &str| Scene::read(Path::new(ROOT).join("models").join(name).join("scene.toml")).unwrap();
     let four_bar = Scene::from_toml(FOUR_BAR).unwrap();
     let held = [
         "crank_pivot.fx",

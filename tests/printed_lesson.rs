@@ -1,12 +1,12 @@
 //! The lesson of scenes that the paper has no example for: couplings, one dimension, inputs, and drivers that prescribe everything.
 
+use crate::support::ROOT;
 use cotree::scene::Scene;
 use cotree_text::Prose;
 use cotree_text::written::{self, Notation};
 
 fn scene(path: &str) -> Scene {
-    Scene::read(format!("{}/{path}", concat!(env!("CARGO_MANIFEST_DIR"), "/../..")))
-        .unwrap_or_else(|faults| panic!("{faults}"))
+    Scene::read(format!("{ROOT}/{path}")).unwrap_or_else(|faults| panic!("{faults}"))
 }
 
 fn written(text: &str) -> Scene {
@@ -143,7 +143,7 @@ fn the_quick_return_has_an_axis_that_turns() {
 
 #[test]
 fn lessons_of_all_models_hold_and_have_pictures() {
-    for folder in std::fs::read_dir(format!("{}/models", concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))).unwrap() {
+    for folder in std::fs::read_dir(format!("{ROOT}/models")).unwrap() {
         let scene = Scene::read(folder.unwrap().path().join("scene.toml")).unwrap();
         assert_checked(&lesson(&scene), 5);
         let page = written::steps(&scene, Prose::Html).unwrap();

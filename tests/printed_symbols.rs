@@ -1,6 +1,7 @@
 //! Formulas of the JSON notation, evaluated by a reader of their own, give the accelerations and reactions that the runtime computes: with the
 //! scene's numbers, and with a name for every number.
 
+use crate::support::ROOT;
 use std::collections::HashMap;
 
 use cotree::compile;
@@ -13,7 +14,7 @@ use nalgebra::{DMatrix, DVector};
 use serde_json::Value;
 
 fn model(name: &str) -> Scene {
-    let path = format!("{}/models/{name}/scene.toml", concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    let path = format!("{ROOT}/models/{name}/scene.toml");
     Scene::read(path).unwrap_or_else(|faults| panic!("{faults}"))
 }
 

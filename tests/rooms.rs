@@ -1,5 +1,6 @@
 //! The rooms of the house: data flows one way, so each crate uses only those before it, and each folder of a crate too.
 
+use crate::support::ROOT;
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -31,6 +32,7 @@ const CRATES: [Crate; 6] = [
             "compile",
             "simulate",
             "import",
+            "gallery",
         ],
     ),
     ("cotree_study", "crates/study/src", &["analysis", "bench", "compare", "motion", "sweep", "fit"]),
@@ -39,13 +41,13 @@ const CRATES: [Crate; 6] = [
     (
         "cotree_file",
         "crates/file/src",
-        &["page", "accuracy", "icon", "documentation", "front", "moving", "film", "export"],
+        &["page", "accuracy", "icon", "documentation", "overview", "moving", "film", "export"],
     ),
     ("cotree_cli", "crates/cli/src", &[]),
 ];
 
 fn root() -> PathBuf {
-    PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+    PathBuf::from(ROOT)
 }
 
 /// Rust files, in folders too.

@@ -2,6 +2,7 @@
 //!
 //! `COTREE_WRITE_REFERENCE=1 cargo test --test all scene_reference::` writes both.
 
+use crate::support::ROOT;
 use std::path::{Path, PathBuf};
 
 use cotree::component::{System, examples, reference};
@@ -24,7 +25,7 @@ guide = { type = "prismatic", between = ["ground", "slider"], axis = [1, 0] }
 "#;
 
 fn docs(name: &str) -> PathBuf {
-    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("docs").join(name)
+    Path::new(ROOT).join("docs").join(name)
 }
 
 /// Compares a file, or writes it.

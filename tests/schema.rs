@@ -1,6 +1,7 @@
 //! The JSON Schema of scenes: it is that of this program, permits what is right, and refuses what is wrong.
 
 use crate::outside::command;
+use crate::support::ROOT;
 
 use std::path::Path;
 
@@ -10,7 +11,7 @@ use serde_json::Value;
 use command::{code, cotree, stdout};
 
 fn schema() -> Value {
-    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("schema/scene.schema.json");
+    let path = Path::new(ROOT).join("schema/scene.schema.json");
     let made = stdout(&cotree(Path::new("."), &["schema"]));
     if std::env::var_os("COTREE_WRITE_REFERENCE").is_some() {
         std::fs::write(&path, &made).unwrap();
@@ -117,7 +118,7 @@ fn json(text: &str) -> Value {
 }
 
 fn scenes() -> Vec<(String, String)> {
-    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    let root = Path::new(ROOT);
     let mut paths: Vec<_> =
         root.join("models").read_dir().unwrap().map(|entry| entry.unwrap().path().join("scene.toml")).collect();
     for folder in ["tests/scenes", "tests/scenes/components", "benches/scenes"] {

@@ -1,5 +1,6 @@
 //! Derivatives of motions with respect to parameters, inputs and initial values, against high-order differences of whole runs.
 
+use crate::support::ROOT;
 use crate::support::fine;
 
 use cotree::Scene;
@@ -216,7 +217,7 @@ fn a_driven_mechanism_and_its_reactions() {
 
 #[test]
 fn every_model_and_everything_that_can_be_set() {
-    let folder = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("models");
+    let folder = std::path::Path::new(ROOT).join("models");
     let mut checked = 0;
     for entry in folder.read_dir().unwrap() {
         let name = entry.unwrap().file_name().into_string().unwrap();

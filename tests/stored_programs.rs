@@ -2,6 +2,7 @@
 //!
 //! `COTREE_WRITE_EXPECTED=1 cargo test --test all stored_programs::` writes them anew. The motions that they must make stay: `models/*/expected.csv`.
 
+use crate::support::ROOT;
 use std::fs;
 use std::path::PathBuf;
 
@@ -12,7 +13,7 @@ use crate::support::run::{models, sound};
 
 #[test]
 fn the_stored_programs_are_those_of_the_models() {
-    let root = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    let root = PathBuf::from(ROOT);
     let mut other = Vec::new();
     for model in models() {
         let scene = Scene::read(root.join("models").join(&model).join("scene.toml"));

@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use command::{code, cotree, stderr, stdout};
 
-const SCENE: &str = concat!(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."), "/models/slider_crank/scene.toml");
+const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/slider_crank/scene.toml");
 
 /// The rows of a table without quotes, the heading apart.
 fn rows(text: &str) -> (Vec<String>, Vec<Vec<String>>) {

@@ -1,13 +1,14 @@
 //! The tutorial works as it is written, and the book has every page.
 
 use crate::outside::command;
+use crate::support::ROOT;
 
 use std::path::Path;
 
 use command::{code, cotree, stderr, stdout};
 
 fn docs() -> std::path::PathBuf {
-    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("docs")
+    Path::new(ROOT).join("docs")
 }
 
 /// The blocks of code in a language.

@@ -2,6 +2,7 @@
 //!
 //! `UPDATE_WORK=1 cargo test --test all work::` writes `tests/work.txt` anew; whoever makes a number larger says why.
 
+use crate::support::ROOT;
 use crate::support::run;
 
 use std::fmt::Write;
@@ -20,7 +21,7 @@ use run::{models, sound};
 const POINTS: u32 = 50;
 
 fn root() -> PathBuf {
-    PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+    PathBuf::from(ROOT)
 }
 
 /// Operations of the kernel of the motion, then steps, rejected steps and evaluations of the scene's experiment, communication points included.

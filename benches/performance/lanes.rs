@@ -14,7 +14,7 @@ const RUNS: usize = 64;
 /// In turns, so that a busy moment of the machine does not count for one of them only.
 const ROUNDS: usize = 7;
 /// None: by single simulations.
-const LANES: [usize; 5] = [0, 1, 2, 4, MOST_LANES];
+const LANES: [usize; 4] = [0, 1, 2, MOST_LANES];
 
 struct Whole {
     instance: Instance,
@@ -39,8 +39,8 @@ impl Member for Whole {
 /// Microseconds for each run, from its start to its end without points between, and the gain by lanes.
 pub fn write(text: &mut String) -> Result<(), Failure> {
     *text += "\n## Many runs side by side\n\nMicroseconds of one thread for each of 64 runs at 1e-6, starts apart. Single: without lanes.\n\n\
-              | scene | single | 1 lane | 2 lanes | 4 lanes | 8 lanes | 4 lanes to 1 lane | 4 lanes to single | 8 lanes to single |\n\
-              |---|---|---|---|---|---|---|---|---|\n";
+              | scene | single | 1 lane | 2 lanes | 4 lanes | 4 lanes to 1 lane | 4 lanes to single |\n\
+              |---|---|---|---|---|---|---|\n";
     let cases = [
         ("S1 slider-crank, 10 s", scenes::model("bench_slider_crank")),
         ("S2 Andrews, 0.03 s", scenes::model("andrews")),
@@ -51,22 +51,21 @@ pub fn write(text: &mut String) -> Result<(), Failure> {
     ];
     for (title, scene) in cases {
         let found = times(&model(&scene)?)?;
-        let [single, one, two, four, eight] = found.map(|seconds| 1e6 * seconds);
+        let [single, one, two, four] = found.map(|seconds| 1e6 * seconds);
         writeln!(
             text,
-            "| {title} | {single:.1} | {one:.1} | {two:.1} | {four:.1} | {eight:.1} | {:.1} | {:.1} | {:.1} |",
+            "| {title} | {single:.1} | {one:.1} | {two:.1} | {four:.1} | {:.1} | {:.1} |",
             one / four,
-            single / four,
-            single / eight
+            single / four
         )?;
     }
     Ok(())
 }
 
 /// Seconds for each run.
-fn times(model: &Arc<Model>) -> Result<[f64; 5], Failure> {
+fn times(model: &Arc<Model>) -> Result<[f64; 4], Failure> {
     let stop = model.program().experiment.stop;
-    let mut best = [f64::INFINITY; 5];
+    let mut best = [f64::INFINITY; 4];
     for _ in 0..ROUNDS {
         for (best, &lanes) in best.iter_mut().zip(&LANES) {
             let start = || Ok(Whole { instance: started(model, None, TOLERANCE)?, stop, failed: false });

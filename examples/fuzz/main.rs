@@ -19,6 +19,8 @@ use std::{env, fs};
 
 use mutate::Random;
 
+/// The folder of the whole project.
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 /// An input that takes longer is reported.
 const SLOW: Duration = Duration::from_secs(60);
 
@@ -113,7 +115,7 @@ fn fuzz(name: &str, mut target: Box<dyn Target>, time: Duration, seed: u64) -> E
 
 /// Saves an input that makes trouble.
 fn report(name: &str, what: &str, number: u64, input: &[u8]) {
-    let folder = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("target/fuzz");
+    let folder = PathBuf::from(ROOT).join("target/fuzz");
     let path = folder.join(format!("{name}-{what}-{number}"));
     let saved = fs::create_dir_all(&folder).and_then(|()| fs::write(&path, input));
     println!(

@@ -1,5 +1,6 @@
 //! Damaged programs: whatever passes the check must run without a panic.
 
+use crate::ROOT;
 use std::fs;
 use std::path::Path;
 use std::sync::Arc;
@@ -20,7 +21,7 @@ pub struct Programs {
 
 impl Programs {
     pub fn new() -> Self {
-        let models = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("models");
+        let models = Path::new(ROOT).join("models");
         let mut folders: Vec<_> =
             fs::read_dir(models).into_iter().flatten().flatten().map(|entry| entry.path()).collect();
         folders.sort();

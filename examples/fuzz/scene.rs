@@ -1,5 +1,6 @@
 //! Damaged scene files: read, resolve, compile, report, draw, move a little.
 
+use crate::ROOT;
 use std::fs;
 use std::path::Path;
 use std::sync::Arc;
@@ -22,7 +23,7 @@ pub struct Scenes {
 
 impl Scenes {
     pub fn new() -> Self {
-        let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+        let root = Path::new(ROOT);
         let mut files = Vec::new();
         for folder in ["models", "tests/faults", "tests/scenes", "examples/coupled"] {
             collect(&root.join(folder), &mut files);

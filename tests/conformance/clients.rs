@@ -1,5 +1,6 @@
 //! The dynamic cases once more, through importers that others have written.
 
+use crate::support::ROOT;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -22,7 +23,7 @@ pub const RAW: [&str; 6] = ["X06", "X08", "X09", "X10", "X11", "X12"];
 pub fn run(folders: &[PathBuf]) -> Vec<Client> {
     let mut clients = Vec::new();
     if let Some((_, python)) = python::python("fmpy", REQUIREMENTS) {
-        let script = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("tests/fmpy/catalogue/main.py");
+        let script = Path::new(ROOT).join("tests/fmpy/catalogue/main.py");
         clients.push(Client::run("fmpy", folders, |folder| {
             let mut command = Command::new(&python);
             command.arg(&script).arg(folder);

@@ -1,5 +1,6 @@
 //! A runtime of another version: the same sources but for a line that changes the format of what is stored.
 
+use crate::support::ROOT;
 use std::collections::BTreeSet;
 use std::ffi::OsString;
 use std::fs;
@@ -37,7 +38,7 @@ const KIND: &str = "a cotree program of format ";
 
 /// Builds it, once for unchanged sources; its shared library.
 pub fn other_runtime() -> PathBuf {
-    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    let root = Path::new(ROOT);
     let work = Path::new(env!("CARGO_TARGET_TMPDIR")).join("other-version");
     write(&work.join("Cargo.toml"), WORKSPACE.as_bytes());
     for part in ["Cargo.lock", "fmu/Cargo.toml", "fmu/build.rs", "fmu/src", "tools/runtime"] {

@@ -1,10 +1,11 @@
 //! Models with a tolerance fine enough for the derivatives of their motions.
 
 use super::run;
+use crate::support::ROOT;
 
 /// The scene of a model, with a tolerance of 1e-10.
 pub fn model(name: &str) -> String {
-    let path = format!("{}/models/{name}/scene.toml", concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    let path = format!("{ROOT}/models/{name}/scene.toml");
     let text = run::from_here(name, std::fs::read_to_string(path).unwrap());
     assert!(text.contains("[experiment]"));
     let at = text.find("[experiment]").unwrap();

@@ -19,3 +19,6 @@ pub mod random_parts;
 pub mod run;
 pub mod scene_text;
 pub mod variables;
+
+/// The folder of the whole project.
+pub const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");

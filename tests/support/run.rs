@@ -1,6 +1,7 @@
 //! Scenes read, compiled and run, where none of it may fail.
 #![allow(dead_code, reason = "each test file uses its own part")]
 
+use crate::support::ROOT;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -18,7 +19,7 @@ pub fn sound<T>(result: Result<T, Faults>) -> T {
 
 /// The text of a file of the repository.
 pub fn file(path: &str) -> String {
-    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join(path);
+    let path = Path::new(ROOT).join(path);
     std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
@@ -29,7 +30,7 @@ pub fn scene_of(model: &str) -> String {
 
 /// A text of a model in which the names of the other files of its folder are paths from here.
 pub fn from_here(model: &str, mut text: String) -> String {
-    let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("models").join(model);
+    let folder = Path::new(ROOT).join("models").join(model);
     for entry in std::fs::read_dir(&folder).into_iter().flatten() {
         let name = entry.expect("an entry").file_name().to_string_lossy().into_owned();
         text = text.replace(&format!("\"{name}\""), &format!("\"{}\"", folder.join(&name).display()));
@@ -39,8 +40,7 @@ pub fn from_here(model: &str, mut text: String) -> String {
 
 /// Names of the models in `models`.
 pub fn models() -> Vec<String> {
-    let folders =
-        std::fs::read_dir(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("models")).expect("the models");
+    let folders = std::fs::read_dir(Path::new(ROOT).join("models")).expect("the models");
     let folders =
         folders.map(|entry| entry.expect("an entry")).filter(|entry| entry.path().join("scene.toml").is_file());
     let mut names: Vec<String> = folders.map(|entry| entry.file_name().into_string().expect("a name")).collect();

@@ -1,6 +1,7 @@
 //! The pages of `cotree view` in a real browser: headless Chromium. Without one these tests only say so.
 
 use crate::outside::command;
+use crate::support::ROOT;
 use crate::support::large_scenes;
 
 mod browser;
@@ -24,7 +25,7 @@ fn page(folder: &Path, scene: &Path, runtimes: &Path) -> String {
 }
 
 fn model(name: &str) -> PathBuf {
-    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("models").join(name).join("scene.toml")
+    Path::new(ROOT).join("models").join(name).join("scene.toml")
 }
 
 /// What a page says after a script has looked at it; no complaint in the browser's console.
@@ -51,7 +52,7 @@ fn a_stored_run_plays_and_the_scrubber_moves_the_bodies() {
 #[test]
 fn every_model_is_shown() {
     let folder = tempfile::tempdir().unwrap();
-    for entry in fs::read_dir(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("models")).unwrap() {
+    for entry in fs::read_dir(Path::new(ROOT).join("models")).unwrap() {
         let scene = entry.unwrap().path().join("scene.toml");
         let page = page(folder.path(), &scene, folder.path());
         let Some(verdict) = seen(&page, include_str!("shows.js")) else { return };
@@ -105,7 +106,7 @@ fn hostile_text_does_nothing() {
 
 /// The runtime for browsers, if somebody has built it: see tools/build-runtimes.sh.
 fn runtimes() -> Option<PathBuf> {
-    let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("target/runtimes");
+    let folder = Path::new(ROOT).join("target/runtimes");
     let found = folder.join("web/cotree_runtime.wasm").exists();
     if !found {
         eprintln!("skipped: there is no runtime for browsers (tools/build-runtimes.sh web)");

@@ -9,7 +9,7 @@ use cotree::export::{ExportError, FmiVersion};
 use cotree_file::accuracy;
 use cotree_file::documentation::Page;
 use cotree_file::moving::Origin;
-use cotree_file::{front, moving};
+use cotree_file::{moving, overview};
 
 use super::failure::Failure;
 use super::words::one_of;
@@ -51,7 +51,7 @@ impl Export {
         let runtimes = self.runtimes().map_err(ExportError::from)?;
         let scene = output::load(&self.scene)?;
         let (scene, left_out) = if self.all { compile::with_everything(&scene)? } else { (scene, Vec::new()) };
-        let (mut compiled, front) = compile::compile_with(&scene, front::front)?;
+        let (mut compiled, overview) = compile::compile_with(&scene, overview::overview)?;
         compiled.warn(left_out);
         let accuracy = accuracy::of(&compiled);
         accuracy::warn_of_growth(&mut compiled, &accuracy);
@@ -63,7 +63,7 @@ impl Export {
         let live = moving::documentation(&scene, &compiled, origin);
         let path = self.output.unwrap_or_else(|| format!("{}.fmu", compiled.description.identifier).into());
         output::apart(&[Some(&self.scene)], &[Some(&path)])?;
-        let page = Page { drawing: &front.drawing, facts: &front.facts, accuracy: &accuracy, live: &live };
+        let page = Page { drawing: &overview.drawing, facts: &overview.facts, accuracy: &accuracy, live: &live };
         let extras = page.files(&compiled.description, self.fmi)?;
         compiled.write_fmu(self.fmi, extras, &runtimes, &path)?;
         output::print(&format!("{}\n", path.display()))

@@ -9,8 +9,8 @@ use cotree::{ExportFailure, Scene};
 
 use crate::accuracy;
 use crate::documentation::Page;
-use crate::front::front;
 use crate::moving::{self, Origin};
+use crate::overview::overview;
 
 /// Writes the scene as a self-contained FMU for the platform that this program runs on, with its page and its pictures.
 ///
@@ -18,10 +18,10 @@ use crate::moving::{self, Origin};
 /// Everything that is wrong with the scene, or a file that cannot be written.
 pub fn export_fmu(scene: &Scene, version: FmiVersion, path: impl AsRef<Path>) -> Result<(), ExportFailure> {
     let runtime = Runtime::embedded().map_err(ExportError::from)?;
-    let (compiled, front) = compile_with(scene, front)?;
+    let (compiled, overview) = compile_with(scene, overview)?;
     let accuracy = accuracy::of(&compiled);
     let live = moving::documentation(scene, &compiled, Origin::Stored(accuracy::affordable(&compiled, &accuracy)));
-    let page = Page { drawing: &front.drawing, facts: &front.facts, accuracy: &accuracy, live: &live };
+    let page = Page { drawing: &overview.drawing, facts: &overview.facts, accuracy: &accuracy, live: &live };
     let extras = page.files(&compiled.description, version)?;
     Ok(compiled.write_fmu(version, extras, &[runtime], path.as_ref())?)
 }

@@ -20,11 +20,11 @@ mod export;
 #[doc(hidden)]
 pub mod film;
 #[doc(hidden)]
-pub mod front;
-#[doc(hidden)]
 pub mod icon;
 #[doc(hidden)]
 pub mod moving;
+#[doc(hidden)]
+pub mod overview;
 #[doc(hidden)]
 pub mod page;
 

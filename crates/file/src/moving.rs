@@ -12,7 +12,7 @@ use cotree_draw::pose::{draw, frames, positions};
 use cotree_fmu::instance::{Inaccuracy, Instance, InstanceError};
 use cotree_fmu::model::Model as Runnable;
 
-use crate::front::{Front, front};
+use crate::overview::{Overview, overview};
 use crate::page::{GroundPoint, Live, Model, Motion, Page, Variable, point_names, prose};
 
 /// A stored run has at most so many samples.
@@ -44,7 +44,7 @@ struct Picture {
 /// # Errors
 /// Everything that is wrong with the scene; the page is an error if its motion cannot be computed at all.
 pub fn page(scene: &Scene, module: Option<Vec<u8>>) -> Result<(Compiled, Result<Page, String>), Faults> {
-    let (compiled, Front { drawing, facts }) = compile_with(scene, front)?;
+    let (compiled, Overview { drawing, facts }) = compile_with(scene, overview)?;
     let origin = module.map_or(Origin::Stored(compiled.description.experiment.stop), Origin::Solver);
     let live = moving(scene, &compiled, origin)?;
     let page = live.map(|live| Page {

@@ -53,7 +53,7 @@ type Slots<M> = Each<Option<Slot<M>>>;
 impl Lanes {
     /// For members with this tolerance, up to `width` at a time; 0 for each by itself, as a single simulation.
     pub fn new(model: &Model, tolerance: f64, width: usize) -> Self {
-        let motions = if width == 0 { None } else { motions(model, tolerance, width) };
+        let motions = if width == 0 { None } else { motions(model, tolerance) };
         Self { motions, width: width.clamp(1, MOST_LANES) }
     }
 

@@ -4,7 +4,7 @@
 
 use std::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 
-use super::lane::{Lane, WIDTH, ZERO, add, multiply, splat, subtract};
+use super::lane::{Lane, WIDTH, ZERO, add, at_each, multiply, splat, subtract};
 use super::many::{Elementary, Number};
 use crate::math;
 
@@ -20,12 +20,10 @@ pub(crate) struct Dual<const D: usize> {
 macro_rules! along {
     ($value:expr, $i:ident, $j:ident => $tangent:expr) => {{
         let mut tangents = [0.0; D];
-        let mut $i = 0;
-        while $i < D {
+        at_each!(D, $i => {
             let $j = $i % WIDTH;
             tangents[$i] = $tangent;
-            $i += 1;
-        }
+        });
         Self { value: $value, tangents }
     }};
 }

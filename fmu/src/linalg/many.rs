@@ -2,7 +2,7 @@
 
 use std::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 
-use super::lane;
+use super::lane::{self, at_each};
 use super::turn::cosines_and_sines;
 
 /// A real number, or several that take part in the same operations.
@@ -139,11 +139,7 @@ pub(crate) struct Many<const W: usize>(pub [f64; W]);
 macro_rules! each {
     ($i:ident => $value:expr) => {{
         let mut result = [0.0; W];
-        let mut $i = 0;
-        while $i < W {
-            result[$i] = $value;
-            $i += 1;
-        }
+        at_each!(W, $i => result[$i] = $value);
         Self(result)
     }};
 }
@@ -226,9 +222,7 @@ impl<const W: usize> Number for Many<W> {
     #[inline(always)]
     fn exceeds(self, bound: Self) -> [bool; W] {
         let mut result = [false; W];
-        for i in 0..W {
-            result[i] = self.0[i] > bound.0[i];
-        }
+        at_each!(W, i => result[i] = self.0[i] > bound.0[i]);
         result
     }
 
@@ -278,9 +272,7 @@ impl<const W: usize> Which for [bool; W] {
     #[inline(always)]
     fn and(self, other: Self) -> Self {
         let mut result = self;
-        for i in 0..W {
-            result[i] &= other[i];
-        }
+        at_each!(W, i => result[i] &= other[i]);
         result
     }
 

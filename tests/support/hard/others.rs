@@ -1,5 +1,6 @@
 //! Cases that are hard for other reasons: stiff, fast, without freedom, without ground, out of reach.
 
+use crate::support::ROOT;
 use std::f64::consts::PI;
 use std::path::Path;
 
@@ -105,7 +106,7 @@ pub fn lock_up_with_freedom() -> Case {
 }
 
 pub fn andrews() -> Case {
-    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("models/andrews/scene.toml");
+    let path = Path::new(ROOT).join("models/andrews/scene.toml");
     let scene = Scene::read(&path).unwrap_or_else(|faults| panic!("{}", faults.render(false, 100)));
     Case::new("Andrews' mechanism", scene, 0.03, vec![]).driven()
 }

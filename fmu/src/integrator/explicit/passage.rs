@@ -46,7 +46,7 @@ impl Explicit {
     }
 
     /// Looks for singular poses in the step just tried and after it. Says how far after it there is one; none if the step must be taken
-    /// again, because it has passed a pose that was not known, or elsewhere.
+    /// again, because it has passed a pose that was not known, or elsewhere, or nowhere.
     pub(super) fn survey(&mut self, context: &mut Context, run: &mut Run, end: f64) -> Option<f64> {
         let h = end - run.last.end_time;
         let expected = if run.passes(end) {
@@ -66,7 +66,9 @@ impl Explicit {
                     return None;
                 }
             } else if known {
+                // What was judged as a passage is none.
                 (run.singular.ahead, run.singular.pose) = (0.0, None);
+                return None;
             }
         }
         let guess = self.watch.arrival(h);

@@ -91,10 +91,8 @@ impl Taylor {
     }
 }
 
-/// As many members as are served at once, at most.
-pub const MOST_LANES: usize = 8;
-/// Vectors of so many numbers, if that is enough: a short vector costs little more than half of a long one.
-const FEW: usize = MOST_LANES / 2;
+/// As many members as are served at once, at most: eight were no faster, but for mechanisms of many loops.
+pub const MOST_LANES: usize = 4;
 
 /// Something of each member.
 pub(crate) type Each<T> = [T; MOST_LANES];
@@ -156,29 +154,26 @@ pub(crate) trait Motions: std::fmt::Debug {
     fn polynomial(&self, member: usize, polynomial: &mut [f64]);
 }
 
-/// For a model whose motions can be found together, up to `width` at a time.
-pub(crate) fn motions(model: &Model, tolerance: f64, width: usize) -> Option<Box<dyn Motions>> {
-    Some(match width {
-        ..=FEW => Box::new(Vectors::<FEW>::new(model, tolerance)?),
-        _ => Box::new(Vectors::<MOST_LANES>::new(model, tolerance)?),
-    })
+/// For a model whose motions can be found together.
+pub(crate) fn motions(model: &Model, tolerance: f64) -> Option<Box<dyn Motions>> {
+    Some(Box::new(Vectors::new(model, tolerance)?))
 }
 
-/// Several motions in vectors of so many numbers.
+/// Several motions in vectors.
 #[derive(Clone, Debug)]
-struct Vectors<const W: usize> {
-    series: Members<Many<W>>,
+struct Vectors {
+    series: Members<Many<MOST_LANES>>,
     tolerance: f64,
     order: usize,
     /// (q, v) where the steps begin, and where they end.
-    start: Vec<Many<W>>,
-    end: Vec<Many<W>>,
-    begun: Begun<Many<W>>,
-    finite: [bool; W],
-    defect: [f64; W],
+    start: Vec<Many<MOST_LANES>>,
+    end: Vec<Many<MOST_LANES>>,
+    begun: Begun<Many<MOST_LANES>>,
+    finite: Each<bool>,
+    defect: Each<f64>,
 }
 
-impl<const W: usize> Vectors<W> {
+impl Vectors {
     fn new(model: &Model, tolerance: f64) -> Option<Self> {
         let motion = vec![Many::ZERO; 2 * model.coordinates()];
         Some(Self {
@@ -187,14 +182,14 @@ impl<const W: usize> Vectors<W> {
             order: order_for(tolerance),
             start: motion.clone(),
             end: motion,
-            begun: Begun { open: Many::ZERO, regular: [false; W], amplification: Many::ZERO },
-            finite: [false; W],
-            defect: [0.0; W],
+            begun: Begun { open: Many::ZERO, regular: [false; MOST_LANES], amplification: Many::ZERO },
+            finite: [false; MOST_LANES],
+            defect: [0.0; MOST_LANES],
         })
     }
 }
 
-impl<const W: usize> Motions for Vectors<W> {
+impl Motions for Vectors {
     fn tolerance(&self) -> f64 {
         self.tolerance
     }
@@ -211,9 +206,6 @@ impl<const W: usize> Motions for Vectors<W> {
     }
 
     fn follow(&mut self, member: usize, other: usize) {
-        if member >= W {
-            return;
-        }
         for place in &mut self.start {
             place.0[member] = place.0[other];
         }
@@ -249,11 +241,10 @@ impl<const W: usize> Motions for Vectors<W> {
     }
 
     fn go(&mut self, h: &Each<f64>) {
-        let h = std::array::from_fn(|member| h[member]);
-        self.series.evaluate(self.order, Many(h), &mut self.end);
+        self.series.evaluate(self.order, Many(*h), &mut self.end);
         self.begun = self.series.begin(self.order, &self.end);
         self.finite = self.series.finite();
-        self.defect = self.series.defect(self.order, h);
+        self.defect = self.series.defect(self.order, *h);
     }
 
     fn roll(&mut self) {

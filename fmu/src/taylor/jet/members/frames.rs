@@ -40,33 +40,33 @@ impl<N: Elementary> Members<N> {
     /// Finds how the pose of few frames responds.
     #[inline(always)]
     pub(super) fn respond(&mut self) {
-        if !N::FULL {
+        if !N::FULL || self.frames == 0 {
             return;
         }
-        match self.frames {
-            1 => self.respond_frames::<1>(),
-            2 => self.respond_frames::<2>(),
-            3 => self.respond_frames::<3>(),
-            MOST_FRAMES => self.respond_frames::<MOST_FRAMES>(),
-            _ => {}
-        }
-    }
-
-    /// Orders from the first to the last of few frames.
-    #[inline(always)]
-    pub(super) fn advance_few(&mut self, first: usize, last: usize) {
-        match self.frames {
-            1 => self.advance_frames::<1>(first, last),
-            2 => self.advance_frames::<2>(first, last),
-            3 => self.advance_frames::<3>(first, last),
-            _ => self.advance_frames::<MOST_FRAMES>(first, last),
-        }
-    }
-
-    #[inline(always)]
-    fn respond_frames<const F: usize>(&mut self) {
         let size = self.vector.len().min(MOST_EQUATIONS);
         let inverse = self.inverse(size);
+        match self.frames {
+            1 => self.respond_frames::<1>(&inverse[..size]),
+            2 => self.respond_frames::<2>(&inverse[..size]),
+            3 => self.respond_frames::<3>(&inverse[..size]),
+            _ => self.respond_frames::<MOST_FRAMES>(&inverse[..size]),
+        }
+    }
+
+    /// An order of few frames.
+    #[inline(always)]
+    pub(super) fn advance_few(&mut self, k: usize) {
+        match self.frames {
+            1 => self.advance_frames::<1>(k),
+            2 => self.advance_frames::<2>(k),
+            3 => self.advance_frames::<3>(k),
+            _ => self.advance_frames::<MOST_FRAMES>(k),
+        }
+    }
+
+    #[inline(always)]
+    fn respond_frames<const F: usize>(&mut self, inverse: &[[N; MOST_EQUATIONS]]) {
+        let size = inverse.len();
         let (masses, [forces, lacks]) = (self.masses::<F>(), self.effects::<F>(size));
         let Some(response) = room_mut::<N, F>(&mut self.response) else { return };
         for from in 0..F {
@@ -75,7 +75,7 @@ impl<N: Elementary> Members<N> {
                 if part == 0 {
                     solution = inverse[from];
                 } else {
-                    for (column, lacks) in inverse[..size].iter().zip(&lacks) {
+                    for (column, lacks) in inverse.iter().zip(&lacks) {
                         let lack = lacks[from][part - 1];
                         solution.iter_mut().zip(column).take(size).for_each(|(sum, value)| *sum += *value * lack);
                     }
@@ -139,33 +139,23 @@ impl<N: Elementary> Members<N> {
     }
 
     #[inline(always)]
-    fn advance_frames<const F: usize>(&mut self, first: usize, last: usize) {
-        let lawful = !self.laws.are_none();
-        for k in first..(last + 1).min(ORDERS - 2) {
-            if lawful {
-                self.laws.rates(&self.coefficients, k, &self.arms);
-            }
-            self.load_arms(k);
-            let acts = self.loads.act(k);
-            let (Some(arms), Some(response)) = (self.arms.first_chunk_mut::<F>(), room_mut::<N, F>(&mut self.response))
-            else {
-                return;
-            };
-            let mut left = convolve(arms, k);
-            if acts {
-                for (left, arm) in left.iter_mut().zip(&*arms) {
-                    left[0] += arm.x[0] * arm.applied[1] - arm.y[0] * arm.applied[0];
-                }
-            }
-            for push in self.pushes.at(k) {
-                let value = push.value.map_or(N::all(1.0), |slot| self.laws.get(slot, k));
-                left[push.place][0] -= self.coefficients[push.factors[0] as usize] * value;
-            }
-            accept(arms, k, &left, &find(response, &left), acts);
-            if lawful {
-                self.laws.positions(&self.coefficients, k + 2, &self.arms);
+    fn advance_frames<const F: usize>(&mut self, k: usize) {
+        let acts = self.loads.act(k);
+        let (Some(arms), Some(response)) = (self.arms.first_chunk_mut::<F>(), room_mut::<N, F>(&mut self.response))
+        else {
+            return;
+        };
+        let mut left = convolve(arms, k);
+        if acts {
+            for (left, arm) in left.iter_mut().zip(&*arms) {
+                left[0] += arm.x[0] * arm.applied[1] - arm.y[0] * arm.applied[0];
             }
         }
+        for push in self.pushes.at(k) {
+            let value = push.value.map_or(N::all(1.0), |slot| self.laws.get(slot, k));
+            left[push.place][0] -= self.coefficients[push.factors[0] as usize] * value;
+        }
+        accept(arms, k, &left, &find(response, &left), acts);
     }
 }
 

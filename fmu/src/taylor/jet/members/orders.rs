@@ -16,25 +16,30 @@ impl<const W: usize> Members<Many<W>> {
 impl<N: Elementary> Members<N> {
     #[inline(always)]
     pub(super) fn advance_all(&mut self, first: usize, last: usize) {
-        if N::FULL && self.frames > 0 { self.advance_few(first, last) } else { self.advance_any(first, last) }
-    }
-
-    #[inline(always)]
-    fn advance_any(&mut self, first: usize, last: usize) {
         let lawful = !self.laws.are_none();
         for k in first..(last + 1).min(ORDERS - 2) {
             if lawful {
                 self.laws.rates(&self.coefficients, k, &self.arms);
             }
-            self.predict(k);
-            self.load_arms(k);
-            self.balance(k);
-            self.factors.solve_by_rows(&self.vector, &mut self.solution);
-            self.correct(k);
+            if N::FULL && self.frames > 0 {
+                self.load_arms(k);
+                self.advance_few(k);
+            } else {
+                self.advance_one_by_one(k);
+            }
             if lawful {
                 self.laws.positions(&self.coefficients, k + 2, &self.arms);
             }
         }
+    }
+
+    #[inline(always)]
+    fn advance_one_by_one(&mut self, k: usize) {
+        self.predict(k);
+        self.load_arms(k);
+        self.balance(k);
+        self.factors.solve_by_rows(&self.vector, &mut self.solution);
+        self.correct(k);
     }
 
     /// Second derivatives of the arms without the new accelerations, and moments without the new forces.

@@ -19,9 +19,15 @@ pub(crate) struct Begun<N: Number> {
 }
 
 impl<const W: usize> Members<Many<W>> {
+    /// Begins at (q, v) of several members, as [`super::Jet::begin`] does for one.
+    pub(crate) fn begin(&mut self, order: usize, motion: &[Many<W>]) -> Begun<Many<W>> {
+        let begun = self.begin_at(order, motion);
+        self.advance(0, 0);
+        begun
+    }
+
     by_width! {
-        /// Begins at (q, v) of several members, as [`super::Jet::begin`] does for one.
-        pub(crate) fn begin[W](&mut self: Members<Many<W>>, order: usize, motion: &[Many<W>]) -> Begun<Many<W>> = begin_any
+        fn begin_at[W](&mut self: Members<Many<W>>, order: usize, motion: &[Many<W>]) -> Begun<Many<W>> = begin_any
     }
 
     /// As [`super::Jet::closeness`], of one member.
@@ -44,6 +50,7 @@ impl<const W: usize> Members<Many<W>> {
 }
 
 impl<N: Elementary> Members<N> {
+    /// Everything but the first order of accelerations.
     #[inline(always)]
     pub(super) fn begin_any(&mut self, order: usize, motion: &[N]) -> Begun<N> {
         self.laws.begin(&self.coefficients, order);
@@ -61,7 +68,6 @@ impl<N: Elementary> Members<N> {
         for k in 0..2 {
             self.laws.positions(&self.coefficients, k, &self.arms);
         }
-        self.advance_all(0, 0);
         // Not a number is not alike.
         Begun { open, regular: regular.and(N::all(1.0 / LEFT).exceeds(amplification)), amplification }
     }

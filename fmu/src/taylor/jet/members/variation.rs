@@ -84,6 +84,10 @@ macro_rules! with_directions {
     ($directions:literal) => {
         impl Motion<$directions> {
             by_width! {
+                fn begin_series(&mut self: Motion<$directions>, order: usize) -> bool = begin_any
+            }
+
+            by_width! {
                 fn expand(&mut self: Motion<$directions>, order: usize) -> bool = expand_any
             }
 
@@ -103,7 +107,7 @@ macro_rules! with_directions {
 
             fn begin(&mut self, model: &Model, order: usize, registers: &[f64], tangents: &Tangents) -> bool {
                 self.load(model, registers, tangents);
-                self.expand(order)
+                self.begin_series(order) && self.expand(order)
             }
 
             by_width! {
@@ -129,12 +133,15 @@ with_directions!(8);
 
 impl<const D: usize> Motion<D> {
     #[inline(always)]
+    fn begin_any(&mut self, order: usize) -> bool {
+        self.series.begin_any(order, &self.state).regular
+    }
+
+    /// All orders. Are they finite?
+    #[inline(always)]
     fn expand_any(&mut self, order: usize) -> bool {
-        let Self { series, state } = self;
-        if !series.begin_any(order, state).regular {
-            return false;
-        }
-        series.advance_all(1, order - 2);
+        let series = &mut self.series;
+        series.advance_all(0, order - 2);
         let unknowns = series.unknowns.iter().map(|&arm| &series.arms[arm].value[..=order]);
         unknowns
             .flatten()

@@ -12,7 +12,7 @@ use crate::page::Facts;
 
 /// What the documentation in an FMU shows.
 #[derive(Clone, Debug)]
-pub struct Front {
+pub struct Overview {
     /// The mechanism at its start.
     pub drawing: Drawing,
     /// Figures, graphs and equations.
@@ -20,14 +20,14 @@ pub struct Front {
 }
 
 /// What the documentation in an FMU shows of these equations.
-pub fn front(formulated: &mut Formulated) -> Front {
+pub fn overview(formulated: &mut Formulated) -> Overview {
     let drawing = draw(formulated);
     let facts = Facts {
         summary: summarise(formulated).to_string(),
         graphs: GraphDrawing::new(formulated).svg(&drawing),
         equations: equations_for_the_page(&mut formulated.equations),
     };
-    Front { drawing, facts }
+    Overview { drawing, facts }
 }
 
 /// Pages have no more equations than this.
