@@ -10,7 +10,7 @@ use std::process::Command;
 use std::thread::sleep;
 use std::time::Duration;
 
-use command::{code, cotree, stderr, with_scene};
+use command::{code, cotree, stderr, stdout, with_scene};
 
 /// What a command that must fail with exit code 2 says.
 fn refused(folder: &Path, arguments: &[&str]) -> String {
@@ -337,4 +337,58 @@ fn foreign_text_shows_what_is_in_it() {
     assert!(shown >= 7, "{shown}");
     let output = cotree(folder.path(), &["info", "odd.fmu", "--scene"]);
     assert_eq!(String::from_utf8(output.stdout).unwrap(), text, "a file's own text stays what it is");
+}
+
+const SWINGING: &str = r#"
+name = "swinging"
+gravity = [0, -9.81]
+[parameters]
+m = "1 kg"
+[bodies.bar]
+mass = "m"
+inertia = 0.02
+points = { top = ["-0.25 m", 0], end = ["0.25 m", 0] }
+[joints.pivot]
+type = "revolute"
+between = ["ground", "bar.top"]
+[outputs]
+variables = ["bar.angle", "bar.end.x", "bar.end.y"]
+[experiment]
+stop = 1
+"#;
+
+/// A file has the kind that its name promises, or is not written.
+#[test]
+fn files_are_what_their_names_say() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("a.toml"), SWINGING).unwrap();
+    let run = |arguments: &[&str]| {
+        let output = cotree(folder.path(), arguments);
+        assert_eq!(code(&output), 0, "{arguments:?}: {}", stderr(&output));
+        stdout(&output)
+    };
+    let begins = |name: &str, with: &[u8]| {
+        let bytes = std::fs::read(folder.path().join(name)).unwrap();
+        assert!(bytes.starts_with(with), "{name}: {}", String::from_utf8_lossy(&bytes[..20]));
+    };
+    run(&["bench", "a.toml", "--plot", "b.png"]);
+    begins("b.png", b"\x89PNG");
+    run(&["view", "a.toml", "-o", "film.svg"]);
+    begins("film.svg", b"<svg");
+    // A plot without a table does not fill the terminal; who wants both says so.
+    assert_eq!(run(&["simulate", "a.toml", "--plot", "c.svg"]), "");
+    assert!(run(&["simulate", "a.toml", "--plot", "c.svg", "-o", "-"]).starts_with("time"));
+    for (arguments, wanted) in [
+        (&["bench", "a.toml", "--plot", "b.pdf"][..], "`.svg` or `.png`"),
+        (&["view", "a.toml", "-o", "page.png"], "`.html`"),
+        (&["view", "a.toml", "--svg", "-o", "film.html"], "`.svg`"),
+        (&["simulate", "a.toml", "-o", "a.json"], "`.csv`; with --summary --json"),
+        (&["motion", "a.toml", "--input", "pivot", "-o", "a.xlsx"], "`.csv`"),
+        (&["trace", "a.toml", "-o", "a.svg"], "`.csv` or `.dxf`"),
+        (&["sweep", "a.toml", "--set", "m=1..2:2", "--output", "last(bar.angle)", "-o", "a.json"], "`.csv`"),
+    ] {
+        let output = cotree(folder.path(), arguments);
+        assert!(code(&output) == 2 && stderr(&output).contains(wanted), "{arguments:?}: {}", stderr(&output));
+        assert!(!folder.path().join(arguments[arguments.len() - 1]).exists(), "{arguments:?}");
+    }
 }

@@ -497,3 +497,56 @@ fn the_report_is_a_text_a_table_and_a_plot() {
         "{kinematic}"
     );
 }
+
+/// A second slider hangs on the rocker and carries nothing: its joint transmits nothing, and what rounding errors leave of its force is zero.
+#[test]
+fn joints_that_carry_nothing_have_no_figures() {
+    let hanging = CRANK_ROCKER
+        .replace("[joints]", "idle  = { points = { c = [0, 0], d = [\"150 mm\", 0] } }\nblock = {}\n[joints]")
+        .replace("o = [0, 0], b = [\"80 mm\", 0] }", "o = [0, 0], b = [\"80 mm\", 0], c = [\"30 mm\", \"10 mm\"] }")
+        .replace(
+            "[initial]",
+            r#"C = { type = "revolute", between = ["rocker.c", "idle.c"] }
+D = { type = "revolute", between = ["idle.d", "block"] }
+guide = { type = "prismatic", between = ["ground.O4", "block"], axis = [1, 0] }
+[initial]
+"block.x" = { guess = 0.26 }"#,
+        );
+    let light = "mass = 0, inertia = 0, ";
+    let hanging =
+        hanging.replace("idle  = { ", &format!("idle  = {{ {light}")).replace("block = {}", "block = { mass = 0 }");
+    let figures = motion(&hanging, &["--output", "O4"]);
+    let joints: Vec<&str> =
+        figures["transmission"].as_array().unwrap().iter().map(|own| own["joint"].as_str().unwrap()).collect();
+    assert_eq!(joints, ["B"], "{figures:.400}");
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("a.toml"), hanging).unwrap();
+    let text = stdout(&cotree(folder.path(), &["motion", "a.toml", "--input", "O2", "--output", "O4"]));
+    assert!(text.contains("joint `D`: peak 0 N at"), "{text}");
+    assert!(!text.contains("e-1") && !text.contains("e-2"), "rounding errors as figures\n{text}");
+    let (_, table) = text.split_once("\n\n").unwrap();
+    assert!(table.lines().all(|line| line.chars().count() <= 100), "too wide\n{table}");
+    assert!(
+        table.split("\n\n").count() > 1 && table.split("\n\n").all(|block| block.starts_with("O2 [deg]")),
+        "{table}"
+    );
+}
+
+#[test]
+fn a_point_of_a_rocker_goes_to_and_fro_on_an_arc() {
+    let path = &motion(CRANK_ROCKER, &["--point", "rocker.b"])["path"];
+    assert_eq!(path["to_and_fro"], true, "{path:.400}");
+    check(path, &[("/arc/radius", 0.08), ("/arc/x", 0.1)]);
+    assert!(number(path, "/arc/y").abs() < 1e-9);
+    // Twice the swing of the rocker.
+    check_to(1e-5, path, &[("/length", 2.0 * 0.08 * 73.7818 * DEG)]);
+    assert!(["crunodes", "cusps", "inflections"].iter().all(|key| path[*key] == serde_json::json!([])), "{path:.400}");
+    let crank = &motion(CRANK_ROCKER, &["--point", "crank.a"])["path"];
+    assert!(crank["to_and_fro"] == false && (number(crank, "/arc/radius") - 0.04).abs() < 1e-9);
+    assert!(motion(CRANK_ROCKER, &["--point", "coupler.p"])["path"]["arc"].is_null());
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("a.toml"), CRANK_ROCKER).unwrap();
+    let text = stdout(&cotree(folder.path(), &["motion", "a.toml", "--input", "O2", "--point", "rocker.b"]));
+    assert!(text.contains("to and fro, on an arc of radius 80 mm about (100 mm, 0 mm)"), "{text}");
+    assert!(!text.contains("crosses itself"), "{text}");
+}

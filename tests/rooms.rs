@@ -35,7 +35,7 @@ const CRATES: [Crate; 6] = [
             "gallery",
         ],
     ),
-    ("cotree_study", "crates/study/src", &["analysis", "bench", "compare", "motion", "sweep", "fit"]),
+    ("cotree_study", "crates/study/src", &["analysis", "bench", "compare", "contact", "motion", "sweep", "fit"]),
     ("cotree_draw", "crates/draw/src", &["svg", "png", "drawing", "dxf", "line", "pose", "graph", "plot", "study"]),
     ("cotree_text", "crates/text/src", &[]),
     (

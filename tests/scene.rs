@@ -365,6 +365,24 @@ fn a_number_as_a_factor_does_not_switch_the_check_off() {
 }
 
 #[test]
+fn a_number_in_an_expression_may_carry_its_unit() {
+    let mass = |law: &str| {
+        let text = crank("").replacen("mass = 1", &format!("mass = \"{law}\""), 1);
+        let resolved = Scene::from_toml(&text).unwrap().resolve().ok()?;
+        let mass = resolved.mechanism.bodies[0].mass.clone().expect("a mass");
+        Some(cotree::scene::constant::evaluate(&mass, &resolved.mechanism.parameter_values()))
+    };
+    let near = |law: &str, value: f64| assert!(mass(law).is_some_and(|own| (own - value).abs() < 1e-15), "{law}");
+    near("a*2[kg/m]", 6e-3);
+    near("2*500 [g]", 1.0);
+    near("1.3[kg/m]*500[mm]", 0.65);
+    near("2[kg] + ratio", 2.5);
+    for law in ["a*2[kg]", "2[kg/m]", "1[kg] + 1[m]", "2[kg]*3[rpm]", "2[kgs]"] {
+        assert_eq!(mass(law), None, "{law}");
+    }
+}
+
+#[test]
 fn the_mass_in_a_moment_of_inertia_may_be_a_number() {
     for (inertia, right) in
         [("0.5*2.0*a^2", true), ("3*a*b/12", true), ("a^2", false), ("2*a", false), ("2*a^3", false)]

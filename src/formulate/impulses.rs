@@ -49,6 +49,18 @@ pub(super) fn warnings(equations: &Equations, jumps: &[Jump]) -> Vec<Fault> {
     laws.chain(set).collect()
 }
 
+/// Laws that jump themselves where drivers prescribe the whole motion.
+pub(super) fn leaps(mechanism: &Mechanism, jumps: &[Jump]) -> Vec<Fault> {
+    let leap = |jump: &Jump| {
+        let part = &mechanism.drivers[jump.driver];
+        let message = format!("the law of driver `{}` jumps: at t = {} s {}", part.name, jump.time, jump.what);
+        let help = "no mechanism follows a jump: the loops are closed again behind it where they can be, and speeds there are none; let the law turn smoothly \
+                    (`smoothstep`, `spline`)";
+        Fault::warning("scene::driver_jump", message, part.span).label("jumps").help(help)
+    };
+    jumps.iter().filter(|jump| !jump.of_rate).map(leap).collect()
+}
+
 /// What importers set in steps, or along lines with corners, and what the speed or the position of a driver follows: an input, or a tunable parameter.
 fn set_by(mechanism: &Mechanism, part: &Part) -> Option<&'static str> {
     const INPUT: &str = "an input";

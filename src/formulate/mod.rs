@@ -115,12 +115,14 @@ pub fn formulate_with<'m>(mut equations: Equations<'m>, start: Option<&Start>) -
     let chosen = program.motion == Motion::Kinematic || program.arms.as_ref().is_some_and(|form| form.repeating() > 0);
     let moves_freely = program.motion == Motion::Dynamic;
     let mut warnings: Vec<Fault> = redundancy_warning(&equations, &lowered.shared, chosen).into_iter().collect();
+    let jumps = jumps::jumps(equations.system.mechanism);
     if moves_freely {
-        let jumps = jumps::jumps(equations.system.mechanism);
         if let Some(formulated) = with_impulses(&equations, &jumps) {
             return Ok(formulated);
         }
         warnings.extend(impulses::warnings(&equations, &jumps));
+    } else {
+        warnings.extend(impulses::leaps(equations.system.mechanism, &jumps));
     }
     Ok(Formulated { equations, lowered, state, redundant, warnings, search: None })
 }

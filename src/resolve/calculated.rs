@@ -182,7 +182,7 @@ impl Resolver<'_> {
             );
             let fault = Fault::warning("scene::unit_in_expression", message, text.span).label(format!("in `{si}`"));
             self.faults.push(fault.help(format!(
-                "write a single number for `{written}`, or give the parameters in it units; or remove `unit` if `{si}` is meant"
+                "write a single number for `{written}`, or give the numbers (`2[{written}]`) or parameters in it units; or remove `unit` if `{si}` is meant"
             )));
         }
     }

@@ -217,7 +217,7 @@ impl Resolver<'_> {
             return;
         };
         if !compatible(unit.exponents, exponents) {
-            self.wrong_unit(unit.shown(), what, wanted, text.span);
+            self.wrong_unit(unit.shown(), what, wanted, text.span, "a bare number is taken as SI");
         } else if exponents == ANGULAR_VELOCITY.exponents.unwrap_or_default() && text.text.contains("Hz") {
             // 1 Hz is one turn per second to some and one radian per second to others.
             self.open_hertz(&format!("{what} is {}", wanted.what), text.span, "write `rev/s`, `rpm` or `rad/s`");
@@ -240,15 +240,16 @@ impl Resolver<'_> {
         if known.hertz() != 0 && compatible(unit, exponents) && wanted.is_turning() {
             self.open_hertz(&format!("{what} is {}", wanted.what), span, FACTOR);
         } else if !compatible(unit, exponents) && !is_time && !is_mass_written_out {
-            self.wrong_unit(&from_exponents(unit).si, what, wanted, span);
+            let factors = "a number in an expression may carry its unit: `0.5[m]`";
+            self.wrong_unit(&from_exponents(unit).si, what, wanted, span, factors);
         }
     }
 
-    fn wrong_unit(&mut self, found: &str, what: &str, wanted: &Wanted, span: Span) {
+    fn wrong_unit(&mut self, found: &str, what: &str, wanted: &Wanted, span: Span, numbers: &str) {
         let found = if found.is_empty() { "a pure number".to_string() } else { format!("in `{found}`") };
         let help = match wanted.si {
             "" => "leave the unit away".to_string(),
-            si => format!("give {} (SI: `{si}`); a bare number is taken as SI", wanted.what),
+            si => format!("give {} (SI: `{si}`); {numbers}", wanted.what),
         };
         self.faults.push(
             Fault::new("scene::wrong_unit", format!("{what} must be {}, but is {found}", wanted.what), span)

@@ -149,6 +149,7 @@ impl Resolver<'_> {
 
     fn input_named(&mut self, name: &Text, what: &str) -> Option<InputId> {
         if let Some(Named::Input(id)) = self.names.get(&name.text) {
+            self.used_inputs.insert(id);
             return Some(id);
         }
         if !self.is_reported(name, &name.text) {

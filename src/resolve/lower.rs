@@ -78,6 +78,10 @@ impl Resolver<'_> {
     fn lower(&mut self, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
         match &tree.kind {
             TreeKind::Number(number) => Some((Formula::Number(*number), Known::Number)),
+            TreeKind::Measure(value, unit) => {
+                let hertz = if unit.shown().contains("Hz") { -unit.exponents[2] } else { 0 };
+                Some((Formula::Number(*value), Known::constant(Some(unit.exponents)).in_hertz(hertz)))
+            }
             TreeKind::Name(name) => self.lower_name(name, tree, site),
             TreeKind::Call(function, arguments) => self.lower_call(*function, arguments, tree, site),
             TreeKind::Table(lookup, file, argument) => {
@@ -198,6 +202,7 @@ impl Resolver<'_> {
                 self.not_constant(&format!("the input `{name}`"), tree, site)
             }
             Some(Named::Input(id)) => {
+                self.used_inputs.insert(id);
                 let unit = self.input_units.get(id.0).copied().flatten();
                 let (exponents, hertz) = unit.unzip();
                 Some((Formula::Input(id), Known::moving(exponents).in_hertz(hertz.unwrap_or(0))))
@@ -361,17 +366,6 @@ pub(crate) fn formula_of_numbers(text: &str) -> Option<Formula> {
     let scene = crate::scene::Scene::new("test");
     let mut faults = crate::diagnostic::fault::Sink::default();
     let names = super::Names::collect(&scene, &mut faults);
-    let mut resolver = Resolver {
-        scene: &scene,
-        names,
-        faults: &mut faults,
-        values: Vec::new(),
-        incomplete: false,
-        bounds: Vec::new(),
-        parameters: Vec::new(),
-        input_units: Vec::new(),
-        written_in: crate::mechanism::Units::default(),
-        tables: std::collections::HashMap::new(),
-    };
+    let mut resolver = Resolver::new(&scene, names, &mut faults);
     resolver.expression(&Text::from(text), "test", Context::Constant).map(|(formula, _)| formula)
 }

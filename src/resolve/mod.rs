@@ -23,7 +23,7 @@ pub mod symbolic;
 mod tables;
 mod variables;
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::PathBuf;
 use std::rc::Rc;
 
@@ -32,7 +32,7 @@ use crate::component::{ALL, Room, Section};
 use crate::diagnostic::fault::{Fault, Faults, Sink};
 use crate::diagnostic::span::{Source, Span, Text};
 use crate::diagnostic::suggest;
-use crate::mechanism::{Bound, Dimension, Formula, Mechanism, Part, Units};
+use crate::mechanism::{Bound, Dimension, Formula, Input, InputId, Mechanism, Part, Units};
 use crate::scene::unit::Exponents;
 use crate::scene::{Resolved, Scene};
 
@@ -114,6 +114,7 @@ impl Scene {
         mechanism.units = mechanism.display.clone().before(&resolver.written_in);
         resolver.islands(&mechanism.bodies);
         if !resolver.faults.has_errors() {
+            resolver.unused_inputs(&mechanism.inputs);
             mechanism.check().into_iter().for_each(|fault| resolver.faults.push(fault));
         }
         mechanism
@@ -142,6 +143,8 @@ struct Resolver<'s> {
     parameters: Vec<calculated::Meaning>,
     /// The units of the inputs, each with how many of its seconds are written as hertz.
     input_units: Vec<Option<(Exponents, i8)>>,
+    /// The inputs that something follows or depends on.
+    used_inputs: HashSet<InputId>,
     /// The first unit of each kind of value in the scene.
     written_in: Units,
     /// The tables that expressions use, by their files; none if one is at fault.
@@ -161,6 +164,7 @@ impl<'s> Resolver<'s> {
             values: Vec::new(),
             parameters: Vec::new(),
             input_units: Vec::new(),
+            used_inputs: HashSet::new(),
             written_in: Units::default(),
             tables: HashMap::new(),
         }
@@ -181,6 +185,17 @@ impl Resolver<'_> {
     /// Is this use of a name no further fault, because one has been reported about the name or about `subject`?
     fn is_reported(&mut self, name: &Text, subject: &str) -> bool {
         self.names.is_broken(&name.text) || self.faults.again(subject, name.span)
+    }
+
+    /// Warns of inputs that change nothing.
+    fn unused_inputs(&mut self, inputs: &[Input]) {
+        let unused = |(index, _): &(usize, &Input)| !self.used_inputs.contains(&InputId(*index));
+        let unused: Vec<&Input> = inputs.iter().enumerate().filter(unused).map(|(_, input)| input).collect();
+        for input in unused {
+            let message = format!("nothing uses input `{}`", input.name);
+            let help = "use its name in a load, a driver or an output, or remove it";
+            self.faults.push(Fault::warning("scene::unused", message, input.span).label("not used").help(help));
+        }
     }
 
     fn one_dimensional(&self) -> bool {

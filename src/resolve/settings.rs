@@ -45,6 +45,13 @@ impl Resolver<'_> {
         let tolerance = self.positive(given.tolerance.as_ref(), "`tolerance` of `[experiment]`", &NUMBER);
         let step = step.unwrap_or((stop - start) / STEPS);
         let rows = (stop - start) / step;
+        if rows < 1.0 && rows > 0.0 {
+            let span = given.step.as_ref().map_or(Span::default(), |step| step.span);
+            let message =
+                format!("`step` of `[experiment]`, {step} s, is longer than the experiment from {start} s to {stop} s");
+            let fault = Fault::warning("scene::experiment", message, span).label("longer than all");
+            self.faults.push(fault.help("only the start and the end are reported; give a shorter step"));
+        }
         if rows > MOST_ROWS && step > 0.0 {
             let span = given.step.as_ref().or(given.stop.as_ref()).map_or(Span::default(), |step| step.span);
             let message =

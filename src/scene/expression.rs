@@ -5,16 +5,17 @@
 //! product = sign (('*' | '/') sign)*
 //! sign    = ('-' | '+') sign | power
 //! power   = primary ('^' sign)?                      2^3^2 = 2^(3^2), -2^2 = -(2^2)
-//! primary = number | name | function '(' sum, ... ')' | 'if' '(' sum compare sum ',' sum ',' sum ')' | table '(' text ',' sum ')' | '(' sum ')'
+//! primary = number ['[' unit ']'] | name | function '(' sum, ... ')' | 'if' '(' sum compare sum ',' sum ',' sum ')' | table '(' text ',' sum ')' | '(' sum ')'
 //! name    = identifier ('.' identifier)*
 //! ```
 
 use super::quantity::{number_length, unit_in_expression};
+use super::unit;
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
 use crate::diagnostic::suggest;
 use crate::expr::{Binary, Function, Unary};
-use crate::mechanism::Comparison;
+use crate::mechanism::{Comparison, Unit};
 
 /// Deeper trees are refused, so that no expression can exhaust the stack, here or later.
 const DEEPEST: usize = 250;
@@ -33,6 +34,8 @@ pub(crate) struct Tree {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum TreeKind {
     Number(f64),
+    /// A number with its unit, in SI.
+    Measure(f64, Unit),
     Name(String),
     /// Operators too.
     Call(Function, Vec<Tree>),
@@ -45,7 +48,7 @@ impl TreeKind {
     /// What it is made of, from left to right.
     pub fn parts(&self) -> &[Tree] {
         match self {
-            TreeKind::Number(_) | TreeKind::Name(_) => &[],
+            TreeKind::Number(_) | TreeKind::Measure(..) | TreeKind::Name(_) => &[],
             TreeKind::Call(_, arguments) => arguments,
             TreeKind::If(_, parts) => &parts[..],
             TreeKind::Table(_, _, argument) => std::slice::from_ref(&**argument),
@@ -131,6 +134,8 @@ enum Token<'t> {
     Name(&'t str),
     /// Between quotes of either kind.
     Text(&'t str),
+    /// Between brackets.
+    Unit(&'t str),
     Operator(Binary),
     Compare(Comparison),
     Open,
@@ -178,6 +183,10 @@ fn token(rest: &str) -> Option<(Token<'_>, usize)> {
         '"' | '\'' => {
             let length = rest[1..].find(first)?;
             (Token::Text(&rest[1..=length]), length + 2)
+        }
+        '[' => {
+            let length = rest[1..].find(']')?;
+            (Token::Unit(&rest[1..=length]), length + 2)
         }
         'a'..='z' | 'A'..='Z' | '_' => {
             let length = rest.find(|c: char| !c.is_ascii_alphanumeric() && c != '_' && c != '.').unwrap_or(rest.len());
@@ -259,7 +268,10 @@ impl<'t> Parser<'t> {
         match token {
             Token::Number(number) => {
                 self.at += 1;
-                self.tree(TreeKind::Number(number), start, end)
+                match self.peek() {
+                    Token::Unit(unit) => self.measure(number, unit, start),
+                    _ => self.tree(TreeKind::Number(number), start, end),
+                }
             }
             Token::Name(name) => {
                 self.at += 1;
@@ -283,6 +295,15 @@ impl<'t> Parser<'t> {
             }
             _ => Err(self.expected("a number, a name or `(`")),
         }
+    }
+
+    /// A number has been read, its unit is next.
+    fn measure(&mut self, number: f64, unit: &str, start: usize) -> Result<Tree, Fault> {
+        let (open, end) = self.place();
+        self.at += 1;
+        let unit = unit::parse(&Text::new(unit, self.text.part(open + 1, end - 1)))?;
+        let factor = unit.display.as_ref().map_or(1.0, |display| display.factor);
+        self.tree(TreeKind::Measure(number * factor, unit), start, end)
     }
 
     /// `if` has been read, `(` is next.
@@ -427,9 +448,15 @@ impl<'t> Parser<'t> {
     }
 
     fn expected(&self, what: &str) -> Fault {
-        if matches!(self.peek(), Token::Name(_)) && self.follows_number() {
-            let (start, end) = self.place();
-            return unit_in_expression(self.text.part(start, end));
+        let (start, end) = self.place();
+        if let (Token::Name(unit), true) = (self.peek(), self.follows_number()) {
+            let (number, until) = (self.tokens[self.at - 1].1, self.tokens[self.at - 1].2);
+            let meant = format!("{}[{unit}]", &self.text.text[number..until]);
+            return unit_in_expression(self.text.part(start, end), &meant);
+        }
+        if let Token::Unit(_) = self.peek() {
+            let fault = self.fault("a unit in brackets follows a number, as in `0.5[m]`").label("no number before it");
+            return fault.help("a name has the unit of its parameter, input or variable");
         }
         let found = match self.peek() {
             Token::End => "ends too early".to_string(),
@@ -477,6 +504,9 @@ mod tests {
         assert_eq!(value("if(1 <= 2, min(3, 4), 5)"), 3.0);
         assert_eq!(value("atan2(1, 1)*4 - pi"), 0.0);
         assert_eq!(value("1.5e1 + .5 + 2."), 17.5);
+        assert_eq!(value("2*500[g]"), 1.0);
+        assert_eq!(value("-3 [N/mm]^2"), -9e6);
+        assert_eq!(value("180[deg]/pi"), 1.0);
     }
 
     #[test]
@@ -488,6 +518,9 @@ mod tests {
             ("a < b", "scene::bad_expression", (2, 3)),
             ("if(a, 1, 2)", "scene::bad_expression", (4, 5)),
             ("x + 3 mm", "scene::unit_in_expression", (6, 8)),
+            ("x + 3[mn]", "scene::unknown_unit", (6, 8)),
+            ("x[mm]", "scene::bad_expression", (1, 5)),
+            ("x + 3[mm", "scene::bad_expression", (5, 6)),
             ("2 & 3", "scene::bad_expression", (2, 3)),
             ("(1 + 2", "scene::bad_expression", (6, 6)),
             ("x**2", "scene::bad_expression", (1, 3)),

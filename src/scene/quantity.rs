@@ -86,9 +86,12 @@ pub(crate) fn read(text: &Text) -> Result<Reading, Fault> {
         return Err(unit::parse(&unit_text)
             .err()
             .filter(|_| known)
-            .unwrap_or_else(|| unit_in_expression(unit_text.span)));
+            .unwrap_or_else(|| {
+                let word = rest.split(|c: char| "+-() ,<>*".contains(c)).next().unwrap_or_default();
+                unit_in_expression(unit_text.span, &format!("{}[{word}]", text.text[..at].trim()))
+            }));
     }
-    let unit = unit::parse(&unit_text)?;
+    let unit = unit::parse(&unit_text).map_err(|fault| factor_with_unit(text, at, &unit_text).unwrap_or(fault))?;
     Ok(Reading::Measure(number * unit.display.as_ref().map_or(1.0, |display| display.factor), unit))
 }
 
@@ -108,11 +111,20 @@ fn decimal_comma(text: &Text, at: usize) -> Option<Fault> {
     })
 }
 
+/// `"360 deg*t"`: a unit, and then something that is none.
+fn factor_with_unit(text: &Text, number: usize, unit: &Text) -> Option<Fault> {
+    let end = unit.text.find(['*', '/'])?;
+    let first = Text::new(unit.text[..end].trim(), unit.part(0, end));
+    unit::parse(&first).ok()?;
+    let meant = format!("{}[{}]{}", text.text[..number].trim(), first.text, &unit.text[end..]);
+    Some(unit_in_expression(first.span, &meant))
+}
+
 /// `"2 m + x"` and the like.
-pub(crate) fn unit_in_expression(span: Span) -> Fault {
-    Fault::new("scene::unit_in_expression", "a unit may only follow a number that stands alone", span)
+pub(crate) fn unit_in_expression(span: Span, meant: &str) -> Fault {
+    Fault::new("scene::unit_in_expression", "the unit of a number in an expression stands in brackets", span)
         .label("a unit inside an expression")
-        .help("write the number in SI units, or make it a parameter with a unit (`[parameters]`) and use its name")
+        .help(format!("write `{meant}`"))
 }
 
 /// The number at the start of a text, with its sign, and where it ends.
@@ -206,6 +218,9 @@ mod tests {
         assert_eq!(read(&Text::from("-2")).unwrap(), Reading::Number(-2.0));
         assert_eq!(read(&Text::from(" 2e3 ")).unwrap(), Reading::Number(2000.0));
         assert_eq!(read(&Text::from("2 m + x")).unwrap_err().code, "scene::unit_in_expression");
+        let fault = read(&Text::from("360 deg*t")).unwrap_err();
+        assert_eq!((fault.code, &*fault.help), ("scene::unit_in_expression", "write `360[deg]*t`"));
+        assert!(matches!(read(&Text::from("360[deg]*t")), Ok(Reading::Expression)));
         assert_eq!(read(&Text::from("2 furlong")).unwrap_err().code, "scene::unknown_unit");
         assert_eq!(read(&Text::from("2 t")).unwrap_err().code, "scene::unknown_unit");
     }

@@ -83,6 +83,27 @@ fn random_mechanisms_are_shown() {
     }
 }
 
+/// Of straight bars in any direction, with points between their ends, not a piece is missing.
+#[test]
+fn straight_bars_are_drawn_from_end_to_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut text = "name = 'bars'\n".to_string();
+    for bar in 0..24 {
+        let (sine, cosine) = (15.0 * f64::from(bar)).to_radians().sin_cos();
+        let at = |s: f64| format!("[{:?}, {:?}]", (s - 0.4) * cosine, (s - 0.4) * sine);
+        let points = [("low", 0.0), ("one", 0.61), ("high", 1.0), ("two", 0.07 * f64::from(bar % 13))];
+        let points = points.map(|(name, s)| format!("{name} = {}", at(s))).join(", ");
+        text += &format!("[bodies.bar{bar}]\nmass = 1.0\ninertia = 0.1\npoints = {{ {points} }}\n");
+        text += &format!("[joints.pin{bar}]\ntype = 'revolute'\nbetween = ['ground', 'bar{bar}.two']\n");
+    }
+    let scene = folder.path().join("scene.toml");
+    fs::write(&scene, text).unwrap();
+    let page = page(folder.path(), &scene, folder.path());
+    let Some(verdict) = seen(&page, include_str!("bars.js")) else { return };
+    assert_eq!(verdict["short"], serde_json::json!([]), "{verdict}");
+    assert_eq!(verdict["looked"], 24, "{verdict}");
+}
+
 #[test]
 fn hostile_text_does_nothing() {
     let folder = tempfile::tempdir().unwrap();

@@ -25,7 +25,7 @@ pub struct Bench {
     /// As JSON, for scripts
     #[arg(long)]
     json: bool,
-    /// Draw time over error, as an SVG file
+    /// Draw time over error, an SVG or a PNG file
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
 }
@@ -33,13 +33,14 @@ pub struct Bench {
 impl Bench {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         output::apart(&[Some(&self.scene)], &[self.plot.as_deref()])?;
+        output::is_picture(self.plot.as_deref(), &["svg", "png"])?;
         let compiled = output::compile(&self.scene, format)?;
         let variables = compiled.description.reported();
         let experiment = compiled.description.experiment;
         let model = Model::new(compiled.program).map_err(|error| Failure::Numerical(error.to_string()))?;
         let bench = measure(&Arc::new(model), &variables, experiment).map_err(Failure::Numerical)?;
         if let Some(path) = &self.plot {
-            output::write(path, &cotree_draw::study::bench::svg(&bench))?;
+            output::picture(path, &cotree_draw::study::bench::svg(&bench), "time over error", format)?;
         }
         if self.json {
             return output::json(&bench);

@@ -9,6 +9,7 @@ use cotree::output::figures::summarise;
 use cotree::output::summary::Summary;
 use cotree::scene::Scene;
 use cotree_draw::pose::{draw, draw_attempt};
+use cotree_study::contact;
 use cotree_text::assumptions::assumptions;
 
 use super::failure::Failure;
@@ -38,7 +39,7 @@ impl Check {
             let picture = self.drawing.as_ref().map(|_| draw(formulated).svg());
             (summarise(formulated), assumptions(formulated, &scene), picture)
         });
-        let (compiled, (summary, assumptions, picture)) = match made {
+        let (compiled, (summary, mut assumptions, picture)) = match made {
             Ok(made) => made,
             Err(faults) => {
                 self.draw_attempt(&scene, format)?;
@@ -48,6 +49,9 @@ impl Check {
         if let (Some(path), Some(picture)) = (&self.drawing, picture) {
             output::picture(path, &picture, "the drawing", format)?;
         }
+        let contacts = contact::of_experiment(&scene);
+        assumptions.extend(contacts.needed);
+        let compiled = output::with_warnings(compiled, contacts.faults);
         match format {
             MessageFormat::Human => {
                 output::warn(compiled.warnings.as_ref(), format);

@@ -146,12 +146,25 @@ pub fn picture(path: &Path, picture: &str, what: &str, format: MessageFormat) ->
     Ok(())
 }
 
-/// Pictures are written in the format that the end of the name says, never in another.
+/// Pictures and pages are written in the format that the end of the name says, never in another.
 pub fn is_picture(path: Option<&Path>, kinds: &[&str]) -> Result<(), Failure> {
     let Some(path) = path.filter(|path| !kinds.iter().any(|kind| has_extension(path, kind))) else { return Ok(()) };
     let names: Vec<String> = kinds.iter().map(|kind| format!("`.{kind}`")).collect();
     let name = path.display();
-    Err(Failure::Usage(format!("cannot write `{name}`: the name of the picture must end with {}", names.join(" or "))))
+    Err(Failure::Usage(format!("cannot write `{name}`: its name must end with {}", names.join(" or "))))
+}
+
+/// What is not written as CSV, by how names end.
+const NO_TABLES: [&str; 12] =
+    ["json", "html", "svg", "png", "pdf", "dxf", "xlsx", "ods", "mat", "parquet", "toml", "fmu"];
+
+/// Tables are CSV: never under a name that promises something else.
+pub fn is_table(path: Option<&Path>, instead: &str) -> Result<(), Failure> {
+    let Some(path) = path.filter(|path| NO_TABLES.iter().any(|kind| has_extension(path, kind))) else { return Ok(()) };
+    Err(Failure::Usage(format!(
+        "cannot write `{}`: the table is CSV, let its name end with `.csv`{instead}",
+        path.display()
+    )))
 }
 
 /// Does a name end with this, in any case?
@@ -219,6 +232,15 @@ pub fn warn_inaccurate(compiled: &Compiled, of: &str, inaccuracy: &Inaccuracy, f
     let fault =
         Fault::warning("solver::accuracy", format!("{of}{inaccuracy}"), Span::default()).help(inaccuracy.help());
     warn(Some(&Faults::new(compiled.source.clone(), vec![fault])), format);
+}
+
+/// A model with further warnings.
+pub fn with_warnings(mut compiled: Compiled, more: Vec<Fault>) -> Compiled {
+    if !more.is_empty() {
+        let known = compiled.warnings.take().into_iter().flat_map(|warnings| warnings.list);
+        compiled.warnings = Some(Faults::new(compiled.source.clone(), known.chain(more).collect()));
+    }
+    compiled
 }
 
 /// Shows warnings, if there are any, on standard error.

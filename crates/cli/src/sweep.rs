@@ -81,6 +81,7 @@ impl Sweep {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         output::apart(&[Some(&self.scene), self.table.as_deref()], &[self.file(), self.plot.as_deref()])?;
         output::is_picture(self.plot.as_deref(), &["svg", "png"])?;
+        output::is_table(self.file(), "")?;
         let scene = output::load(&self.scene)?;
         let (compiled, measures) = self.compiled(&scene, format)?;
         let design = self.design(&compiled.description)?;

@@ -43,6 +43,7 @@ impl Trace {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         let file = output::file(self.output.as_deref());
         output::apart(&[Some(&self.scene)], &[file])?;
+        output::is_table(file.filter(|path| !output::has_extension(path, "dxf")), " or `.dxf`")?;
         let mut scene = output::load(&self.scene)?;
         let mechanism = scene.resolve()?.mechanism;
         let cams = mechanism.profiles(&mechanism.parameter_values());

@@ -32,7 +32,7 @@ pub struct View {
     /// Where the page goes [default: the name of the scene, .html (.svg with --svg), in the current folder]
     #[arg(short, long, value_name = "FILE", conflicts_with = "frames")]
     output: Option<PathBuf>,
-    /// An animated SVG instead of the page, for a README: it plays the experiment again and again
+    /// An animated SVG instead of the page, for a README: it plays the experiment again and again (as with `-o film.svg`)
     #[arg(long, group = "film", conflicts_with = "frames")]
     svg: bool,
     /// Single pictures instead of the page, as frame_0000.png and so on, in this folder
@@ -54,8 +54,11 @@ pub struct View {
 
 impl View {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
+        let named = self.output.as_deref();
+        let is_film = self.svg || self.frames.is_some() || named.is_some_and(|path| output::has_extension(path, "svg"));
+        output::is_picture(named, if is_film { &["svg"] } else { &["html", "htm"] })?;
         let scene = output::load(&self.scene)?;
-        if self.svg || self.frames.is_some() { self.film(&scene, format) } else { self.page(&scene, format) }
+        if is_film { self.film(&scene, format) } else { self.page(&scene, format) }
     }
 
     fn page(&self, scene: &Scene, format: MessageFormat) -> Result<(), Failure> {

@@ -20,6 +20,8 @@ pub mod bench;
 #[doc(hidden)]
 pub mod compare;
 #[doc(hidden)]
+pub mod contact;
+#[doc(hidden)]
 pub mod fit;
 #[doc(hidden)]
 pub mod motion;

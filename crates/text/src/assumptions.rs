@@ -4,9 +4,10 @@ use cotree::component::Section;
 use cotree::expr::{Order, Symbol};
 use cotree::formulate::Formulated;
 use cotree::formulate::assemblies::assemblies;
-use cotree::mechanism::{Dimension, Mechanism, Unit};
-use cotree::scene::Scene;
+use cotree::mechanism::{Body, Dimension, Mechanism, Unit};
+use cotree::scene::constant::evaluate;
 use cotree::scene::key::{Form, Need, Range};
+use cotree::scene::{Part, Scene};
 
 /// From how many starts other assemblies are looked for, in mechanisms of at most so many coordinates.
 const STARTS: usize = 30;
@@ -15,6 +16,7 @@ const MOST_COORDINATES: usize = 12;
 /// What the scene leaves open, a sentence for each.
 pub fn assumptions(formulated: &mut Formulated, scene: &Scene) -> Vec<String> {
     let mut sentences = loose(formulated.equations.system.mechanism);
+    sentences.extend(mass_centres(formulated.equations.system.mechanism, scene));
     sentences.extend(free_lengths(scene));
     sentences.extend(start(formulated));
     sentences.extend(one_of_several(formulated));
@@ -32,6 +34,30 @@ fn loose(mechanism: &Mechanism) -> Vec<String> {
     let plane = mechanism.dimension == Dimension::Two;
     let sentence = |name: &String| format!("body `{name}` is connected to nothing by a joint: it moves freely");
     names.filter(|_| plane).map(sentence).collect()
+}
+
+/// Bodies whose mass centre is the origin of their points because nothing else is said, unless that is in the middle of them.
+fn mass_centres(mechanism: &Mechanism, scene: &Scene) -> Vec<String> {
+    let parameters = mechanism.parameter_values();
+    let sentence = |body: &Body| {
+        let says = |part: &&Part| part.name.text == body.name;
+        let written = scene.bodies.iter().find(says)?;
+        let mass = body.mass.as_ref().map_or(0.0, |mass| evaluate(mass, &parameters));
+        if mass == 0.0 || body.points.len() < 2 || ["com", "shape"].iter().any(|key| written.get(key).is_some()) {
+            return None;
+        }
+        let places: Vec<[f64; 2]> =
+            body.points.iter().map(|point| point.at.each_ref().map(|at| evaluate(at, &parameters))).collect();
+        let sum = places.iter().fold([0.0, 0.0], |[x, y], at| [x + at[0], y + at[1]]);
+        let reach = places.iter().fold(0.0, |reach: f64, [x, y]| reach.max(x.hypot(*y)));
+        if sum[0].hypot(sum[1]) <= 1e-9 * reach {
+            return None;
+        }
+        let point = body.points.iter().zip(&places).find(|(_, at)| **at == [0.0, 0.0]);
+        let place = point.map_or(String::new(), |(point, _)| format!(", at its point `{}`", point.name));
+        Some(format!("the mass centre of `{}` is its origin{place}", body.name))
+    };
+    mechanism.bodies.iter().filter_map(sentence).collect()
 }
 
 /// Springs whose free length or angle is not given.

@@ -1,6 +1,7 @@
 //! `cotree simulate`
 
 mod asked;
+mod contacts;
 mod progress;
 mod record;
 mod request;
@@ -43,7 +44,7 @@ use record::Record;
 pub struct Simulate {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
-    /// Where the table goes; `-` is standard output [default: -, unless there is a summary]
+    /// Where the table goes; `-` is standard output [default: -, unless there is a summary or a plot]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Draw the outputs over time: an SVG or a PNG file
@@ -100,6 +101,7 @@ impl Simulate {
         let read = [Some(self.scene.as_path()), self.input.as_deref(), self.overlay.as_deref()];
         output::apart(&read, &[self.file(), self.plot.as_deref()])?;
         output::is_picture(self.plot.as_deref(), &["svg", "png"])?;
+        output::is_table(self.file(), "; with --summary --json the figures are JSON")?;
         let mut scene = output::load(&self.scene)?;
         if !self.sensitivity.is_empty() {
             return sensitivity::run(&self, scene, format);
@@ -125,6 +127,9 @@ impl Simulate {
         }
         self.draw(&run, &record, overlay.as_ref(), &shown, format)?;
         self.conclude(&record, rows, format)?;
+        if self.summary {
+            self.say_contacts(&scene, input.as_ref(), format)?;
+        }
         ended.map(drop)
     }
 
@@ -138,7 +143,7 @@ impl Simulate {
     ) -> Result<(u64, Result<Option<Inaccuracy>, Failure>), Failure> {
         let header = record.header(shown);
         let header = header.iter().map(String::as_str);
-        let is_wanted = self.output.is_some() || !self.summary;
+        let is_wanted = self.output.is_some() || !(self.summary || self.plot.is_some());
         let mut writer = match is_wanted {
             true => Some(Writer::with_header(Output::new(self.file())?, header)?),
             false => None,

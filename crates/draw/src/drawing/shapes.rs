@@ -58,12 +58,15 @@ pub fn dot(a: Pixel, b: Pixel) -> f64 {
     a[0] * b[0] + a[1] * b[1]
 }
 
-/// Corners of the convex hull, in order (Andrew's monotone chain).
+/// Corners of the convex hull, in order (Andrew's monotone chain); of points in line, whatever their direction and their rounding errors, the two ends.
 pub fn hull(mut points: Vec<Pixel>) -> Vec<Pixel> {
     points.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
     points.dedup();
     if points.len() < 3 {
         return points;
+    }
+    if let Some(ends) = ends_of_line(&points) {
+        return ends.to_vec();
     }
     let mut corners = half_hull(points.iter().copied());
     let upper = half_hull(points.iter().rev().copied());
@@ -72,13 +75,25 @@ pub fn hull(mut points: Vec<Pixel>) -> Vec<Pixel> {
     corners
 }
 
+/// The ends, if all points lie on one line but for rounding errors.
+fn ends_of_line(points: &[Pixel]) -> Option<[Pixel; 2]> {
+    let farthest = |from: Pixel| {
+        let distance = |point: &Pixel| norm(difference(*point, from));
+        points.iter().copied().max_by(|a, b| distance(a).total_cmp(&distance(b)))
+    };
+    let end = farthest(*points.first()?)?;
+    let start = farthest(end)?;
+    let line = difference(end, start);
+    let off = |point: &Pixel| dot(normal(unit(line)), difference(*point, start)).abs();
+    points.iter().all(|point| off(point) <= 1e-9 * norm(line)).then_some([start, end])
+}
+
 fn half_hull(points: impl Iterator<Item = Pixel>) -> Vec<Pixel> {
     let mut corners: Vec<Pixel> = Vec::new();
     for point in points {
         while let [.., a, b] = corners[..] {
-            let (ab, ap) = (difference(b, a), difference(point, a));
-            // A corner that sticks out less than rounding error is on the line.
-            if ab[0] * ap[1] - ab[1] * ap[0] > 1e-9 * norm(ab) * norm(ap) {
+            // Without a tolerance: along an upright side the order of the points is that of their rounding errors, and an end would be dropped.
+            if dot(normal(difference(b, a)), difference(point, a)) > 0.0 {
                 break;
             }
             corners.pop();
@@ -100,8 +115,24 @@ mod tests {
 
     #[test]
     fn the_hull_of_a_line_is_its_ends() {
-        assert_eq!(hull(vec![[0.1, 0.1], [0.3, 0.3], [0.2, 0.2], [0.1, 0.1]]), [[0.1, 0.1], [0.3, 0.3]]);
         assert_eq!(hull(vec![[1.0, 1.0]; 4]), [[1.0, 1.0]]);
         assert!(hull(vec![]).is_empty());
+        // In all directions, with the rounding errors of a turned body, in any order.
+        for turn in 0..720 {
+            let (sine, cosine) = (0.5 * f64::from(turn)).to_radians().sin_cos();
+            let at = |s: f64| [300.0 + s * cosine, 200.0 + s * sine];
+            for middle in [[3.0, 80.0, 61.0], [99.0, 1.0, 50.0]] {
+                let points = [100.0, middle[0], 0.0, middle[1], middle[2]].map(at);
+                let found = hull(points.to_vec());
+                assert!(found == [at(0.0), at(100.0)] || found == [at(100.0), at(0.0)], "{turn}: {found:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn an_upright_side_keeps_its_ends() {
+        let (top, bottom) = ([1e-15, 10.0], [0.0, 0.0]);
+        let found = hull(vec![bottom, top, [2e-15, 5.0], [-5.0, 3.0]]);
+        assert!(found.contains(&top) && found.contains(&bottom), "{found:?}");
     }
 }

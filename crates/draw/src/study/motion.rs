@@ -9,7 +9,7 @@ use crate::plot::{Plot, Series};
 
 /// The table over the input.
 pub fn plot(figures: &Figures, units: &Units) -> Plot {
-    let shown = Shown { units };
+    let shown = Shown::new(units, &[]);
     let series = |column: &Column| {
         let unit = shown.of(&column.unit);
         // Beyond a hundred a ratio is on its way to infinity, beyond ten base circles the radius of a profile.

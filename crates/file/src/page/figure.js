@@ -54,20 +54,25 @@ function takePose(run, at) {
   }
 }
 
-/** The convex hull, for outlines. */
+/** The convex hull, for outlines; of points in line, whatever their direction and their rounding errors, the two ends. */
 function hull(points) {
+  if (points.length < 2) return points;
   const sorted = points.slice().sort((a, b) => a[0] - b[0] || a[1] - b[1]);
+  const cross = (a, b, p) => (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]), distance = (a, b) => Math.hypot(b[0] - a[0], b[1] - a[1]);
+  const farthest = from => sorted.reduce((best, p) => distance(from, p) > distance(from, best) ? p : best);
+  const end = farthest(sorted[0]), start = farthest(end), length = distance(start, end);
+  if (length === 0) return [start];
+  if (sorted.every(p => Math.abs(cross(start, end, p)) <= 1e-9 * length * length)) return [start, end];
+  // Without a tolerance: along an upright side the order of the points is that of their rounding errors, and an end would be dropped.
   const half = list => {
     const out = [];
     for (const p of list) {
-      while (out.length > 1 && (out.at(-1)[0] - out.at(-2)[0]) * (p[1] - out.at(-2)[1]) - (out.at(-1)[1] - out.at(-2)[1]) * (p[0] - out.at(-2)[0]) <= 1e-9) out.pop();
+      while (out.length > 1 && cross(out.at(-2), out.at(-1), p) <= 0) out.pop();
       out.push(p);
     }
     return out;
   };
-  if (sorted.length < 3) return sorted;
-  const ring = [...half(sorted).slice(0, -1), ...half(sorted.reverse()).slice(0, -1)];
-  return ring.length ? ring : sorted.slice(0, 1);
+  return [...half(sorted).slice(0, -1), ...half(sorted.reverse()).slice(0, -1)];
 }
 const extent = points => Math.max(0, ...points.flatMap(a => points.map(b => Math.hypot(a[0] - b[0], a[1] - b[1]))));
 

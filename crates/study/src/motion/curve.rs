@@ -5,6 +5,9 @@ use serde::Serialize;
 use super::drive::Table;
 use super::samples::{At, Samples};
 
+/// Two ways that differ by less than this share of their length are the same.
+const SAME: f64 = 1e-8;
+
 /// The path of a point.
 #[derive(Clone, Debug, Serialize)]
 pub struct Path {
@@ -13,6 +16,10 @@ pub struct Path {
     pub length: f64,
     /// The area that a closed path encloses, positive if counter-clockwise \[m2\].
     pub area: Option<f64>,
+    /// Does the point go to and fro on the same way?
+    pub to_and_fro: bool,
+    /// The circle on which it stays, if there is one.
+    pub arc: Option<Arc>,
     /// Radius of curvature for each sample, positive where it turns left \[m\]; none where it is straight or stands still.
     pub radius: Vec<Option<f64>>,
     /// Where the curvature changes its sign: the input.
@@ -24,6 +31,15 @@ pub struct Path {
     /// x and y for each sample \[m\].
     pub x: Vec<f64>,
     pub y: Vec<f64>,
+}
+
+/// A circle.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Arc {
+    /// Its centre and its radius \[m\].
+    pub x: f64,
+    pub y: f64,
+    pub radius: f64,
 }
 
 /// A point that a path passes twice.
@@ -53,17 +69,50 @@ pub fn path(table: &Table, point: &str) -> Option<Path> {
     };
     let slow: Vec<f64> =
         minima(&speed).into_iter().filter(|at| at.value < 1e-6 * speed.max().value).map(|at| at.input).collect();
+    let length = way.mean() * span;
+    let area = table.periodic.then(|| 0.5 * area.mean() * span);
+    // It turns round where it stands still, and encloses nothing.
+    let to_and_fro = slow.len() >= 2 && area.is_some_and(|area| area.abs() < SAME * length * length);
+    let arc = Arc::through(x.values(), y.values());
+    let bends = arc.is_none() || !to_and_fro;
     Some(Path {
         point: point.to_string(),
-        length: way.mean() * span,
-        area: table.periodic.then(|| 0.5 * area.mean() * span),
+        length,
+        area: area.filter(|_| !to_and_fro),
+        to_and_fro,
+        arc,
         radius: speed.values().iter().zip(across.values()).map(radius).collect(),
-        inflections: across.zeros(),
-        cusps: slow,
-        crunodes: crunodes(table, &x, &y, [&dx, &dy]),
+        inflections: if bends { across.zeros() } else { Vec::new() },
+        cusps: if to_and_fro { Vec::new() } else { slow },
+        crunodes: if to_and_fro { Vec::new() } else { crunodes(table, &x, &y, [&dx, &dy]) },
         x: x.values().to_vec(),
         y: y.values().to_vec(),
     })
+}
+
+impl Arc {
+    /// The circle through three places of a path, if all others are on it.
+    fn through(x: &[f64], y: &[f64]) -> Option<Arc> {
+        let at = |index: usize| [x[index], y[index]];
+        let far = |from: [f64; 2]| {
+            let distance = |index: &usize| (x[*index] - from[0]).hypot(y[*index] - from[1]);
+            (0..x.len()).max_by(|a, b| distance(a).total_cmp(&distance(b)))
+        };
+        let one = at(far(at(x.len().checked_sub(1)?))?);
+        let two = at(far(one)?);
+        let [bx, by] = [two[0] - one[0], two[1] - one[1]];
+        let chord = bx.hypot(by);
+        let off = |index: &usize| (bx * (y[*index] - one[1]) - by * (x[*index] - one[0])).abs();
+        let three = at((0..x.len()).max_by(|a, b| off(a).total_cmp(&off(b)))?);
+        let [cx, cy] = [three[0] - one[0], three[1] - one[1]];
+        let twice = 2.0 * (bx * cy - by * cx);
+        let [b, c] = [bx * bx + by * by, cx * cx + cy * cy];
+        let [ux, uy] = [(cy * b - by * c) / twice, (bx * c - cx * b) / twice];
+        let (radius, x0, y0) = (ux.hypot(uy), one[0] + ux, one[1] + uy);
+        let is_on = |(x, y): (&f64, &f64)| ((x - x0).hypot(y - y0) - radius).abs() <= SAME * chord;
+        let all = radius < chord / SAME && x.iter().zip(y).all(is_on);
+        all.then_some(Arc { x: x0, y: y0, radius })
+    }
 }
 
 /// Local minima between samples, by the square: a cusp is a kink of the speed.

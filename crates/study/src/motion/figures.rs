@@ -2,7 +2,8 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use cotree::mechanism::{BodyId, JointId, Mechanism, Part, Place, Quantity};
+use cotree::columns::rounded;
+use cotree::mechanism::{BodyId, JointId, Mechanism, Part, Place, Quantity, Unit};
 use cotree::scene::constant::evaluate;
 use cotree::scene::{Load, Scene};
 use serde::Serialize;
@@ -14,9 +15,13 @@ use super::drive::{self, Table, motion_of};
 use super::dwell::Dwell;
 use super::flywheel::Fluctuation;
 use super::grashof;
-use super::report::radius_of;
+use super::report::{radius_of, usual};
 use super::samples::{ANGULAR, At, Samples, lagrange};
 use super::{Drive, MotionError, Request};
+use crate::contact;
+
+/// Forces below this share of the largest are rounding errors of none.
+const NOTHING: f64 = 1e-9;
 
 /// What is looked at.
 pub(super) struct Subject<'a> {
@@ -78,6 +83,8 @@ pub struct Figures {
     pub fluctuation: Option<Fluctuation>,
     pub path: Option<Path>,
     pub cams: Vec<Cam>,
+    /// Contacts that would have to pull, and what friction rolling takes.
+    pub contacts: Vec<String>,
     /// Values over the input.
     pub table: Vec<Column>,
     /// Centres of the motion of each body against the ground, for each sample \[m\]; none while it does not turn.
@@ -154,7 +161,8 @@ pub(super) fn of(subject: &Subject, table: &Table, folds: Option<[f64; 2]>) -> R
             figures.transmission(mechanism, part, table, &loaded);
         }
     }
-    figures.contacts(table);
+    figures.profiles(table);
+    figures.contacts(mechanism, table);
     let masses = Masses::of(mechanism);
     if let Some(effort) = table.effort() {
         let unit = if figures.input.angular { "N.m" } else { "N" };
@@ -239,6 +247,18 @@ fn unit_load(mechanism: &Mechanism, output: &Part) -> Option<Load> {
             (output.bodies()[0].is_none()).then(|| Load::force(body, [x, y]))
         }
     }
+}
+
+/// What a unit load makes a joint carry besides.
+fn differences(joint: &Part, table: &Table, loaded: &Table) -> Option<[Samples; 2]> {
+    if !joint.component().reactions.starts_with(&[Quantity::Fx, Quantity::Fy]) {
+        return None;
+    }
+    let of = |word: &str| {
+        let name = format!("{}.{word}", joint.name);
+        Some(loaded.get(&name)?.minus(&table.get(&name)?))
+    };
+    Some([of("fx")?, of("fy")?])
 }
 
 /// The body that moves at a joint on the ground.
@@ -331,20 +351,16 @@ impl Figures {
     /// Transmission angles and the joint-force index, by the difference that a unit load makes.
     fn transmission(&mut self, mechanism: &Mechanism, output: &Part, table: &Table, loaded: &Table) {
         let body = moving(output);
-        let mut largest: Option<Samples> = None;
-        for joint in &mechanism.joints {
-            if !joint.component().reactions.starts_with(&[Quantity::Fx, Quantity::Fy]) {
+        let carried: Vec<(&Part, [Samples; 2])> =
+            mechanism.joints.iter().filter_map(|joint| Some((joint, differences(joint, table, loaded)?))).collect();
+        let sizes = carried.iter().map(|(_, [x, y])| x.with(y, f64::hypot));
+        let Some(largest) = sizes.reduce(|largest, size| largest.with(&size, f64::max)) else { return };
+        let largest = largest.max();
+        for (joint, [x, y]) in &carried {
+            // What carries nothing transmits nothing.
+            if x.with(y, f64::hypot).max().value <= NOTHING * largest.value {
                 continue;
             }
-            let names = ["fx", "fy"].map(|word| format!("{}.{word}", joint.name));
-            let [Some(x), Some(y)] = names.map(|name| Some(loaded.get(&name)?.minus(&table.get(&name)?))) else {
-                continue;
-            };
-            let size = x.with(&y, f64::hypot);
-            largest = Some(match largest {
-                None => size.clone(),
-                Some(largest) => largest.with(&size, f64::max),
-            });
             let Some(place) = joint.between.into_iter().find(|place| place.body() == body && body.is_some()) else {
                 continue;
             };
@@ -371,11 +387,11 @@ impl Figures {
                 max: end(&across, &along, FRAC_PI_2).unwrap_or_else(|| angle.max()),
             });
         }
-        self.joint_force_index = largest.map(|largest| largest.max());
+        self.joint_force_index = Some(largest);
     }
 
     /// Pressure angle and radius of curvature where each cam touches its follower.
-    fn contacts(&mut self, table: &Table) {
+    fn profiles(&mut self, table: &Table) {
         let names: Vec<String> = self.cams.iter().map(|cam| cam.name.clone()).collect();
         for name in names {
             let pressure = format!("{name}.{}", Quantity::PressureAngle.word());
@@ -387,6 +403,18 @@ impl Figures {
                 self.push(&radius_of(&name), "m", &curvature.map(|value| 1.0 / value));
             }
         }
+    }
+
+    /// What would lift off or slip, by the input in degrees or millimetres.
+    fn contacts(&mut self, mechanism: &Mechanism, table: &Table) {
+        let inputs: Vec<f64> = (0..table.count()).map(|index| table.input(index)).collect();
+        let unit = if self.input.angular { Unit::angle() } else { Unit::length() };
+        let unit = mechanism.display.clone().before(&usual()).of(&unit);
+        let show = |input: f64| format!("{} {}", rounded(input / unit.factor, 4, 1e-4..1e7), unit.name);
+        let named = format!("`{}` =", self.input.name);
+        let found = contact::over(mechanism, &inputs, &named, show, |name| Some(table.get(name)?.values().to_vec()));
+        let faults = found.faults.iter().map(|fault| format!("{}; {}", fault.message, fault.help));
+        self.contacts = faults.chain(found.needed).collect();
     }
 
     fn forces(&mut self, mechanism: &Mechanism, table: &Table) {

@@ -1,23 +1,51 @@
 //! The quantities of a motion as a text, a table and a plot.
 
+use std::collections::HashMap;
 use std::fmt::Write;
 
 use cotree::columns::{aligned, rounded, titled};
 use cotree::mechanism::{DisplayUnit, Unit, Units};
 
 use super::cams::Cam;
+use super::curve::Arc;
 use super::figures::{Column, Extent, Figures, Link, Transmission};
 use super::samples::At;
 
 /// Below this the transmission is poor, by a rule of thumb (Norton) \[rad\].
 const POOR: f64 = 40.0 * std::f64::consts::PI / 180.0;
 
+/// Characters of a line beside the input: with it what a terminal shows.
+const WIDTH: usize = 84;
+/// Values below this share of the largest in their unit are errors of zero: a hundred tolerances of the run.
+const NOISE: f64 = 1e-10;
+/// And places of extremes, which are known to about the root of rounding errors only.
+const PLACE: f64 = 1e-7;
+
 /// Writes values in the units that are asked for.
 pub struct Shown<'u> {
-    pub units: &'u Units,
+    units: &'u Units,
+    /// The largest value of the table in each unit in SI.
+    largest: HashMap<&'u str, f64>,
 }
 
-impl Shown<'_> {
+impl<'u> Shown<'u> {
+    /// In these units, of a table in SI.
+    pub fn new(units: &'u Units, table: &'u [Column]) -> Self {
+        let mut largest: HashMap<&str, f64> = HashMap::new();
+        for column in table {
+            let own = largest.entry(&column.unit).or_default();
+            *own = column.values.iter().filter(|value| value.is_finite()).fold(*own, |own, value| own.max(value.abs()));
+        }
+        Self { units, largest }
+    }
+
+    /// Nothing for what rounding errors make of it.
+    fn cleared(&self, value: f64, si: &str) -> f64 {
+        // Energy by torque and angle.
+        let noise = self.largest.get(if si == "J" { "N.m" } else { si }).map_or(0.0, |largest| NOISE * largest);
+        if value.abs() < noise { 0.0 } else { value }
+    }
+
     /// A unit in SI as it is shown; those that are made of others stay as they are.
     pub fn of(&self, si: &str) -> DisplayUnit {
         let plain = DisplayUnit { name: si.to_string(), factor: 1.0 };
@@ -26,11 +54,11 @@ impl Shown<'_> {
 
     fn value(&self, value: f64, si: &str) -> String {
         let unit = self.of(si);
-        format!("{} {}", number(value / unit.factor), unit.name).trim_end().to_string()
+        format!("{} {}", number(self.cleared(value, si) / unit.factor), unit.name).trim_end().to_string()
     }
 
     fn bare(&self, value: f64, si: &str) -> String {
-        number(value / self.of(si).factor)
+        number(self.cleared(value, si) / self.of(si).factor)
     }
 }
 
@@ -77,7 +105,7 @@ impl Figures {
 
     /// Everything for people; of the table a row every so much of the input.
     pub fn text(&self, every: f64, units: &Units) -> String {
-        let shown = Shown { units };
+        let shown = Shown::new(units, &self.table);
         let mut text = String::new();
         let mut line = |sentence: String| {
             // Writing to a text cannot fail.
@@ -97,6 +125,7 @@ impl Figures {
             line(format!("joint-force index up to {} {load} at {}", number(index.value), self.at(index, &shown)));
         }
         self.cams.iter().flat_map(|cam| cam_lines(cam, &shown)).for_each(&mut line);
+        self.contacts.iter().cloned().for_each(&mut line);
         self.dynamics(&shown).into_iter().for_each(&mut line);
         self.path_lines(&shown).into_iter().for_each(&mut line);
         line(String::new());
@@ -123,7 +152,10 @@ impl Figures {
     }
 
     fn at(&self, at: &At, shown: &Shown) -> String {
-        shown.value(at.input, self.input_unit())
+        let reach = self.table.first().map_or(&[][..], |column| &column.values);
+        let reach = reach.iter().fold(0.0, |reach: f64, input| reach.max(input.abs()));
+        let input = if at.input.abs() < PLACE * reach { 0.0 } else { at.input };
+        shown.value(input, self.input_unit())
     }
 
     fn output_lines(&self, shown: &Shown) -> Vec<String> {
@@ -195,7 +227,13 @@ impl Figures {
     fn path_lines(&self, shown: &Shown) -> Vec<String> {
         let Some(path) = &self.path else { return Vec::new() };
         let area = path.area.map_or(String::new(), |area| format!(", encloses {}", shown.value(area, "m2")));
-        let mut lines = vec![format!("path of `{}`: length {}{area}", path.point, shown.value(path.length, "m"))];
+        let way = path.arc.map_or(String::new(), |Arc { x, y, radius }| {
+            let clear = |value: f64| if value.abs() < PLACE * radius { 0.0 } else { value };
+            let [x, y, radius] = [clear(x), clear(y), radius].map(|value| shown.value(value, "m"));
+            format!(", on an arc of radius {radius} about ({x}, {y})")
+        });
+        let way = if path.to_and_fro { format!(", to and fro{way}") } else { way };
+        let mut lines = vec![format!("path of `{}`: length {}{area}{way}", path.point, shown.value(path.length, "m"))];
         let inputs = |inputs: &[f64]| {
             let inputs: Vec<String> = inputs.iter().map(|input| shown.value(*input, self.input_unit())).collect();
             inputs.join(", ")
@@ -213,22 +251,37 @@ impl Figures {
         lines
     }
 
-    /// The rows of the table, one every so much of the input.
+    /// The rows of the table, one every so much of the input; as many columns side by side as can be read.
     fn rows(&self, every: f64, shown: &Shown) -> Vec<String> {
-        let Some(inputs) = self.table.first() else { return Vec::new() };
+        let [inputs, others @ ..] = &self.table[..] else { return Vec::new() };
         let step = (inputs.values.get(1).unwrap_or(&1.0) - inputs.values.first().unwrap_or(&0.0)).abs();
         let thin = ((every / step).round() as usize).max(1);
-        let head = |column: &Column| titled(&column.name, &shown.of(&column.unit).name);
-        let mut rows: Vec<Vec<String>> = vec![self.table.iter().map(head).collect()];
-        for index in (0..inputs.values.len()).step_by(thin) {
-            rows.push(self.table.iter().map(|column| shown.bare(column.values[index], &column.unit)).collect());
+        let written = |column: &Column| {
+            let head = titled(&column.name, &shown.of(&column.unit).name);
+            let values = column.values.iter().step_by(thin).map(|value| shown.bare(*value, &column.unit));
+            std::iter::once(head).chain(values).collect::<Vec<String>>()
+        };
+        let first = written(inputs);
+        let mut tables = vec![vec![first.clone()]];
+        let mut room = WIDTH;
+        for column in others.iter().map(written) {
+            let width = widest(&column);
+            if width > room {
+                tables.push(vec![first.clone()]);
+                room = WIDTH;
+            }
+            room = room.saturating_sub(width);
+            tables.last_mut().into_iter().for_each(|table| table.push(column.clone()));
         }
-        aligned(&rows, 0)
+        let row = |table: &[Vec<String>], index: usize| table.iter().map(|column| column[index].clone()).collect();
+        let rows = |table: Vec<Vec<String>>| (0..first.len()).map(|index| row(&table, index)).collect::<Vec<_>>();
+        let blocks: Vec<Vec<String>> = tables.into_iter().map(|table| aligned(&rows(table), 0)).collect();
+        blocks.join(&String::new())
     }
 
     /// The names of the table's columns with their units, and its rows.
     pub fn csv(&self, units: &Units) -> (Vec<String>, Vec<Vec<f64>>) {
-        let shown = Shown { units };
+        let shown = Shown::new(units, &[]);
         let header = self.table.iter().map(|column| titled(&column.name, &shown.of(&column.unit).name)).collect();
         let factors: Vec<f64> = self.table.iter().map(|column| shown.of(&column.unit).factor).collect();
         let count = self.table.first().map_or(0, |column| column.values.len());
@@ -245,6 +298,11 @@ pub fn radius_of(cam: &str) -> String {
 
 fn unit_of(link: &Link) -> &'static str {
     if link.angular { "rad" } else { "m" }
+}
+
+/// Of a column, with the gap before it.
+fn widest(column: &[String]) -> usize {
+    column.iter().map(|cell| cell.chars().count()).max().unwrap_or(0) + 2
 }
 
 /// Six digits.

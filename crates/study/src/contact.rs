@@ -1,0 +1,153 @@
+//! Contacts that would not hold: followers and rolling discs are bound to what they touch in both directions, where a real one is only pressed. A cam or a line that has
+//! to pull is a follower or a disc that lifts off, and a disc rolls without slip only if friction is large enough. Found in a motion, not prevented in it.
+
+use cotree::columns::rounded;
+use cotree::diagnostic::Fault;
+use cotree::mechanism::{Mechanism, Part, Quantity, Unit};
+use cotree::scene::{Scene, Text};
+
+/// Pulls below this share of the largest pressure are rounding errors.
+const PULLS: f64 = 1e-9;
+/// Where there is less pressure than this share of the largest, no friction coefficient is asked for: it has no bound where a contact opens.
+const PRESSES: f64 = 1e-3;
+
+/// What there is to say of the contacts of a mechanism.
+#[derive(Clone, Debug, Default)]
+pub struct Contacts {
+    /// Those that would have to pull, each with the place of its joint.
+    pub faults: Vec<Fault>,
+    /// What friction must be for discs to roll.
+    pub needed: Vec<String>,
+}
+
+/// The scene that reports how its contacts are loaded, and nothing else; none if it has no contact.
+pub fn looked_at(scene: &Scene) -> Option<(Scene, Mechanism)> {
+    let mechanism = scene.resolve().ok()?.mechanism;
+    let mut looked = scene.clone();
+    looked.outputs.variables = mechanism.joints.iter().flat_map(forces).map(|name| Text::from(&*name)).collect();
+    looked.outputs.expressions.clear();
+    (!looked.outputs.variables.is_empty()).then_some((looked, mechanism))
+}
+
+/// The motion of the scene's experiment; nothing if it cannot be run, which is told elsewhere.
+pub fn of_experiment(scene: &Scene) -> Contacts {
+    let found = looked_at(scene).and_then(|(looked, mechanism)| Some((looked.simulate().ok()?, mechanism)));
+    let Some((results, mechanism)) = found else { return Contacts::default() };
+    over_time(&mechanism, results.times(), |name| Some(results.column(name)?.values.clone()))
+}
+
+/// The contacts of a mechanism over time \[s\].
+pub fn over_time(mechanism: &Mechanism, times: &[f64], values: impl Fn(&str) -> Option<Vec<f64>>) -> Contacts {
+    let second = mechanism.units.of(&Unit::time());
+    let show = |time: f64| format!("{} {}", short(time / second.factor), second.name);
+    over(mechanism, times, "t =", show, values)
+}
+
+/// The contacts of a mechanism over some input: `named` and `show` say where something is.
+pub fn over(
+    mechanism: &Mechanism,
+    inputs: &[f64],
+    named: &str,
+    show: impl Fn(f64) -> String,
+    values: impl Fn(&str) -> Option<Vec<f64>>,
+) -> Contacts {
+    let mut contacts = Contacts::default();
+    for joint in &mechanism.joints {
+        let of = |quantity: Quantity| values(&format!("{}.{}", joint.name, quantity.word()));
+        let Some(normal) = forces(joint).next().and(of(Quantity::Fn)) else { continue };
+        let angle = of(Quantity::PressureAngle);
+        let look = Look { inputs, normal: &normal, angle: angle.as_deref(), named, show: &show };
+        contacts.faults.extend(look.lost(joint));
+        contacts.needed.extend(of(Quantity::Ft).and_then(|along| look.friction(&joint.name, &along)));
+    }
+    contacts
+}
+
+/// The variables that say how a contact is loaded; none of other joints.
+fn forces(joint: &Part) -> impl Iterator<Item = String> {
+    let own: &[Quantity] = match joint.component().name {
+        "cam" => &[Quantity::Fn, Quantity::PressureAngle],
+        "rolling" => &[Quantity::Fn, Quantity::Ft],
+        _ => &[],
+    };
+    own.iter().map(|quantity| format!("{}.{}", joint.name, quantity.word()))
+}
+
+/// A contact over the input.
+struct Look<'a, S> {
+    inputs: &'a [f64],
+    normal: &'a [f64],
+    angle: Option<&'a [f64]>,
+    named: &'a str,
+    show: &'a S,
+}
+
+impl<S: Fn(f64) -> String> Look<'_, S> {
+    fn largest(&self) -> f64 {
+        self.normal.iter().fold(0.0, |largest: f64, force| largest.max(force.abs()))
+    }
+
+    /// The fault of a contact that would have to pull.
+    fn lost(&self, joint: &Part) -> Option<Fault> {
+        let least = PULLS * self.largest();
+        let pulls = |index: usize| self.normal[index] < -least;
+        let first = (0..self.normal.len()).find(|&index| pulls(index))?;
+        let last = (first..self.normal.len()).find(|&index| !pulls(index));
+        let until = last.map_or(String::new(), |last| format!(" to {}", (self.show)(self.crossing(last))));
+        let from = (self.show)(if first == 0 { self.inputs[0] } else { self.crossing(first) });
+        let (worst, force) = self.normal.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1))?;
+        let again = last.is_some_and(|last| (last..self.normal.len()).any(pulls));
+        let (more, place, is_cam) =
+            (if again { ", and again" } else { "" }, (self.show)(self.inputs[worst]), self.angle.is_some());
+        let (name, named) = (&joint.name, self.named);
+        let what = if is_cam { "the follower would leave the cam" } else { "the disc would lift off" };
+        let message = format!(
+            "`{name}` has to pull: {what} from {named} {from}{until}{more}; its contact force is down to {} N at {named} {place}",
+            short(*force)
+        );
+        let help = match self.pressure() {
+            Some(pressure) if is_cam => format!(
+                "a spring that presses the follower along its guide with at least {} N more would hold it there; or turn slower, or rise more gently",
+                short(pressure)
+            ),
+            _ => "the motion shown is that of a contact that holds in both directions".to_owned(),
+        };
+        Some(Fault::warning("contact::lifts_off", message, joint.span).label("lifts off").help(help))
+    }
+
+    /// Where the contact begins or ceases to pull before a sample, by a straight line.
+    fn crossing(&self, index: usize) -> f64 {
+        let (Some(before), [to, end]) = (index.checked_sub(1), [self.inputs[index], self.normal[index]]) else {
+            return self.inputs[index];
+        };
+        let [from, begin] = [self.inputs[before], self.normal[before]];
+        from + (to - from) * begin / (begin - end)
+    }
+
+    /// What presses the follower along its guide so that the cam never pulls \[N\].
+    fn pressure(&self) -> Option<f64> {
+        let along = self.angle?.iter().zip(self.normal).map(|(angle, force)| -force * libm::cos(*angle));
+        Some(along.fold(0.0, f64::max))
+    }
+
+    /// The friction that rolling takes.
+    fn friction(&self, name: &str, along: &[f64]) -> Option<String> {
+        let least = PRESSES * self.largest();
+        let pairs = self.normal.iter().zip(along).enumerate();
+        let needed = pairs.filter(|(_, (normal, _))| **normal > least).map(|(index, (n, t))| (index, (t / n).abs()));
+        let (index, most) = needed.max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let place = (self.show)(self.inputs[index]);
+        (most > 1e-6).then(|| {
+            format!(
+                "`{name}` rolls without slip: that takes a coefficient of friction of at least {} (at {} {place})",
+                short(most),
+                self.named
+            )
+        })
+    }
+}
+
+/// Four digits.
+fn short(value: f64) -> String {
+    rounded(value, 4, 1e-4..1e7)
+}

@@ -1,0 +1,69 @@
+//! Slips that leave a scene right and its motion not what was meant: `check` says so, with the name.
+
+use cotree::compile::{compile, compile_with};
+use cotree::scene::Scene;
+use cotree_text::assumptions::assumptions;
+
+const CRANK: &str = r#"
+name = "crank"
+[bodies.rod]
+mass = 1.0
+inertia = 0.1
+points = { o = [0, 0], p = [0.4, 0] }
+[joints.pin]
+type = "revolute"
+between = ["ground", "rod.o"]
+"#;
+
+/// Codes and messages of what is said of a scene that is right.
+fn said(more: &str) -> Vec<String> {
+    let scene = Scene::from_toml(&format!("{CRANK}{more}")).unwrap();
+    let compiled = compile(&scene).unwrap_or_else(|faults| panic!("{}", faults.render(false, 100)));
+    let warnings = compiled.warnings.into_iter().flat_map(|faults| faults.list);
+    warnings.map(|fault| format!("{} {}", fault.code, fault.message)).collect()
+}
+
+#[test]
+fn an_input_that_nothing_uses() {
+    let unused = "[inputs]\npush = \"0 N\"\nturn = { start = \"0 N.m\" }\n";
+    let load = "[loads.motor]\ntype = \"torque\"\non = \"rod\"\nvalue = \"2*turn\"\n";
+    assert_eq!(said(&format!("{unused}{load}")), ["scene::unused nothing uses input `push`"]);
+    let followed = "[inputs]\nspeed = \"0 rad/s\"\n[drivers.motor]\njoint = \"pin\"\nangle = { input = \"speed\", as = \"velocity\" }\n";
+    assert!(said(followed).iter().all(|warning| !warning.starts_with("scene::unused")), "{:?}", said(followed));
+    let shown = "[inputs]\nwanted = \"0 rad\"\n[outputs]\nmissing = \"rod.angle - wanted\"\n";
+    assert_eq!(said(shown), [""; 0]);
+}
+
+#[test]
+fn a_step_longer_than_the_run() {
+    let long = said("[experiment]\nstop = \"2 s\"\nstep = \"3 s\"\n");
+    assert!(long.len() == 1 && long[0].contains("`step` of `[experiment]`, 3 s, is longer"), "{long:?}");
+    assert_eq!(said("[experiment]\nstop = \"2 s\"\nstep = \"2 s\"\n"), [""; 0]);
+}
+
+/// Where the driver prescribes all there is too.
+#[test]
+fn a_driver_that_jumps() {
+    let driven = |law: &str| said(&format!("[drivers.motor]\njoint = \"pin\"\nangle = \"{law}\"\n"));
+    let jump = driven("if(t < 1, 0, 1)");
+    assert!(jump.len() == 1 && jump[0].contains("`motor` jumps: at t = 1 s"), "{jump:?}");
+    assert_eq!(driven("if(t < 1, t, 1)"), [""; 0], "a corner of a driven position is no jump");
+}
+
+#[test]
+fn a_mass_centre_that_nobody_has_placed() {
+    let assumed = |scene: &str| {
+        let scene = Scene::from_toml(scene).unwrap();
+        compile_with(&scene, |formulated| assumptions(formulated, &scene)).unwrap().1
+    };
+    let wanted = "the mass centre of `rod` is its origin, at its point `o`";
+    assert!(assumed(CRANK).iter().any(|sentence| sentence == wanted), "{:?}", assumed(CRANK));
+    for placed in [
+        "com = [0.2, 0]\npoints = { o = [0, 0], p = [0.4, 0] }",
+        "points = { o = [-0.2, 0], p = [0.2, 0] }",
+        "shape = { rod = [\"o\", \"p\"] }\npoints = { o = [0, 0], p = [0.4, 0] }",
+    ] {
+        let scene = CRANK.replace("points = { o = [0, 0], p = [0.4, 0] }", placed);
+        assert!(assumed(&scene).iter().all(|sentence| !sentence.contains("mass centre")), "{placed}");
+    }
+}
