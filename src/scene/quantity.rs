@@ -83,13 +83,10 @@ pub(crate) fn read(text: &Text) -> Result<Reading, Fault> {
     let unit_text = Text::new(rest, text.part(begin, begin + rest.len()));
     if unit_text.text.contains(|c: char| "+-() ,<>".contains(c) && !unit_text.text.contains("^-")) {
         let known = unit::separated(&unit_text.text).is_some();
-        return Err(unit::parse(&unit_text)
-            .err()
-            .filter(|_| known)
-            .unwrap_or_else(|| {
-                let word = rest.split(|c: char| "+-() ,<>*".contains(c)).next().unwrap_or_default();
-                unit_in_expression(unit_text.span, &format!("{}[{word}]", text.text[..at].trim()))
-            }));
+        return Err(unit::parse(&unit_text).err().filter(|_| known).unwrap_or_else(|| {
+            let word = rest.split(|c: char| "+-() ,<>*".contains(c)).next().unwrap_or_default();
+            unit_in_expression(unit_text.span, &format!("{}[{word}]", text.text[..at].trim()))
+        }));
     }
     let unit = unit::parse(&unit_text).map_err(|fault| factor_with_unit(text, at, &unit_text).unwrap_or(fault))?;
     Ok(Reading::Measure(number * unit.display.as_ref().map_or(1.0, |display| display.factor), unit))
