@@ -71,8 +71,13 @@ pub fn touching(seed: u64) -> Case {
     let bars = neutral(seed);
     let at: f64 = random.between(1.0, 3.0);
     // Less than a turn on either side.
-    let factor = random.between(1.0, 5.0) / at.max(STOP - at).powi(2) * bars.omega.signum();
-    let bars = FourBar { angle: flat_pose(&bars) - factor * at * at, ..bars };
+    let mut factor = random.between(1.0, 5.0) / at.max(STOP - at).powi(2) * bars.omega.signum();
+    let begun = |factor: f64| FourBar { angle: flat_pose(&bars) - factor * at * at, ..bars };
+    // A start out of reach is no motion; next to the flat pose there is one.
+    while !reaches(&begun(factor)) && factor.abs() > 1e-3 {
+        factor *= 0.5;
+    }
+    let bars = begun(factor);
     case("driven up to a change point", seed, bars, Drive::Touch(flat_pose(&bars), at, factor))
 }
 
