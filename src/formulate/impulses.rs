@@ -36,8 +36,7 @@ pub(super) fn warnings(equations: &Equations, jumps: &[Jump]) -> Vec<Fault> {
         } else {
             "its impulse changes the speeds of what is not driven at once, as if the law turned very fast; if that is not meant, let it turn smoothly (`smoothstep`, `spline`)"
         };
-        let message = format!("the law of driver `{}` jumps: at t = {} s {}", part.name, jump.time, jump.what);
-        Fault::warning("scene::driver_jump", message, part.span).label("jumps").help(help)
+        jumps_there(part, jump).help(help)
     });
     let branches = mechanism.drivers.iter().enumerate().filter(|(driver, _)| is_branch(equations, *driver));
     let set = branches.filter_map(|(_, part)| {
@@ -52,13 +51,16 @@ pub(super) fn warnings(equations: &Equations, jumps: &[Jump]) -> Vec<Fault> {
 /// Laws that jump themselves where drivers prescribe the whole motion.
 pub(super) fn leaps(mechanism: &Mechanism, jumps: &[Jump]) -> Vec<Fault> {
     let leap = |jump: &Jump| {
-        let part = &mechanism.drivers[jump.driver];
-        let message = format!("the law of driver `{}` jumps: at t = {} s {}", part.name, jump.time, jump.what);
         let help = "no mechanism follows a jump: the loops are closed again behind it where they can be, and speeds there are none; let the law turn smoothly \
                     (`smoothstep`, `spline`)";
-        Fault::warning("scene::driver_jump", message, part.span).label("jumps").help(help)
+        jumps_there(&mechanism.drivers[jump.driver], jump).help(help)
     };
     jumps.iter().filter(|jump| !jump.of_rate).map(leap).collect()
+}
+
+fn jumps_there(driver: &Part, jump: &Jump) -> Fault {
+    let message = format!("the law of driver `{}` jumps: at t = {} s {}", driver.name, jump.time, jump.what);
+    Fault::warning("scene::driver_jump", message, driver.span).label("jumps")
 }
 
 /// What importers set in steps, or along lines with corners, and what the speed or the position of a driver follows: an input, or a tunable parameter.

@@ -33,7 +33,7 @@ pub struct Bench {
 impl Bench {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         output::apart(&[Some(&self.scene)], &[self.plot.as_deref()])?;
-        output::is_picture(self.plot.as_deref(), &["svg", "png"])?;
+        output::is_written_as(self.plot.as_deref(), &["svg", "png"])?;
         let compiled = output::compile(&self.scene, format)?;
         let variables = compiled.description.reported();
         let experiment = compiled.description.experiment;

@@ -32,14 +32,14 @@ pub struct Check {
 
 impl Check {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
-        output::is_picture(self.drawing.as_deref(), &["svg", "png"])?;
+        output::is_written_as(self.drawing.as_deref(), &["svg", "png"])?;
         output::apart(&[Some(&self.scene)], &[self.drawing.as_deref()])?;
         let scene = output::load(&self.scene)?;
         let made = compile_with(&scene, |formulated| {
             let picture = self.drawing.as_ref().map(|_| draw(formulated).svg());
             (summarise(formulated), assumptions(formulated, &scene), picture)
         });
-        let (compiled, (summary, mut assumptions, picture)) = match made {
+        let (mut compiled, (summary, mut assumptions, picture)) = match made {
             Ok(made) => made,
             Err(faults) => {
                 self.draw_attempt(&scene, format)?;
@@ -51,7 +51,7 @@ impl Check {
         }
         let contacts = contact::of_experiment(&scene);
         assumptions.extend(contacts.needed);
-        let compiled = output::with_warnings(compiled, contacts.faults);
+        compiled.warn(contacts.faults);
         match format {
             MessageFormat::Human => {
                 output::warn(compiled.warnings.as_ref(), format);

@@ -56,7 +56,7 @@ pub struct Fit {
 impl Fit {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         output::apart(&[Some(&self.scene), Some(&self.measured)], &[self.plot.as_deref(), self.output.as_deref()])?;
-        output::is_picture(self.plot.as_deref(), &["svg", "png"])?;
+        output::is_written_as(self.plot.as_deref(), &["svg", "png"])?;
         let scene = output::load(&self.scene)?;
         let request = self.request()?;
         let named = self.measured.display().to_string();

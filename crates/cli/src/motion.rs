@@ -72,7 +72,7 @@ pub struct Motion {
 impl Motion {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         output::apart(&[Some(&self.scene)], &[self.table.as_deref(), self.plot.as_deref()])?;
-        output::is_picture(self.plot.as_deref(), &["svg", "png"])?;
+        output::is_written_as(self.plot.as_deref(), &["svg", "png"])?;
         output::is_table(output::file(self.table.as_deref()), "; with --json everything is printed as JSON")?;
         let mut scene = output::load(&self.scene)?;
         if !self.settings.is_empty() {

@@ -147,7 +147,7 @@ pub fn picture(path: &Path, picture: &str, what: &str, format: MessageFormat) ->
 }
 
 /// Pictures and pages are written in the format that the end of the name says, never in another.
-pub fn is_picture(path: Option<&Path>, kinds: &[&str]) -> Result<(), Failure> {
+pub fn is_written_as(path: Option<&Path>, kinds: &[&str]) -> Result<(), Failure> {
     let Some(path) = path.filter(|path| !kinds.iter().any(|kind| has_extension(path, kind))) else { return Ok(()) };
     let names: Vec<String> = kinds.iter().map(|kind| format!("`.{kind}`")).collect();
     let name = path.display();
@@ -232,15 +232,6 @@ pub fn warn_inaccurate(compiled: &Compiled, of: &str, inaccuracy: &Inaccuracy, f
     let fault =
         Fault::warning("solver::accuracy", format!("{of}{inaccuracy}"), Span::default()).help(inaccuracy.help());
     warn(Some(&Faults::new(compiled.source.clone(), vec![fault])), format);
-}
-
-/// A model with further warnings.
-pub fn with_warnings(mut compiled: Compiled, more: Vec<Fault>) -> Compiled {
-    if !more.is_empty() {
-        let known = compiled.warnings.take().into_iter().flat_map(|warnings| warnings.list);
-        compiled.warnings = Some(Faults::new(compiled.source.clone(), known.chain(more).collect()));
-    }
-    compiled
 }
 
 /// Shows warnings, if there are any, on standard error.

@@ -80,7 +80,7 @@ impl Show {
         output::apart(&[Some(&self.scene)], &[self.graph.as_deref(), self.drawing.as_deref()])?;
         for (path, kinds) in [(&self.drawing, ["svg", "png", "dxf"].as_slice()), (&self.graph, &["svg", "png", "dot"])]
         {
-            output::is_picture(path.as_deref(), kinds)?;
+            output::is_written_as(path.as_deref(), kinds)?;
         }
         let scene = output::load(&self.scene)?;
         let (compiled, shown) = compile::compile_with(&scene, |formulated| self.shown(&scene, formulated))?;

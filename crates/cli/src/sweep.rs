@@ -80,7 +80,7 @@ pub struct Sweep {
 impl Sweep {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         output::apart(&[Some(&self.scene), self.table.as_deref()], &[self.file(), self.plot.as_deref()])?;
-        output::is_picture(self.plot.as_deref(), &["svg", "png"])?;
+        output::is_written_as(self.plot.as_deref(), &["svg", "png"])?;
         output::is_table(self.file(), "")?;
         let scene = output::load(&self.scene)?;
         let (compiled, measures) = self.compiled(&scene, format)?;

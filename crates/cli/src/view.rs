@@ -56,7 +56,7 @@ impl View {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         let named = self.output.as_deref();
         let is_film = self.svg || self.frames.is_some() || named.is_some_and(|path| output::has_extension(path, "svg"));
-        output::is_picture(named, if is_film { &["svg"] } else { &["html", "htm"] })?;
+        output::is_written_as(named, if is_film { &["svg"] } else { &["html", "htm"] })?;
         let scene = output::load(&self.scene)?;
         if is_film { self.film(&scene, format) } else { self.page(&scene, format) }
     }

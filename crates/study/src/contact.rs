@@ -148,6 +148,6 @@ impl<S: Fn(f64) -> String> Look<'_, S> {
 }
 
 /// Four digits.
-fn short(value: f64) -> String {
+pub(crate) fn short(value: f64) -> String {
     rounded(value, 4, 1e-4..1e7)
 }

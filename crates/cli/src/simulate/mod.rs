@@ -100,7 +100,7 @@ impl Simulate {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         let read = [Some(self.scene.as_path()), self.input.as_deref(), self.overlay.as_deref()];
         output::apart(&read, &[self.file(), self.plot.as_deref()])?;
-        output::is_picture(self.plot.as_deref(), &["svg", "png"])?;
+        output::is_written_as(self.plot.as_deref(), &["svg", "png"])?;
         output::is_table(self.file(), "; with --summary --json the figures are JSON")?;
         let mut scene = output::load(&self.scene)?;
         if !self.sensitivity.is_empty() {

@@ -2,7 +2,6 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use cotree::columns::rounded;
 use cotree::mechanism::{BodyId, JointId, Mechanism, Part, Place, Quantity, Unit};
 use cotree::scene::constant::evaluate;
 use cotree::scene::{Load, Scene};
@@ -410,7 +409,7 @@ impl Figures {
         let inputs: Vec<f64> = (0..table.count()).map(|index| table.input(index)).collect();
         let unit = if self.input.angular { Unit::angle() } else { Unit::length() };
         let unit = mechanism.display.clone().before(&usual()).of(&unit);
-        let show = |input: f64| format!("{} {}", rounded(input / unit.factor, 4, 1e-4..1e7), unit.name);
+        let show = |input: f64| format!("{} {}", contact::short(input / unit.factor), unit.name);
         let named = format!("`{}` =", self.input.name);
         let found = contact::over(mechanism, &inputs, &named, show, |name| Some(table.get(name)?.values().to_vec()));
         let faults = found.faults.iter().map(|fault| format!("{}; {}", fault.message, fault.help));
