@@ -128,13 +128,6 @@ pub fn program(
     if motion == Motion::Kinematic && reacting.iter().any(|symbol| matches!(symbol, Symbol::Reaction(_))) {
         moving.inverse = Some(inverse(equations));
     }
-    let linkages = if motion == Motion::Dynamic { stiff_linkages(equations, active) } else { Vec::new() };
-    if !linkages.is_empty() {
-        moving.inverse = Some(inverse(equations)).filter(|loads| {
-            let symbols = equations.system.arena.symbols(loads.iter().copied());
-            !symbols.iter().any(|symbol| matches!(symbol, Symbol::Reaction(_)))
-        });
-    }
     let mut no_series = None;
     if motion == Motion::Dynamic {
         match series(equations, (length, active), pose) {
@@ -147,9 +140,6 @@ pub fn program(
     }
     let mut program = assemble(equations, (length, active), &kernels, &moving, motion, &table);
     program.blocks = blocks;
-    if program.tapes.inverse.is_some() {
-        program.linkages = linkages;
-    }
     if is_too_large(&program) {
         program.engine = Engine::Dop853;
         no_series = Some(TOO_MANY.into());
@@ -362,7 +352,6 @@ fn assemble(
         constraints: constraints(equations, length, active),
         motion,
         blocks: Vec::new(),
-        linkages: Vec::new(),
         length,
         variables: table.variables(),
         constants: assembler.constants.clone(),
@@ -390,23 +379,6 @@ fn incidence(equations: &Equations, active: &[bool]) -> Vec<(u32, Vec<u32>)> {
     let rows = equations.constraints.iter().enumerate().filter(|(row, _)| active[*row]);
     rows.map(|(row, constraint)| (row as u32, constraint.jacobian.iter().map(|&(column, _)| column as u32).collect()))
         .collect()
-}
-
-/// Closed linkages of one degree of freedom that stiffness may hold back in poses where their branches cross.
-fn stiff_linkages(equations: &mut Equations, active: &[bool]) -> Vec<Block> {
-    let laws = equations.law_values();
-    let is_law = |symbol: &Symbol| matches!(symbol, Symbol::Coordinate(..));
-    let is_stiff = equations.system.arena.symbols(laws).iter().any(is_law);
-    if !is_stiff || equations.system.mechanism.solver.method != Method::Auto {
-        return Vec::new();
-    }
-    let is_steady = |block: &Block| {
-        let values = block.rows.iter().map(|&row| equations.constraints[row as usize].value);
-        let known = |symbol: &Symbol| matches!(symbol, Symbol::Coordinate(..) | Symbol::Parameter(_));
-        equations.system.arena.symbols(values).iter().all(known)
-    };
-    let pieces = pieces(&incidence(equations, active)).into_iter();
-    pieces.filter(|block| block.columns.len() == block.rows.len() + 1 && is_steady(block)).collect()
 }
 
 fn experiment(equations: &Equations) -> Experiment {

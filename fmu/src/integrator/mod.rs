@@ -2,17 +2,14 @@
 //!
 //! * [`stepping`]: from one communication point to the next.
 //! * `taylor`, `explicit` (DOP853), `implicit` (Radau IIA): the methods, each with what it remembers between steps.
-//! * `along`: steps of DOP853 along a branch through a singular pose.
-//! * `control`: bounds of the length of a step; `stiffness`: which method takes the next step; `detour`: past a pose that was not passed.
+//! * `control`: bounds of the length of a step; `stiffness`: which method takes the next step.
 //! * `together`: steps of several runs at once.
 //! * `accuracy`: how accurate rounding errors let a motion be.
 //! * `run`: what a run remembers between communication points: `signals`, the `last_step`, and the memories of the methods.
 //! * `right_hand_side`: the equations of motion, as the Runge-Kutta methods see them.
 
 pub(crate) mod accuracy;
-pub(crate) mod along;
 pub(crate) mod control;
-mod detour;
 pub(crate) mod explicit;
 pub(crate) mod implicit;
 pub(crate) mod last_step;

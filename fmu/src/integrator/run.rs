@@ -9,7 +9,6 @@ use super::stiffness::Choice;
 use super::taylor;
 use crate::constraints::kinematic::Track;
 use crate::model::{Model, State, motion};
-use crate::singular::curve::Curve;
 use crate::singular::passing::Passage;
 use crate::singular::supervisor::Supervisor;
 
@@ -22,8 +21,6 @@ pub struct Run {
     pub(crate) taylor: taylor::Memory,
     pub(crate) radau: implicit::Memory,
     pub(crate) stiffness: Choice,
-    /// The branch that steps past a singular pose follow.
-    pub(crate) curve: Option<Curve>,
 }
 
 impl Run {
@@ -36,7 +33,6 @@ impl Run {
             taylor: taylor::Memory::default(),
             radau: implicit::Memory::new(model),
             stiffness: Choice::new(),
-            curve: None,
         }
     }
 
@@ -45,8 +41,7 @@ impl Run {
         self.restart(model, state);
         (self.last.start_time, self.last.natural) = (state.time(), 0.0);
         self.singular.start();
-        self.singular.refuge.note(model, state.time(), &self.last.end);
-        (self.stiffness, self.curve) = (Choice::new(), None);
+        self.stiffness = Choice::new();
         (self.signals.changed, self.signals.changed_before) = (false, false);
     }
 
@@ -56,11 +51,7 @@ impl Run {
         self.signals.origin.copy_from(state);
         self.shift_poses(state.time());
         self.last.end_at(model, state);
-        // A way round a pose was found for what acted before.
-        if self.stiffness.detour.is_some() {
-            (self.stiffness, self.curve) = (Choice::new(), None);
-        }
-        self.singular.restart(model, state.time(), &self.last.end);
+        self.singular.restart();
         self.radau.forget();
     }
 
@@ -165,7 +156,6 @@ impl Run {
         self.taylor = other.taylor;
         self.radau.copy_from(&other.radau);
         self.stiffness = other.stiffness;
-        self.curve.clone_from(&other.curve);
     }
 
     /// Is this a run of that model, with nothing in it that a run would not write?
@@ -175,6 +165,5 @@ impl Run {
             && self.singular.belongs_to(model)
             && self.radau.belongs_to(model)
             && self.stiffness.is_sound()
-            && self.curve.as_ref().is_none_or(|curve| curve.belongs_to(model))
     }
 }

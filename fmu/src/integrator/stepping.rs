@@ -6,7 +6,6 @@
 //! step that went too far is forgotten; and when changes come at every communication point, steps end exactly there.
 
 use super::accuracy::{Accuracy, Masses};
-use super::along::Along;
 use super::control::Horizon;
 use super::explicit::Explicit;
 use super::implicit::Implicit;
@@ -33,13 +32,12 @@ const SHORTEST_PART: f64 = 1e-4;
 pub struct Stepper {
     explicit: Explicit,
     implicit: Implicit,
-    along: Along,
     pub(super) taylor: Option<Box<Taylor>>,
     kinematic: Kinematic,
     pub(super) projection: Projection,
     work: State,
     reprojection: Reprojection,
-    /// The run before the steps to a communication point: what lies before them has been read.
+    /// The run before a step that may fail.
     pub(super) checkpoint: Run,
     /// Goes on beyond a communication point to judge what lies before it.
     probe: Run,
@@ -62,7 +60,6 @@ impl Stepper {
         Self {
             explicit: Explicit::new(model),
             implicit: Implicit::new(model),
-            along: Along::new(model),
             // On the heap: an importer's thread may have a small stack, and storage moves through several frames.
             taylor: Taylor::new(model).map(Box::new),
             kinematic: Kinematic::new(model),
@@ -91,12 +88,9 @@ impl Stepper {
         machine: &'a mut Machine,
         settings: &'a Settings,
     ) -> (Engines<'a>, Context<'a>) {
-        let Self { explicit, implicit, along, taylor, projection, statistics, masses, accuracy, .. } = self;
+        let Self { explicit, implicit, taylor, projection, statistics, masses, accuracy, .. } = self;
         let context = Context { model, machine, projection, statistics, settings };
-        (
-            Engines { taylor: taylor.as_deref_mut(), explicit, implicit, along, masses: masses.as_mut(), accuracy },
-            context,
-        )
+        (Engines { taylor: taylor.as_deref_mut(), explicit, implicit, masses: masses.as_mut(), accuracy }, context)
     }
 
     /// What has been done so far.
@@ -113,7 +107,6 @@ impl Stepper {
     pub fn forget(&mut self) {
         self.explicit.forget();
         self.implicit.forget();
-        self.along.forget();
         if let Some(taylor) = &mut self.taylor {
             taylor.forget();
         }
@@ -174,17 +167,16 @@ impl Stepper {
         let Self {
             explicit,
             implicit,
-            along,
             taylor,
             kinematic,
             projection,
             work,
             reprojection,
-            checkpoint,
             probe,
             statistics,
             masses,
             accuracy,
+            ..
         } = self;
         let context = &mut Context { model, machine, projection, statistics, settings };
         // What nobody has asked for until now is not reported any more, but for what makes the motion inexact.
@@ -192,7 +184,7 @@ impl Stepper {
         let exact = run.signals.changed && run.signals.changed_before;
         work.copy_from(state);
         let mut engines =
-            Engines { taylor: taylor.as_deref_mut(), explicit, implicit, along, masses: masses.as_mut(), accuracy };
+            Engines { taylor: taylor.as_deref_mut(), explicit, implicit, masses: masses.as_mut(), accuracy };
         if run.signals.changed {
             engines.end_at_change(context, run, work);
             // In the zone of a singular pose a projection would take the motion off its branch; the next step begins with one outside.
@@ -217,25 +209,8 @@ impl Stepper {
             Motion::Dynamic => {
                 let horizon = Horizon { target, limit };
                 context.machine.load(model, &run.signals.origin);
-                // Where there are singular poses the steps may have to be taken again.
-                let again =
-                    settings.automatic && settings.engine == Engine::Taylor && !run.singular.smallest.is_empty();
-                let mut begun = again && run.last.end_time < target;
-                if begun {
-                    checkpoint.copy_from(run);
-                }
-                while let Err(failure) =
-                    engines.advance(context, run, horizon).and_then(|()| engines.look_on(context, run, probe))
-                {
-                    if !again {
-                        return Err(failure);
-                    }
-                    if !begun {
-                        checkpoint.copy_from(run);
-                    }
-                    engines.pass_otherwise(context, run, (checkpoint, horizon), failure)?;
-                    begun = false;
-                }
+                engines.advance(context, run, horizon)?;
+                engines.look_on(context, run, probe)?;
                 read(context, run, target, work, |context, run, motion| engines.read(context, run, target, motion))?;
                 engines.tighten(context, run, work);
             }

@@ -7,9 +7,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::accuracy::{Accuracy, Masses};
-use super::along::Along;
 use super::control::{Horizon, Progress, because, take_step};
-use super::detour::Detour;
 use super::explicit::Explicit;
 use super::implicit::Implicit;
 use super::run::Run;
@@ -37,6 +35,8 @@ const COARSE: f64 = 1e-5;
 /// Where a curve is followed past a pose the loops are closed this well at least: branches that miss each other by d of the lengths are the root of d apart, 1e-5
 /// for the smallest d that is followed, and a projection no better than that goes over to the other one.
 const FOLLOWING: f64 = 1e-7;
+/// At most so many steps judge how a pose was passed.
+const FURTHEST: usize = 4096;
 /// So many steps in a row must speak for the return.
 const VOTES: u32 = 8;
 /// Steps that change by more than this factor are on their way back from a switch.
@@ -75,8 +75,6 @@ pub(crate) struct Choice {
     has_been_stiff: bool,
     /// Does stiffness hold steps back that come to a singular pose?
     passing: bool,
-    /// Does the explicit method take the steps past a pose that was not passed otherwise?
-    pub(super) detour: Option<Detour>,
 }
 
 impl Choice {
@@ -90,13 +88,7 @@ impl Choice {
             held_back: 0.0,
             has_been_stiff: false,
             passing: false,
-            detour: None,
         }
-    }
-
-    /// On a detour, or after one: stiffness may be why.
-    pub fn on(detour: Option<Detour>) -> Self {
-        Self { detour, has_been_stiff: true, ..Self::new() }
     }
 
     /// Has there been no look yet that found nothing?
@@ -106,7 +98,7 @@ impl Choice {
 
     /// Does another method than the one that the settings name take the steps?
     pub fn is_other(&self) -> bool {
-        self.stiff || self.detour.is_some()
+        self.stiff
     }
 
     /// Is it one that a run would write?
@@ -116,7 +108,6 @@ impl Choice {
             && self.suspected < LOOKS
             && self.shares.is_finite()
             && self.shares > 0.0
-            && self.detour.is_none_or(Detour::is_sound)
             && (FIRST_LOOK..=MOST_PATIENCE).contains(&self.patience)
     }
 
@@ -216,7 +207,6 @@ fn note_end(context: &mut Context, run: &mut Run) -> Result<(), Failure> {
         return Err(not_passed(context, run));
     }
     run.last.undefined = undefined(context, run).is_some();
-    run.singular.refuge.note(context.model, run.last.end_time, &run.last.end);
     Ok(())
 }
 
@@ -225,7 +215,6 @@ pub(crate) struct Engines<'a> {
     pub taylor: Option<&'a mut Taylor>,
     pub explicit: &'a mut Explicit,
     pub implicit: &'a mut Implicit,
-    pub along: &'a mut Along,
     /// Where there are no series.
     pub masses: Option<&'a mut Masses>,
     pub accuracy: &'a mut Accuracy,
@@ -248,8 +237,6 @@ impl Engines<'_> {
                 if take_step(self.implicit, context, run, horizon)? == Progress::Declined {
                     return Err(singular_ahead(context, run));
                 }
-            } else if let Some(detour) = run.stiffness.detour {
-                self.step_round(context, run, horizon, detour)?;
             } else if run.stiffness.stiff {
                 self.stiff_step(context, run, horizon)?;
             } else {
@@ -273,20 +260,39 @@ impl Engines<'_> {
         note_end(context, run)
     }
 
-    /// Another method goes on.
-    pub(super) fn forget(&mut self, run: &mut Run) {
-        (run.last.natural, run.last.order) = (0.0, 0);
-        run.last.dense.fill(0.0);
-        run.taylor = taylor::Memory::default();
-        run.radau.forget();
+    /// Whether short steps have left the branch in a singular pose shows some way behind it only: what is read before that is judged by steps beyond it.
+    ///
+    /// # Errors
+    /// The motion has left its branch.
+    pub fn look_on(&mut self, context: &mut Context, run: &mut Run, probe: &mut Run) -> Result<(), Failure> {
+        if !run.is_undecided() {
+            return Ok(());
+        }
+        probe.copy_from(run);
+        let (mut verdict, accuracy) = (Ok(()), self.accuracy.clone());
+        for _ in 0..FURTHEST {
+            if verdict.is_err() || !probe.is_undecided() {
+                break;
+            }
+            let next = Horizon { target: probe.last.end_time.next_up(), limit: f64::INFINITY };
+            verdict = self.advance(context, probe, next);
+        }
+        *self.accuracy = accuracy;
         self.forget_steps();
+        match verdict {
+            Err(failure @ Failure::BranchLost { .. }) => Err(failure),
+            // Whatever stops the motion later, it says so then.
+            _ => {
+                run.singular.trail.judge(probe.last.end_time);
+                Ok(())
+            }
+        }
     }
 
     /// The next step begins elsewhere than the last one ended.
     pub(super) fn forget_steps(&mut self) {
         self.explicit.forget();
         self.implicit.forget();
-        self.along.forget();
         if let Some(taylor) = &mut self.taylor {
             taylor.forget();
         }

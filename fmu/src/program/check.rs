@@ -8,7 +8,7 @@ use std::collections::HashSet;
 
 use thiserror::Error;
 
-use crate::program::{Block, Condition, Engine, Layout, Motion, Program, Source, SparseTape};
+use crate::program::{Condition, Engine, Layout, Motion, Program, Source, SparseTape};
 use crate::tape::Tape;
 
 /// What is wrong with a program.
@@ -110,7 +110,7 @@ impl Program {
         if self.motion == Motion::Kinematic && active != self.coordinates.len() {
             return Err(Fault::Kinematic { coordinates: self.coordinates.len(), equations: active });
         }
-        if !self.blocks_fit() || !self.linkages_fit() {
+        if !self.blocks_fit() {
             return Err(Fault::Blocks);
         }
         self.check_motion_counts(active > 0)?;
@@ -140,23 +140,6 @@ impl Program {
         self.check_references()?;
         self.check_registers()?;
         self.check_position_counts()
-    }
-
-    /// Do the linkages of a dynamic program hold their own active equations and coordinates, one coordinate more?
-    fn linkages_fit(&self) -> bool {
-        let (mut rows, mut columns) = (HashSet::new(), HashSet::new());
-        let fits = |linkage: &Block| {
-            let active = |row: &u32| self.constraints.get(*row as usize).is_some_and(|row| row.active);
-            !linkage.rows.is_empty()
-                && linkage.columns.len() == linkage.rows.len() + 1
-                && linkage.rows.iter().all(|row| active(row) && rows.insert(*row))
-                && linkage
-                    .columns
-                    .iter()
-                    .all(|&column| (column as usize) < self.coordinates.len() && columns.insert(column))
-        };
-        let there = self.linkages.is_empty() || self.motion == Motion::Dynamic && self.tapes.inverse.is_some();
-        there && self.linkages.iter().all(fits)
     }
 
     fn blocks_fit(&self) -> bool {

@@ -38,8 +38,6 @@ pub struct Program {
     pub motion: Motion,
     /// Kinematic only: which loop equations determine which coordinates, in the order in which they can be solved.
     pub blocks: Vec<Block>,
-    /// Dynamic only: loop equations that determine all coordinates that occur in them but one, whatever the time, and share none with others, of what may be stiff.
-    pub linkages: Vec<Block>,
     /// A typical length of the mechanism [m]: tolerances on positions are relative to it.
     pub length: f64,
     /// What can be read by name, in the order of the value references.
@@ -264,7 +262,7 @@ pub struct Tapes {
     pub project_position: Tape,
     /// Dynamic only, when there are active constraints: m residuals of the rate, then n corrections dv. Reads as `constraint_rate`.
     pub project_velocity: Tape,
-    /// Q - M a, n results, so that Phi_q^T lambda equals it: if a kinematic motion is asked for reactions, or a dynamic one has linkages. Reads time, inputs,
+    /// Q - M a, n results, so that Phi_q^T lambda equals it: if a kinematic motion is asked for reactions. Reads time, inputs,
     /// followers, q, v, a.
     pub inverse: Option<Tape>,
     /// Values that change sign where the accelerations, or the rates that drivers prescribe, have a step or a corner. Reads time, inputs, followers, q, v.

@@ -4,19 +4,15 @@
 //! * `supervisor`: what a run knows of them.
 //! * `crossing`, `passing`: whether branches meet there, and what is said of it.
 //! * `branch`, `leaving`: which way leads on, and whether the run stayed on it.
-//! * `curve`: the branch of a closed linkage through such a pose.
-//! * `refuge`: from where it is tried again.
 //! * `dependence`: what is said where there is no way.
 
 pub(crate) mod branch;
 pub(crate) mod closeness;
 pub(crate) mod crossing;
-pub(crate) mod curve;
 pub(crate) mod dependence;
 pub(crate) mod detect;
 pub(crate) mod leaving;
 pub(crate) mod passing;
-pub(crate) mod refuge;
 pub(crate) mod supervisor;
 
 pub use passing::Passage;

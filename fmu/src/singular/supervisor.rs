@@ -4,7 +4,6 @@ use serde::{Deserialize, Serialize};
 
 use super::branch::Trail;
 use super::passing::Passage;
-use super::refuge::Refuge;
 use crate::integrator::control::LONGEST;
 use crate::integrator::run::Run;
 use crate::model::Model;
@@ -48,8 +47,6 @@ pub(crate) struct Supervisor {
     pub creeping: Option<(u32, f64)>,
     /// The last states of short steps.
     pub trail: Trail,
-    /// Where the motion was before it came near the next pose.
-    pub refuge: Refuge,
     /// Singular poses that the last steps have passed, not yet reported.
     pub passages: Vec<Passage>,
 }
@@ -64,7 +61,6 @@ impl Supervisor {
             follow: None,
             creeping: None,
             trail: Trail::new(model),
-            refuge: Refuge::new(model),
             passages: Vec::new(),
         }
     }
@@ -75,21 +71,12 @@ impl Supervisor {
         self.creeping = None;
         self.smallest.fill(f64::MAX);
         self.trail.start();
-        self.refuge.clear();
         self.passages.clear();
     }
 
-    /// Something has changed at a time, and the motion goes on from (q, v).
-    pub fn restart(&mut self, model: &Model, time: f64, motion: &[f64]) {
+    /// Something has changed.
+    pub fn restart(&mut self) {
         self.creeping = Some((0, f64::MAX));
-        self.refuge.clear();
-        self.refuge.note(model, time, motion);
-    }
-
-    /// Goes back to a time at which no pose was near.
-    pub fn go_back(&mut self) {
-        (self.ahead, self.pose, self.closing, self.follow) = (0.0, None, false, None);
-        self.trail.forget();
     }
 
     /// Takes those up to a time out that were passed as if branches met.
@@ -128,7 +115,6 @@ impl Supervisor {
         self.creeping = other.creeping;
         self.smallest.clone_from(&other.smallest);
         self.trail.copy_from(&other.trail);
-        self.refuge.copy_from(&other.refuge);
         self.passages.clone_from(&other.passages);
     }
 
@@ -140,7 +126,6 @@ impl Supervisor {
             && self.follow.is_none_or(|follow| follow.until.is_finite() && follow.most > 0.0 && follow.most.is_finite())
             && self.creeping.is_none_or(|(_, length)| length >= 0.0)
             && self.trail.belongs_to(model)
-            && self.refuge.belongs_to(model)
             && self.passages.iter().all(|passage| passage.time.is_finite())
             && self.smallest.len() == model.program().tapes.closeness.len()
             && self.smallest.iter().all(|value| value.is_finite())
@@ -159,7 +144,6 @@ impl Run {
         let known = &mut self.singular;
         known.pose = Some(time);
         known.passages.push(passage);
-        known.refuge.clear();
         true
     }
 
@@ -187,7 +171,6 @@ impl Run {
 
     /// Notes a singular pose that is passed by leaving its zone, unless the step that first passed it has been noted.
     pub(crate) fn note_left(&mut self, model: &Model, [from, pose]: [f64; 2], there: &[f64]) {
-        self.singular.refuge.clear();
         if pose > from && !self.singular.passages.iter().any(|passage| passage.time > from) {
             let passage = self.passage(model, pose, there);
             if !passage.is_avoided() {

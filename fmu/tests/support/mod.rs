@@ -65,7 +65,6 @@ fn empty(name: &str, motion: Motion) -> Program {
         constraints: Vec::new(),
         motion,
         blocks: Vec::new(),
-        linkages: Vec::new(),
         length: 1.0,
         variables: Vec::new(),
         constants: Vec::new(),
