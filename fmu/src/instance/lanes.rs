@@ -6,7 +6,7 @@
 
 use super::{Computed, Instance};
 pub use crate::integrator::taylor::MOST_LANES;
-use crate::integrator::taylor::{Each, Motions, Proposed, motions};
+use crate::integrator::taylor::{Each, Motions, Proposed};
 use crate::integrator::together;
 use crate::model::Model;
 
@@ -29,7 +29,7 @@ pub trait Member {
 #[derive(Debug)]
 pub struct Lanes {
     /// None if each goes alone.
-    motions: Option<Box<dyn Motions>>,
+    motions: Option<Motions>,
     width: usize,
 }
 
@@ -53,7 +53,7 @@ type Slots<M> = Each<Option<Slot<M>>>;
 impl Lanes {
     /// For members with this tolerance, up to `width` at a time; 0 for each by itself, as a single simulation.
     pub fn new(model: &Model, tolerance: f64, width: usize) -> Self {
-        let motions = if width == 0 { None } else { motions(model, tolerance) };
+        let motions = if width == 0 { None } else { Motions::new(model, tolerance) };
         Self { motions, width: width.clamp(1, MOST_LANES) }
     }
 
@@ -80,7 +80,7 @@ impl Lanes {
                     }
                 }
             }
-            let Some(motions) = self.motions.as_deref_mut().filter(|_| slots.iter().any(Option::is_some)) else {
+            let Some(motions) = self.motions.as_mut().filter(|_| slots.iter().any(Option::is_some)) else {
                 return;
             };
             step(motions, &mut slots);
@@ -116,14 +116,14 @@ impl<M: Member> Slot<M> {
     }
 
     /// Its series begins where its last step ends, if there is one.
-    fn begin(&mut self, motions: &dyn Motions, place: usize) {
+    fn begin(&mut self, motions: &Motions, place: usize) {
         if !self.begun {
             self.begun = self.member.instance().member().begins(motions, place);
         }
     }
 
     /// Accepts the proposed step, or leaves the lane.
-    fn conclude(&mut self, motions: &dyn Motions, place: usize) {
+    fn conclude(&mut self, motions: &Motions, place: usize) {
         let mut member = self.member.instance().member();
         let done = self.proposed.map_or(Ok(false), |step| member.conclude(motions, place, &step));
         self.alone = done.is_err();
@@ -134,7 +134,7 @@ impl<M: Member> Slot<M> {
 }
 
 /// One step of all lanes.
-fn step<M: Member>(motions: &mut dyn Motions, slots: &mut Slots<M>) {
+fn step<M: Member>(motions: &mut Motions, slots: &mut Slots<M>) {
     if slots.iter().flatten().any(|slot| !slot.begun) {
         enter(motions, slots);
     }
@@ -157,7 +157,7 @@ fn step<M: Member>(motions: &mut dyn Motions, slots: &mut Slots<M>) {
 }
 
 /// Begins the series of those that are new in their lanes.
-fn enter<M: Member>(motions: &mut dyn Motions, slots: &mut Slots<M>) {
+fn enter<M: Member>(motions: &mut Motions, slots: &mut Slots<M>) {
     let mut first = None;
     for (place, slot) in taken(slots) {
         let mut member = slot.member.instance().member();

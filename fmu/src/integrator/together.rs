@@ -43,13 +43,13 @@ impl Member<'_> {
     }
 
     /// Takes its place among the others: what its series need of its parameters.
-    pub fn enter(&mut self, motions: &mut dyn Motions, place: usize) {
+    pub fn enter(&mut self, motions: &mut Motions, place: usize) {
         self.machine.load(self.model, &self.run.signals.origin);
         motions.enter(place, self.machine.registers(), &self.run.last.end);
     }
 
     /// What the series need of the signals where the next step begins, or at this time.
-    pub fn signal(&mut self, motions: &mut dyn Motions, place: usize, time: Option<f64>) {
+    pub fn signal(&mut self, motions: &mut Motions, place: usize, time: Option<f64>) {
         if motions.has_signals() {
             let time = time.unwrap_or(self.run.last.end_time);
             self.machine.load_signals(self.model, &self.run.signals.origin, time);
@@ -58,7 +58,7 @@ impl Member<'_> {
     }
 
     /// Is there a series where it begins?
-    pub fn begins(&mut self, motions: &dyn Motions, place: usize) -> bool {
+    pub fn begins(&mut self, motions: &Motions, place: usize) -> bool {
         if let Some(taylor) = &mut self.stepper.taylor {
             taylor.join(|closeness| motions.closeness(place, closeness));
         }
@@ -66,7 +66,7 @@ impl Member<'_> {
     }
 
     /// The next step, of this length if nothing else limits it; none if it must be taken alone.
-    pub fn propose(&mut self, motions: &dyn Motions, place: usize, length: f64) -> Option<Proposed> {
+    pub fn propose(&mut self, motions: &Motions, place: usize, length: f64) -> Option<Proposed> {
         let Self { model, machine, stepper, run, settings } = self;
         let Stepper { projection, statistics, taylor, .. } = &mut **stepper;
         let context = Context { model, machine, projection, statistics, settings };
@@ -80,7 +80,7 @@ impl Member<'_> {
     ///
     /// # Errors
     /// What is wrong where it ends. Nothing has happened then.
-    pub fn conclude(&mut self, motions: &dyn Motions, place: usize, step: &Proposed) -> Result<bool, Failure> {
+    pub fn conclude(&mut self, motions: &Motions, place: usize, step: &Proposed) -> Result<bool, Failure> {
         let Self { model, machine, stepper, run, settings } = self;
         // Nothing else at the end of a step can fail.
         let may_fail = run.singular.trail.decides();

@@ -83,21 +83,21 @@ macro_rules! at_each {
 }
 pub(crate) use at_each;
 
-/// A method that is compiled twice, for AVX2 and for any processor; both give the same bits. `name[W]` if its owner has a width W.
+/// A method that is compiled twice, for AVX2 and for any processor; both give the same bits.
 macro_rules! by_width {
-    ($(#[$meta:meta])* $vis:vis fn $name:ident$([$width:ident])?(&mut self: $owner:ty $(, $arg:ident: $type:ty)*) $(-> $result:ty)? = $body:ident) => {
-        by_width! { [&mut] $(#[$meta])* $vis fn $name$([$width])?(self: $owner $(, $arg: $type)*) $(-> $result)? = $body }
+    ($(#[$meta:meta])* $vis:vis fn $name:ident(&mut self: $owner:ty $(, $arg:ident: $type:ty)*) $(-> $result:ty)? = $body:ident) => {
+        by_width! { [&mut] $(#[$meta])* $vis fn $name(self: $owner $(, $arg: $type)*) $(-> $result)? = $body }
     };
-    ($(#[$meta:meta])* $vis:vis fn $name:ident$([$width:ident])?(&self: $owner:ty $(, $arg:ident: $type:ty)*) $(-> $result:ty)? = $body:ident) => {
-        by_width! { [&] $(#[$meta])* $vis fn $name$([$width])?(self: $owner $(, $arg: $type)*) $(-> $result)? = $body }
+    ($(#[$meta:meta])* $vis:vis fn $name:ident(&self: $owner:ty $(, $arg:ident: $type:ty)*) $(-> $result:ty)? = $body:ident) => {
+        by_width! { [&] $(#[$meta])* $vis fn $name(self: $owner $(, $arg: $type)*) $(-> $result)? = $body }
     };
-    ([$($by:tt)+] $(#[$meta:meta])* $vis:vis fn $name:ident$([$width:ident])?(self: $owner:ty $(, $arg:ident: $type:ty)*) $(-> $result:ty)? = $body:ident) => {
+    ([$($by:tt)+] $(#[$meta:meta])* $vis:vis fn $name:ident(self: $owner:ty $(, $arg:ident: $type:ty)*) $(-> $result:ty)? = $body:ident) => {
         $(#[$meta])*
         $vis fn $name($($by)+ self $(, $arg: $type)*) $(-> $result)? {
             #[cfg(target_arch = "x86_64")]
             {
                 #[target_feature(enable = "avx2")]
-                fn wide$(<const $width: usize>)?(this: $($by)+ $owner $(, $arg: $type)*) $(-> $result)? {
+                fn wide(this: $($by)+ $owner $(, $arg: $type)*) $(-> $result)? {
                     this.$body($($arg),*)
                 }
                 if std::arch::is_x86_feature_detected!("avx2") {

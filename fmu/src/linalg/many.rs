@@ -2,8 +2,8 @@
 
 use std::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 
-use super::lane::{self, at_each};
-use super::turn::cosines_and_sines;
+use super::lane::{self, Lane, WIDTH, ZERO, add, multiply, splat, subtract};
+use super::turn::cosine_and_sine;
 
 /// A real number, or several that take part in the same operations.
 pub(crate) trait Number:
@@ -131,77 +131,92 @@ impl Which for bool {
     }
 }
 
-/// The same number of W motions.
+/// The same number of four motions.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Many<const W: usize>(pub [f64; W]);
+pub(crate) struct Many(pub Lane);
 
-/// One operation on each of them.
+/// One operation on each of them, without a loop: unrolling them wherever numbers meet took a third of all compilation.
 macro_rules! each {
-    ($i:ident => $value:expr) => {{
-        let mut result = [0.0; W];
-        at_each!(W, $i => result[$i] = $value);
-        Self(result)
-    }};
+    ($i:ident => $value:expr) => {
+        [
+            {
+                let $i = 0;
+                $value
+            },
+            {
+                let $i = 1;
+                $value
+            },
+            {
+                let $i = 2;
+                $value
+            },
+            {
+                let $i = 3;
+                $value
+            },
+        ]
+    };
 }
 
-impl<const W: usize> Add for Many<W> {
+impl Add for Many {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        each!(i => self.0[i] + other.0[i])
+        Self(add(self.0, other.0))
     }
 }
 
-impl<const W: usize> Sub for Many<W> {
+impl Sub for Many {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        each!(i => self.0[i] - other.0[i])
+        Self(subtract(self.0, other.0))
     }
 }
 
-impl<const W: usize> Mul for Many<W> {
+impl Mul for Many {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
-        each!(i => self.0[i] * other.0[i])
+        Self(multiply(self.0, other.0))
     }
 }
 
-impl<const W: usize> Neg for Many<W> {
+impl Neg for Many {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        each!(i => -self.0[i])
+        Self(each!(i => -self.0[i]))
     }
 }
 
-impl<const W: usize> AddAssign for Many<W> {
+impl AddAssign for Many {
     #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
     }
 }
 
-impl<const W: usize> SubAssign for Many<W> {
+impl SubAssign for Many {
     #[inline(always)]
     fn sub_assign(&mut self, other: Self) {
         *self = *self - other;
     }
 }
 
-impl<const W: usize> Number for Many<W> {
-    const ZERO: Self = Self([0.0; W]);
-    type Which = [bool; W];
+impl Number for Many {
+    const ZERO: Self = Self(ZERO);
+    type Which = [bool; WIDTH];
 
     #[inline(always)]
     fn all(value: f64) -> Self {
-        Self([value; W])
+        Self(splat(value))
     }
 
     #[inline(always)]
     fn over(self, other: Self) -> Self {
-        each!(i => self.0[i] / other.0[i])
+        Self(each!(i => self.0[i] / other.0[i]))
     }
 
     #[inline(always)]
@@ -211,7 +226,7 @@ impl<const W: usize> Number for Many<W> {
 
     #[inline(always)]
     fn magnitude(self) -> Self {
-        each!(i => self.0[i].abs())
+        Self(each!(i => self.0[i].abs()))
     }
 
     #[inline(always)]
@@ -220,32 +235,30 @@ impl<const W: usize> Number for Many<W> {
     }
 
     #[inline(always)]
-    fn exceeds(self, bound: Self) -> [bool; W] {
-        let mut result = [false; W];
-        at_each!(W, i => result[i] = self.0[i] > bound.0[i]);
-        result
+    fn exceeds(self, bound: Self) -> [bool; WIDTH] {
+        each!(i => self.0[i] > bound.0[i])
     }
 
     #[inline(always)]
     fn larger(self, other: Self) -> Self {
-        each!(i => lane::above(self.0[i], other.0[i]))
+        Self(lane::larger(self.0, other.0))
     }
 
     #[inline(always)]
-    fn is_below(self, bound: f64) -> [bool; W] {
+    fn is_below(self, bound: f64) -> [bool; WIDTH] {
         Self::all(bound).exceeds(self)
     }
 
     #[inline(always)]
-    fn unless(self, which: [bool; W]) -> Self {
-        each!(i => if which[i] { 0.0 } else { self.0[i] })
+    fn unless(self, which: [bool; WIDTH]) -> Self {
+        Self(each!(i => if which[i] { 0.0 } else { self.0[i] }))
     }
 }
 
-impl<const W: usize> Elementary for Many<W> {
+impl Elementary for Many {
     #[inline(always)]
     fn root(self) -> Self {
-        each!(i => self.0[i].sqrt())
+        Self(each!(i => self.0[i].sqrt()))
     }
 
     fn logarithm(self) -> Self {
@@ -253,36 +266,34 @@ impl<const W: usize> Elementary for Many<W> {
     }
 
     fn power(self, exponent: Self) -> Self {
-        each!(i => libm::pow(self.0[i], exponent.0[i]))
+        Self(each!(i => libm::pow(self.0[i], exponent.0[i])))
     }
 
     #[inline(always)]
     fn cosine_and_sine(self) -> [Self; 2] {
-        cosines_and_sines(self)
+        cosine_and_sine(self.0).map(Self)
     }
 
     fn arc_tangent(self, x: Self) -> Self {
-        each!(i => libm::atan2(self.0[i], x.0[i]))
+        Self(each!(i => libm::atan2(self.0[i], x.0[i])))
     }
 }
 
-impl<const W: usize> Which for [bool; W] {
-    const ALL: Self = [true; W];
+impl Which for [bool; WIDTH] {
+    const ALL: Self = [true; WIDTH];
 
     #[inline(always)]
     fn and(self, other: Self) -> Self {
-        let mut result = self;
-        at_each!(W, i => result[i] &= other[i]);
-        result
+        each!(i => self[i] & other[i])
     }
 
     #[inline(always)]
     fn is_none(self) -> bool {
-        self == [false; W]
+        self == [false; WIDTH]
     }
 
     #[inline(always)]
     fn is_all(self) -> bool {
-        self == [true; W]
+        self == [true; WIDTH]
     }
 }

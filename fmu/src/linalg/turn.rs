@@ -1,7 +1,6 @@
 //! Sine and cosine of four angles at once, with the bits of [`math::sin_cos`].
 
-use super::lane::{Lane, WIDTH, add, by_width, multiply, plus, splat, subtract};
-use super::many::Many;
+use super::lane::{Lane, add, by_width, multiply, plus, splat, subtract};
 use crate::math::{self, COSINE, HALF_PI, REDUCTION_LIMIT, ROUND, SINE, TWO_OVER_PI};
 
 /// cos x and sin x.
@@ -47,19 +46,6 @@ impl Angles {
     fn turned(&self) -> [Lane; 2] {
         cosine_and_sine(self.0)
     }
-}
-
-/// The same of several motions.
-#[inline(always)]
-pub(crate) fn cosines_and_sines<const W: usize>(x: Many<W>) -> [Many<W>; 2] {
-    let (mut cosines, mut sines) = (x, x);
-    for first in (0..W).step_by(WIDTH) {
-        let four = [x.0[first], x.0[first + 1], x.0[first + 2], x.0[first + 3]];
-        let [cosine, sine] = cosine_and_sine(four);
-        cosines.0[first..first + WIDTH].copy_from_slice(&cosine);
-        sines.0[first..first + WIDTH].copy_from_slice(&sine);
-    }
-    [cosines, sines]
 }
 
 /// cos and sin of y + tail for |y| up to pi/4.

@@ -49,7 +49,7 @@ impl Taylor {
         &mut self,
         context: &Context,
         run: &Run,
-        (motions, member): (&dyn Motions, usize),
+        (motions, member): (&Motions, usize),
         length: f64,
     ) -> Option<Proposed> {
         let (time, settings) = (run.last.end_time, context.settings);
@@ -73,7 +73,7 @@ impl Taylor {
         context: &mut Context,
         run: &mut Run,
         step: &Proposed,
-        motions: &dyn Motions,
+        motions: &Motions,
         member: usize,
     ) -> bool {
         motions.closeness(member, &mut self.guard.next);
@@ -97,84 +97,23 @@ pub const MOST_LANES: usize = 4;
 /// Something of each member.
 pub(crate) type Each<T> = [T; MOST_LANES];
 
-/// The series of several motions. Behind a table of functions, so that the code for each width is compiled here, once, and not with every kind of member.
-pub(crate) trait Motions: std::fmt::Debug {
-    fn tolerance(&self) -> f64;
-    fn order(&self) -> usize;
-
-    /// One member enters: its parameters are in its registers, and it begins at (q, v).
-    fn enter(&mut self, member: usize, registers: &[f64], motion: &[f64]);
-
-    /// A place that nobody takes follows another member, so that it computes with sensible numbers.
-    fn follow(&mut self, member: usize, other: usize);
-
-    /// Are there signals of time, which each start of a series needs from the registers?
-    fn has_signals(&self) -> bool;
-
-    /// Takes the signals of one member over from its registers.
-    fn signal(&mut self, member: usize, model: &Model, registers: &[f64]);
-
-    /// Begins all series where the steps begin.
-    fn begin(&mut self);
-
-    /// The rest of the series.
-    fn expand(&mut self);
-
-    /// The lengths that the tolerance permits.
-    fn lengths(&self) -> Each<f64>;
-
-    /// Goes so far after the starts, and begins all series there. The signals there must be known.
-    fn go(&mut self, h: &Each<f64>);
-
-    /// The next steps begin where these end.
-    fn roll(&mut self);
-
-    /// Has a member a series that needs no pivots?
-    fn is_regular(&self, member: usize) -> bool;
-
-    /// The first coefficients of one of its scalar series.
-    fn scalar(&self, member: usize, slot: Slot, series: &mut [f64]);
-
-    /// How many times rounding errors are multiplied where the series of a member begins.
-    fn amplification(&self, member: usize) -> f64;
-
-    /// How far its loops were open where its series begins.
-    fn openness(&self, member: usize) -> f64;
-
-    /// The accelerations at the end of its last step against those with which its series begins there.
-    fn defect(&self, member: usize) -> f64;
-
-    /// How close its loop equations are to depending on each other, by joints.
-    fn closeness(&self, member: usize, closeness: &mut [f64]);
-
-    /// (q, v) where its step ends.
-    fn end(&self, member: usize, motion: &mut [f64]);
-
-    /// The polynomial of its step.
-    fn polynomial(&self, member: usize, polynomial: &mut [f64]);
-}
-
-/// For a model whose motions can be found together.
-pub(crate) fn motions(model: &Model, tolerance: f64) -> Option<Box<dyn Motions>> {
-    Some(Box::new(Vectors::new(model, tolerance)?))
-}
-
-/// Several motions in vectors.
+/// The series of several motions.
 #[derive(Clone, Debug)]
-struct Vectors {
-    series: Members<Many<MOST_LANES>>,
+pub(crate) struct Motions {
+    series: Members<Many>,
     tolerance: f64,
     order: usize,
     /// (q, v) where the steps begin, and where they end.
-    start: Vec<Many<MOST_LANES>>,
-    end: Vec<Many<MOST_LANES>>,
-    begun: Begun<Many<MOST_LANES>>,
+    start: Vec<Many>,
+    end: Vec<Many>,
+    begun: Begun<Many>,
     finite: Each<bool>,
     defect: Each<f64>,
 }
 
-impl Vectors {
-    fn new(model: &Model, tolerance: f64) -> Option<Self> {
+impl Motions {
+    /// For a model whose motions can be found together.
+    pub fn new(model: &Model, tolerance: f64) -> Option<Self> {
         let motion = vec![Many::ZERO; 2 * model.coordinates()];
         Some(Self {
             series: Members::new(model)?,
@@ -187,49 +126,54 @@ impl Vectors {
             defect: [0.0; MOST_LANES],
         })
     }
-}
 
-impl Motions for Vectors {
-    fn tolerance(&self) -> f64 {
+    pub fn tolerance(&self) -> f64 {
         self.tolerance
     }
 
-    fn order(&self) -> usize {
+    pub fn order(&self) -> usize {
         self.order
     }
 
-    fn enter(&mut self, member: usize, registers: &[f64], motion: &[f64]) {
+    /// One member enters: its parameters are in its registers, and it begins at (q, v).
+    pub fn enter(&mut self, member: usize, registers: &[f64], motion: &[f64]) {
         self.series.enter(member, registers);
         for (place, value) in self.start.iter_mut().zip(motion) {
             place.0[member] = *value;
         }
     }
 
-    fn follow(&mut self, member: usize, other: usize) {
+    /// A place that nobody takes follows another member, so that it computes with sensible numbers.
+    pub fn follow(&mut self, member: usize, other: usize) {
         for place in &mut self.start {
             place.0[member] = place.0[other];
         }
         self.series.follow_member(member, other);
     }
 
-    fn has_signals(&self) -> bool {
+    /// Are there signals of time, which each start of a series needs from the registers?
+    pub fn has_signals(&self) -> bool {
         self.series.has_signals()
     }
 
-    fn signal(&mut self, member: usize, model: &Model, registers: &[f64]) {
+    /// Takes the signals of one member over from its registers.
+    pub fn signal(&mut self, member: usize, model: &Model, registers: &[f64]) {
         self.series.signal(member, model, registers);
     }
 
-    fn begin(&mut self) {
+    /// Begins all series where the steps begin.
+    pub fn begin(&mut self) {
         self.begun = self.series.begin(self.order, &self.start);
         self.finite = self.series.finite();
     }
 
-    fn expand(&mut self) {
+    /// The rest of the series.
+    pub fn expand(&mut self) {
         self.series.advance(1, self.order - 2);
     }
 
-    fn lengths(&self) -> Each<f64> {
+    /// The lengths that the tolerance permits.
+    pub fn lengths(&self) -> Each<f64> {
         let reach = |derivative| self.series.reach(self.order, share(self.tolerance), derivative);
         let rates = reach(1);
         let positions = if rates.iter().any(|rate| is_long(self.order, *rate)) { reach(0) } else { rates };
@@ -240,48 +184,58 @@ impl Motions for Vectors {
         lengths
     }
 
-    fn go(&mut self, h: &Each<f64>) {
+    /// Goes so far after the starts, and begins all series there. The signals there must be known.
+    pub fn go(&mut self, h: &Each<f64>) {
         self.series.evaluate(self.order, Many(*h), &mut self.end);
         self.begun = self.series.begin(self.order, &self.end);
         self.finite = self.series.finite();
         self.defect = self.series.defect(self.order, *h);
     }
 
-    fn roll(&mut self) {
+    /// The next steps begin where these end.
+    pub fn roll(&mut self) {
         std::mem::swap(&mut self.start, &mut self.end);
     }
 
-    fn is_regular(&self, member: usize) -> bool {
+    /// Has a member a series that needs no pivots?
+    pub fn is_regular(&self, member: usize) -> bool {
         self.begun.regular[member] && self.finite[member]
     }
 
-    fn scalar(&self, member: usize, slot: Slot, series: &mut [f64]) {
+    /// The first coefficients of one of its scalar series.
+    pub fn scalar(&self, member: usize, slot: Slot, series: &mut [f64]) {
         self.series.scalar(member, slot, series);
     }
 
-    fn amplification(&self, member: usize) -> f64 {
+    /// How many times rounding errors are multiplied where the series of a member begins.
+    pub fn amplification(&self, member: usize) -> f64 {
         self.begun.amplification.0[member]
     }
 
-    fn openness(&self, member: usize) -> f64 {
+    /// How far its loops were open where its series begins.
+    pub fn openness(&self, member: usize) -> f64 {
         self.begun.open.0[member]
     }
 
-    fn defect(&self, member: usize) -> f64 {
+    /// The accelerations at the end of its last step against those with which its series begins there.
+    pub fn defect(&self, member: usize) -> f64 {
         self.defect[member]
     }
 
-    fn closeness(&self, member: usize, closeness: &mut [f64]) {
+    /// How close its loop equations are to depending on each other, by joints.
+    pub fn closeness(&self, member: usize, closeness: &mut [f64]) {
         self.series.closeness(member, closeness);
     }
 
-    fn end(&self, member: usize, motion: &mut [f64]) {
+    /// (q, v) where its step ends.
+    pub fn end(&self, member: usize, motion: &mut [f64]) {
         for (place, value) in motion.iter_mut().zip(&self.end) {
             *place = value.0[member];
         }
     }
 
-    fn polynomial(&self, member: usize, polynomial: &mut [f64]) {
+    /// The polynomial of its step.
+    pub fn polynomial(&self, member: usize, polynomial: &mut [f64]) {
         self.series.polynomial(member, self.order, polynomial);
     }
 }

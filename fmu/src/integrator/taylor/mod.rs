@@ -21,7 +21,7 @@ use crate::singular::dependence::begins_near;
 use crate::singular::detect::Guard;
 use crate::taylor::Jet;
 pub use member::MOST_LANES;
-pub(crate) use member::{Each, Motions, Proposed, motions};
+pub(crate) use member::{Each, Motions, Proposed};
 pub(crate) use memory::Memory;
 #[cfg(test)]
 pub(crate) use passage::COURSE;

@@ -28,7 +28,7 @@ pub(super) struct Laws<N> {
     series: Vec<Series<N>>,
 }
 
-impl<const W: usize> Laws<Many<W>> {
+impl Laws<Many> {
     /// The given series of one member at a start.
     pub fn give(&mut self, member: usize, model: &Model, registers: &[f64]) {
         for &(slot, given) in &self.tape.given {

@@ -181,7 +181,7 @@ impl<N: Elementary> Members<N> {
     }
 }
 
-impl<const W: usize> Members<Many<W>> {
+impl Members<Many> {
     /// Takes the coefficients of one member over from its registers, after the parameter stage ran.
     pub fn enter(&mut self, member: usize, registers: &[f64]) {
         for (place, value) in self.coefficients.iter_mut().zip(self.form.coefficients.results(registers)) {

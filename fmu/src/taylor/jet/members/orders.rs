@@ -6,10 +6,10 @@ use crate::linalg::many::{Elementary, Many};
 use crate::taylor::ORDERS;
 use crate::taylor::form::Factor;
 
-impl<const W: usize> Members<Many<W>> {
+impl Members<Many> {
     by_width! {
         /// Orders k of accelerations from the first to the last, orders k + 2 of positions; all lower ones are known.
-        pub fn advance[W](&mut self: Members<Many<W>>, first: usize, last: usize) = advance_all
+        pub fn advance(&mut self: Members<Many>, first: usize, last: usize) = advance_all
     }
 }
 

@@ -3,7 +3,7 @@
 use super::super::start::CLOSED;
 use super::{Members, Slide, Turn};
 use crate::linalg::inverse::LEFT;
-use crate::linalg::lane::by_width;
+use crate::linalg::lane::{WIDTH, by_width};
 use crate::linalg::many::{Elementary, Many, Number, Which};
 use crate::taylor::form::{Factor, Place};
 
@@ -18,16 +18,16 @@ pub(crate) struct Begun<N: Number> {
     pub amplification: N,
 }
 
-impl<const W: usize> Members<Many<W>> {
+impl Members<Many> {
     /// Begins at (q, v) of several members, as [`super::Jet::begin`] does for one.
-    pub(crate) fn begin(&mut self, order: usize, motion: &[Many<W>]) -> Begun<Many<W>> {
+    pub(crate) fn begin(&mut self, order: usize, motion: &[Many]) -> Begun<Many> {
         let begun = self.begin_at(order, motion);
         self.advance(0, 0);
         begun
     }
 
     by_width! {
-        fn begin_at[W](&mut self: Members<Many<W>>, order: usize, motion: &[Many<W>]) -> Begun<Many<W>> = begin_any
+        fn begin_at(&mut self: Members<Many>, order: usize, motion: &[Many]) -> Begun<Many> = begin_any
     }
 
     /// As [`super::Jet::closeness`], of one member.
@@ -40,7 +40,7 @@ impl<const W: usize> Members<Many<W>> {
     }
 
     /// Which motions are finite where the step begins?
-    pub fn finite(&self) -> [bool; W] {
+    pub fn finite(&self) -> [bool; WIDTH] {
         let mut sum = Many::ZERO;
         for &arm in &self.unknowns {
             sum += (self.arms[arm].value[0] + self.arms[arm].value[1]).times(0.0);

@@ -2,44 +2,36 @@
 
 use super::super::step::{FACTORS, RECIPROCALS, rough_log2};
 use super::Members;
-use crate::linalg::lane::{WIDTH, by_width};
+use crate::linalg::lane::{Lane, WIDTH, by_width, splat};
 use crate::linalg::many::{Elementary, Many, Number};
 use crate::math;
 use crate::taylor::MAX_ORDER;
 
-impl<const W: usize> Members<Many<W>> {
+impl Members<Many> {
     by_width! {
         /// As [`super::Jet::reach`].
-        pub fn reach[W](&self: Members<Many<W>>, order: usize, tolerance: f64, derivative: usize) -> [f64; W] = reach_any
+        pub fn reach(&self: Members<Many>, order: usize, tolerance: f64, derivative: usize) -> Lane = reach_any
     }
 
     #[inline(always)]
-    fn reach_any(&self, order: usize, tolerance: f64, derivative: usize) -> [f64; W] {
+    fn reach_any(&self, order: usize, tolerance: f64, derivative: usize) -> Lane {
         let last = order.min(MAX_ORDER);
         let share = math::rough_log2(tolerance) / (order - derivative) as f64;
-        let mut least = [f64::INFINITY; W];
+        let mut least = splat(f64::INFINITY);
         for i in 0..WIDTH {
             let k = last.saturating_sub(i).max(2.min(last));
             let factor = if derivative == 1 { k as f64 } else { 1.0 };
-            let sizes = self.size(k).times(factor).0;
-            for first in (0..W).step_by(WIDTH) {
-                let four = [sizes[first], sizes[first + 1], sizes[first + 2], sizes[first + 3]];
-                let logarithms = rough_log2(four);
-                for i in 0..WIDTH {
-                    let bound = share - logarithms[i] * RECIPROCALS[k - derivative];
-                    least[first + i] = math::minimum(least[first + i], bound);
-                }
+            let logarithms = rough_log2(self.size(k).times(factor).0);
+            for (least, logarithm) in least.iter_mut().zip(logarithms) {
+                *least = math::minimum(*least, share - logarithm * RECIPROCALS[k - derivative]);
             }
         }
-        for member in 0..W {
-            least[member] = math::rough_exp2(least[member]);
-        }
-        least
+        least.map(math::rough_exp2)
     }
 
     /// The largest coefficient of one order, relative to what counts of rates.
     #[inline(always)]
-    fn size(&self, order: usize) -> Many<W> {
+    fn size(&self, order: usize) -> Many {
         let mut worst = Many::ZERO;
         for &arm in &self.unknowns {
             let arm = &self.arms[arm];
@@ -50,11 +42,11 @@ impl<const W: usize> Members<Many<W>> {
 
     by_width! {
         /// The motions, each so long after the start of its step; the accelerations there are kept for [`Members::defect`].
-        pub(crate) fn evaluate[W](&mut self: Members<Many<W>>, order: usize, dt: Many<W>, motion: &mut [Many<W>]) = evaluate_any
+        pub(crate) fn evaluate(&mut self: Members<Many>, order: usize, dt: Many, motion: &mut [Many]) = evaluate_any
     }
 
     /// As [`super::Jet::defect`].
-    pub fn defect(&self, order: usize, dt: [f64; W]) -> [f64; W] {
+    pub fn defect(&self, order: usize, dt: Lane) -> Lane {
         let mut worst = Many::ZERO;
         for &arm in &self.unknowns {
             let arm = &self.arms[arm];
