@@ -128,7 +128,8 @@ pub struct Component<V> {
     pub mode: Mode,
     /// Has the experiment been set up since instantiation or reset?
     pub set_up: bool,
-    pub instance: Instance,
+    /// On the heap, where it is made: an importer's thread may have a small stack.
+    pub instance: Box<Instance>,
     /// What only this version knows.
     pub version: V,
 }
@@ -144,7 +145,7 @@ pub struct SavedState {
 }
 
 impl<V: Version> Component<V> {
-    pub fn new(logger: Logger, interface: Interface, version: V, instance: Instance) -> Self {
+    pub fn new(logger: Logger, interface: Interface, version: V, instance: Box<Instance>) -> Self {
         Self { logger, call: "", interface, mode: Mode::Instantiated, set_up: false, instance, version }
     }
 

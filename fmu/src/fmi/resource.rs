@@ -12,6 +12,7 @@ use crate::program::Program;
 const LARGEST: u64 = 1 << 31;
 
 /// Reads the model from the folder that the importer unpacked.
+#[inline(never)]
 pub fn load(mut path: PathBuf) -> Result<Arc<Model>, String> {
     path.push(PROGRAM_FILE.rsplit('/').next().unwrap_or(PROGRAM_FILE));
     let shown = path.display();

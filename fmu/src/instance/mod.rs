@@ -97,6 +97,12 @@ impl Instance {
         }
     }
 
+    /// The same on the heap. Its parts move through several frames on their way: they are not to be those of the caller.
+    #[inline(never)]
+    pub fn boxed(model: Arc<Model>) -> Box<Self> {
+        Box::new(Self::new(model))
+    }
+
     /// The model.
     pub fn model(&self) -> &Arc<Model> {
         &self.model

@@ -77,7 +77,7 @@ fn instantiate(
     kind: fmi2Type,
     guid: Option<&CStr>,
     location: Option<&CStr>,
-) -> Result<(Interface, Instance), Refusal> {
+) -> Result<(Interface, Box<Instance>), Refusal> {
     if name.to_string_lossy().trim().is_empty() {
         return Err("the instance needs a name that is not blank".into());
     }
@@ -97,7 +97,7 @@ fn instantiate(
     if interface == Interface::ModelExchange && !model.program().offers_exchange() {
         return Err(InstanceError::NoExchange.into());
     }
-    Ok((interface, Instance::new(model)))
+    Ok((interface, Instance::boxed(model)))
 }
 
 /// Frees an instance.

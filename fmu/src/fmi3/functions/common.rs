@@ -63,7 +63,7 @@ fn instantiate(logger: Logger, make: impl FnOnce(Logger) -> Result<Component, (L
 
 impl Wish {
     /// Loads the model.
-    fn load(&self) -> Outcome<Instance> {
+    fn load(&self) -> Outcome<Box<Instance>> {
         let name = string(self.name).unwrap_or_default();
         if name.to_string_lossy().trim().is_empty() {
             return Err("the instance needs a name that is not blank".into());
@@ -79,7 +79,7 @@ impl Wish {
                     .into(),
             );
         }
-        Ok(Instance::new(model))
+        Ok(Instance::boxed(model))
     }
 }
 
