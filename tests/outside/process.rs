@@ -62,7 +62,7 @@ impl<T> Sent<T> {
 }
 
 /// What docs/fmu.md says that a thread needs.
-const STACK: usize = 128 << 10;
+const STACK: usize = 64 << 10;
 
 /// Runs something on a thread with as much stack as that.
 pub fn on_a_small_stack<T: Send>(run: impl FnOnce() -> T) -> T {
