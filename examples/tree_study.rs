@@ -1,19 +1,13 @@
-//! What the choice of trees does to the cost of the equations of motion: every model and 100 random mechanisms, and chains of many
-//! lengths. Run with `cargo run --release --example tree_study`; `docs/trees.md` holds its results.
+//! What the second tree of deep chains does to the cost of the equations of motion. Run with `cargo run --release --example tree_study`; `docs/trees.md` holds its results.
 
 #[path = "../tests/support/mod.rs"]
 mod support;
 
-use crate::support::ROOT;
-use std::collections::HashSet;
-use std::path::Path;
 use std::time::Instant;
 
 use cotree::component::{Origin, System};
 use cotree::equations::Equations;
-use cotree::formulate::tree_search::{self, Effort};
 use cotree::formulate::{formulate, formulate_with};
-use cotree::graph::ElementId;
 use cotree::lower::{Cost, MotionSystem, Pose, kernel_cost};
 use cotree::mechanism::{Coordinates, Mechanism};
 use cotree::scene::Scene;
@@ -24,103 +18,21 @@ use nalgebra::{DMatrix, DVector};
 use support::chain::chain;
 use support::random::{Family, random_case};
 
-/// So many random mechanisms are studied.
-const RANDOM: u64 = 100;
-/// So many trees of a mechanism are formulated in the search for the best.
-const TREES: usize = 250;
-
 fn main() {
     match std::env::args().nth(1).as_deref() {
-        Some("chains") => chains(),
         Some("fit") => fit(),
-        _ => {
-            study();
-            chains();
-        }
+        _ => chains(),
     }
 }
 
-fn study() {
-    let mut random = Vec::new();
-    let families = [Family::Tree, Family::Loops, Family::Loops, Family::Loops];
-    let mut seed = 0;
-    while random.len() < RANDOM as usize {
-        let case = random_case(seed, families[seed as usize % families.len()]);
-        random.extend(Scene::from_toml(&case.scene).ok().and_then(|scene| losses(&scene)));
-        seed += 1;
-    }
-    println!("loss against the best trees found, {} random mechanisms", random.len());
-    table(&random);
-    println!("\nloss against the best trees found, models [%]");
-    let mut folders: Vec<_> = std::fs::read_dir(Path::new(ROOT).join("models"))
-        .map(|entries| entries.filter_map(Result::ok).map(|entry| entry.path()).collect())
-        .unwrap_or_default();
-    folders.sort();
-    for folder in folders {
-        let Ok(scene) = Scene::read(folder.join("scene.toml")) else { continue };
-        if let Some(losses) = losses(&scene) {
-            let name = folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            let cells: Vec<String> = losses.iter().map(|loss| format!("{:>8.1}", 100.0 * (loss - 1.0))).collect();
-            println!("{name:24}{}", cells.concat());
-        }
-    }
-}
-
-const KINDS: [&str; 5] = ["breadth first", "file order", "joint", "unsubstituted", "cheapest"];
-
-/// Geometric mean, 90 % and worst of each kind of trees.
-fn table(cases: &[[f64; 5]]) {
-    println!("{:16}{:>8}{:>8}{:>8}", "[%]", "mean", "90 %", "worst");
-    for (kind, name) in KINDS.iter().enumerate() {
-        let mut losses: Vec<f64> = cases.iter().map(|case| case[kind]).filter(|loss| loss.is_finite()).collect();
-        losses.sort_by(f64::total_cmp);
-        let mean = (losses.iter().map(|loss| loss.ln()).sum::<f64>() / losses.len() as f64).exp();
-        let at = |share: f64| losses[((losses.len() - 1) as f64 * share).round() as usize];
-        let percent = |loss: f64| format!("{:.1}", 100.0 * (loss - 1.0));
-        println!("{name:16}{:>8}{:>8}{:>8}", percent(mean), percent(at(0.9)), percent(at(1.0)));
-    }
-}
-
-/// Cost of each kind of trees over that of the best found; `None` for a mechanism whose motion takes no forces.
-fn losses(scene: &Scene) -> Option<[f64; 5]> {
-    let mechanism = scene.resolve().ok()?.mechanism;
-    let system = System::new(&mechanism);
-    let start = Trees::select(&system, &Coordinates::Recommended).ok()?;
-    let kinds = [
-        start.clone(),
-        file_order(&system, &start),
-        Trees::select(&system, &Coordinates::Joint).ok()?,
-        start.with_bodies(&system, |_| true),
-    ];
-    let costs: Vec<Option<f64>> = kinds.iter().map(|trees| cost(&system, trees)).collect();
-    costs[0]?;
-    let cheapest_trees = {
-        let mut mechanism = mechanism.clone();
-        mechanism.coordinates = Coordinates::Cheapest;
-        tree_search::formulate(&mechanism).ok()?.equations.trees
-    };
-    let cheapest = cost(&system, &cheapest_trees)?;
-    let known = costs.iter().copied().flatten().fold(cheapest, f64::min);
-    let best = kinds.iter().fold(known, |best, trees| best.min(descend(&system, trees, TREES / kinds.len())));
-    let ratio = |cost: Option<f64>| cost.map_or(f64::NAN, |cost| cost / best);
-    Some([ratio(costs[0]), ratio(costs[1]), ratio(costs[2]), ratio(costs[3]), cheapest / best])
-}
-
-/// Kruskal's algorithm with the elements in the order of the file.
-fn file_order(system: &System, start: &Trees) -> Trees {
-    let mut order: Vec<ElementId> = system.translation.edges().map(|(id, _)| id).collect();
-    order.sort_by_key(|id| system.element(*id).translation.as_ref().map_or(u8::MAX, |row| row.priority));
-    Trees { translation: system.translation.tree(order), rotation: start.rotation.clone() }
-}
-
-/// The effort of the kernels in branch coordinates [ns].
+/// The cost of the kernel in branch coordinates [ns].
 fn cost(system: &System, trees: &Trees) -> Option<f64> {
-    let mut formulated = formulate_with(Equations::new(system.clone(), trees.clone()), None).ok()?;
+    let mut formulated = formulate_with(Equations::new(system.clone(), trees.clone())).ok()?;
     if formulated.lowered.program.motion == Motion::Kinematic {
         return None;
     }
     if formulated.lowered.solve_tree.is_none() {
-        return Some(Effort::of(&formulated).nanoseconds);
+        return Some(Cost::of(&formulated.lowered.program.tapes.acceleration).nanoseconds());
     }
     let state = &formulated.state;
     let (positions, followers) = (state.positions().to_vec(), state.follower_positions().to_vec());
@@ -131,33 +43,6 @@ fn cost(system: &System, trees: &Trees) -> Option<f64> {
     let solver = system.factorise(equations, &pose).ok()?;
     let results = solver.motion(&mut equations.system.arena, active.len());
     Some(kernel_cost(equations, &results).nanoseconds())
-}
-
-/// The cheapest trees that exchanges of one branch for one chord lead to, of whatever weight.
-fn descend(system: &System, start: &Trees, most: usize) -> f64 {
-    let Some(mut best) = cost(system, start) else { return f64::INFINITY };
-    let (mut trees, mut counted) = (start.clone(), 0);
-    let mut seen: HashSet<Vec<ElementId>> = HashSet::new();
-    loop {
-        let mut better = None;
-        for pair in trees.exchanges(system) {
-            let other = trees.exchanged(system, pair);
-            let mut key = other.translation.branches.clone();
-            key.sort_unstable();
-            if counted >= most || !seen.insert(key) {
-                continue;
-            }
-            counted += 1;
-            if let Some(found) = cost(system, &other).filter(|&found| found < best) {
-                best = found;
-                better = Some(other);
-            }
-        }
-        match better {
-            Some(other) => trees = other,
-            None => return best,
-        }
-    }
 }
 
 /// Chains: the kernel in branch coordinates, the kernel that is exported, and what it takes to make it.

@@ -8,7 +8,7 @@ use std::collections::{HashMap, HashSet, VecDeque};
 
 use crate::component::{Origin, System};
 use crate::diagnostic::{Fault, Span};
-use crate::graph::{ElementId, LinearGraph, Rotation, Topology, Translation, Tree};
+use crate::graph::{ElementId, LinearGraph, Rotation, Translation, Tree};
 use crate::mechanism::{BodyId, Coordinates};
 
 /// A spanning tree of each graph.
@@ -55,8 +55,7 @@ impl Trees {
     /// The user's own lists name something unknown, close a loop, or leave something out.
     pub fn select(system: &System, choice: &Coordinates) -> Result<Trees, Vec<Fault>> {
         match choice {
-            // The search for the cheapest trees starts from these.
-            Coordinates::Recommended | Coordinates::Cheapest => Ok(Trees::recommended(system)),
+            Coordinates::Recommended => Ok(Trees::recommended(system)),
             Coordinates::Absolute => Ok(absolute(system)),
             Coordinates::Joint => Ok(joint(system)),
             Coordinates::Chosen { translation, rotation } => {
@@ -77,25 +76,6 @@ impl Trees {
             _ => 4,
         });
         Trees { translation: system.translation.tree(order), rotation: self.rotation.clone() }
-    }
-
-    /// All exchanges of one branch for one chord of the translational tree; arms, ground vectors and loads stay what they are.
-    pub fn exchanges(&self, system: &System) -> Vec<[ElementId; 2]> {
-        let topology = Topology::new(&system.translation, &self.translation);
-        let fixed = |id: &ElementId| is_arm(system, *id) || matches!(system.element(*id).origin, Origin::Load(_));
-        let chords = self.translation.chords.iter().copied().filter(|chord| !fixed(chord));
-        let pairs = chords.flat_map(|chord| {
-            let circuit = topology.circuit(chord).into_iter().map(|(branch, _)| branch);
-            circuit.filter(|branch| !fixed(branch)).map(|branch| [branch, chord]).collect::<Vec<_>>()
-        });
-        pairs.collect()
-    }
-
-    /// These trees with a chord of the translational tree in the place of a branch.
-    pub fn exchanged(&self, system: &System, [branch, chord]: [ElementId; 2]) -> Trees {
-        let own = self.translation.branches.iter();
-        let branches = own.map(|&id| if id == branch { chord } else { id }).collect();
-        Trees { translation: system.translation.tree_of(branches), rotation: self.rotation.clone() }
     }
 }
 

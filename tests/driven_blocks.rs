@@ -1,14 +1,10 @@
-//! Driven mechanisms fall apart into small systems that are solved one after another; the cheapest trees keep them as small as any trees do.
+//! Driven mechanisms fall apart into small systems that are solved one after another; the recommended trees keep them small.
 
 use std::sync::Arc;
 
-use cotree::component::System;
-use cotree::equations::Equations;
-use cotree::formulate::tree_search::Effort;
-use cotree::formulate::{Formulated, formulate, formulate_with};
+use cotree::formulate::{Formulated, formulate};
 use cotree::mechanism::{Coordinates, Mechanism};
 use cotree::scene::{Body, Driver, Scene};
-use cotree::tree::Trees;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 
@@ -95,37 +91,16 @@ fn assert_close(found: &[f64], expected: &[f64]) {
     }
 }
 
-#[test]
-fn the_cheapest_trees_of_a_leg_keep_its_three_pairs_apart() {
-    let mechanism = leg().resolve().unwrap_or_else(|faults| panic!("{}", faults.render(false, 100))).mechanism;
-    let mechanism = with(&mechanism, Coordinates::Cheapest);
-    let cheapest = formulate(&mechanism).unwrap();
-    let sizes: Vec<usize> = cheapest.lowered.program.blocks.iter().map(|block| block.columns.len()).collect();
-    assert_eq!(sizes, [2, 2, 2]);
-    assert_eq!(cheapest.search.unwrap().chosen, Effort::of(&cheapest));
-    let motion = later(&cheapest);
-
-    let system = System::new(&mechanism);
-    let start = Trees::select(&system, &Coordinates::Recommended).unwrap();
-    let mut coarser = 0;
-    for pair in start.exchanges(&system) {
-        let trees = start.exchanged(&system, pair);
-        let other = formulate_with(Equations::new(system.clone(), trees), None).unwrap();
-        let blocks = Effort::of(&other).blocks;
-        assert!(blocks >= 24, "{pair:?}: {blocks}");
-        if blocks > 24 {
-            coarser += 1;
-            assert_close(&later(&other), &motion);
-        }
-    }
-    assert!(coarser > 2, "trees that tie the pairs together: {coarser}");
+fn block_sizes(formulated: &Formulated) -> Vec<usize> {
+    formulated.lowered.program.blocks.iter().map(|block| block.columns.len()).collect()
 }
 
 #[test]
-fn absolute_coordinates_tie_more_together_and_move_alike() {
+fn a_leg_keeps_its_three_pairs_apart_where_absolute_coordinates_tie_more_together_and_move_alike() {
     let mechanism = leg().resolve().unwrap().mechanism;
     let absolute = with(&mechanism, Coordinates::Absolute);
-    let [fine, coarse] = [&mechanism, &absolute].map(|mechanism| Effort::of(&formulate(mechanism).unwrap()));
-    assert!(fine.blocks < coarse.blocks, "{fine:?} {coarse:?}");
+    let [fine, coarse] = [&mechanism, &absolute].map(|mechanism| block_sizes(&formulate(mechanism).unwrap()));
+    assert_eq!(fine, [2, 2, 2]);
+    assert!(coarse.iter().max() > Some(&2), "{coarse:?}");
     assert_close(&later(&formulate(&absolute).unwrap()), &later(&formulate(&mechanism).unwrap()));
 }

@@ -72,7 +72,7 @@ fn expected() -> [f64; 2] {
 #[test]
 fn the_impulse_of_a_corner_does_not_depend_on_coordinates_nor_method() {
     let expected = expected();
-    for preset in ["recommended", "joint", "absolute", "cheapest"] {
+    for preset in ["recommended", "joint", "absolute"] {
         let scene = pen("5*min(t, 0.5)", preset);
         for engine in [None, Some(Engine::Dop853), Some(Engine::Radau)] {
             for (tolerance, points) in [(1e-4, 1), (1e-6, 7), (1e-6, 1000), (1e-9, 3)] {
@@ -137,7 +137,7 @@ fn tunable(preset: &str) -> String {
 #[test]
 fn a_tunable_speed_is_felt_like_a_corner() {
     let expected = expected();
-    for preset in ["recommended", "cheapest", "joint", "absolute"] {
+    for preset in ["recommended", "joint", "absolute"] {
         let mut instance = run::started(&run::model(&tunable(preset)), None, STOP, 1e-8);
         let fast = instance.variable("fast").expect("a parameter");
         instance.step_to(CORNER).expect("regular");

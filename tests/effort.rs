@@ -6,10 +6,9 @@ use crate::support::chain::{chain, ring};
 use crate::support::random::{Family, random_case};
 use crate::support::run::{mechanism, models, scene_of, sound};
 use cotree::expr::{Expr, Order, Symbol};
-use cotree::formulate::tree_search::Effort;
 use cotree::formulate::{Formulated, formulate};
 use cotree::lower::{Cost, MotionSystem, Pose, in_solve_tree};
-use cotree::mechanism::{BodyId, Coordinates, Mechanism};
+use cotree::mechanism::{BodyId, Mechanism};
 use cotree::scene::Scene;
 use cotree_fmu::program::Motion;
 use cotree_fmu::tape::Tape;
@@ -94,39 +93,6 @@ fn solve_trees_give_the_accelerations_reactions_and_projections_of_the_branch_co
     }
     check_solve_trees(&resolve(&chain(12)));
     check_solve_trees(&resolve(&ring(13)));
-}
-
-/// With the cheapest trees every variable has the value that absolute coordinates give it.
-#[test]
-fn cheapest_trees_are_never_costlier_and_move_alike() {
-    let mut searched = 0;
-    for (family, seed) in
-        [Family::Tree, Family::Loops, Family::Driven].into_iter().flat_map(|f| (0..6).map(move |s| (f, s)))
-    {
-        let case = random_case(seed, family);
-        let mut mechanism = mechanism(&case.scene);
-        let recommended = Effort::of(&formulated(&mechanism));
-        mechanism.coordinates = Coordinates::Cheapest;
-        let mut cheapest = formulated(&mechanism);
-        let effort = Effort::of(&cheapest);
-        let search = cheapest.search.unwrap();
-        assert_eq!((search.recommended, search.chosen), (recommended, effort));
-        assert!(
-            (effort.blocks, effort.nanoseconds) <= (recommended.blocks, recommended.nanoseconds),
-            "{family:?} {seed}"
-        );
-        searched += search.counted;
-        if cheapest.lowered.program.motion == Motion::Kinematic {
-            continue;
-        }
-        let solved = values(&cheapest, &cheapest.lowered.solved, &[]);
-        let (names, exprs): (Vec<&str>, Vec<Expr>) = (mechanism.outputs.iter())
-            .map(|output| (output.name.as_str(), cheapest.equations.formula(&output.value)))
-            .unzip();
-        let expected: Vec<f64> = names.iter().map(|name| case.expected[*name]).collect();
-        assert_close(&format!("{family:?} {seed}"), &values(&cheapest, &exprs, &solved), &expected, 1e-8);
-    }
-    assert!(searched > 25, "{searched} trees were counted");
 }
 
 #[test]

@@ -113,12 +113,10 @@ fn costs_are_complete_and_fewer_equations_cost_less() {
         let costs = costs(model);
         let names: Vec<&str> = costs.iter().map(|(choice, _)| choice.name).collect();
         let own: &[&str] = if model == "vibration" { &["chosen"] } else { &[] };
-        assert_eq!(names, [&["absolute", "joint", "recommended", "cheapest"], own].concat(), "{model}");
+        assert_eq!(names, [&["absolute", "joint", "recommended"], own].concat(), "{model}");
         assert_eq!(costs.iter().filter(|(choice, _)| choice.used).count(), 1, "{model}");
         let work = |cost: &Cost| cost.operations.additions + cost.operations.multiplications;
         assert!(work(&costs[2].1) <= work(&costs[0].1), "{model}: {costs:?}");
-        // Fewer operations need not be less time, but a search that loses a tenth of them has gone wrong.
-        assert!(10 * work(&costs[3].1) <= 11 * work(&costs[2].1), "{model}: {costs:?}");
         for (choice, cost) in &costs {
             assert!(cost.nanoseconds > 0.0, "{model} {}", choice.name);
             assert!(cost.condition.is_some_and(|number| number >= 1.0), "{model} {}: {cost:?}", choice.name);
@@ -131,7 +129,7 @@ fn the_table_has_a_line_for_each_choice() {
     let path = Path::new(ROOT).join("models/slider_crank/scene.toml");
     let comparison = compare::comparison(&Scene::read(&path).unwrap()).unwrap();
     let text = comparison.to_string();
-    for name in ["absolute", "joint", "recommended *", "cheapest"] {
+    for name in ["absolute", "joint", "recommended *"] {
         assert!(text.lines().any(|line| line.trim_start().starts_with(name)), "{text}");
     }
     let json = serde_json::to_value(&comparison).unwrap();

@@ -235,7 +235,7 @@ fn what_is_left_open_does_not_depend_on_the_trees() {
             names.iter().chain(more).map(|name| named(name)).collect::<Vec<f64>>()
         };
         let recommended = outputs("preset = \"recommended\"");
-        let trees = ["preset = \"absolute\"", "preset = \"joint\"", "preset = \"cheapest\"", "rotation = ["];
+        let trees = ["preset = \"absolute\"", "preset = \"joint\"", "rotation = ["];
         for coordinates in trees {
             let loops = if text.contains("joints.j3") { "\"j1\", \"b\", \"j4\"]" } else { "\"j2\", \"j1\"]" };
             let coordinates =

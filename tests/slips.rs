@@ -50,6 +50,14 @@ fn a_driver_that_jumps() {
     assert_eq!(driven("if(t < 1, t, 1)"), [""; 0], "a corner of a driven position is no jump");
 }
 
+/// The format still has the word.
+#[test]
+fn a_search_for_trees_that_is_gone() {
+    let cheapest = said("[coordinates]\npreset = \"cheapest\"\n");
+    assert!(cheapest.len() == 1 && cheapest[0].contains("`cheapest` takes the recommended trees"), "{cheapest:?}");
+    assert_eq!(said("[coordinates]\npreset = \"joint\"\n"), [""; 0]);
+}
+
 #[test]
 fn a_mass_centre_that_nobody_has_placed() {
     let assumed = |scene: &str| {

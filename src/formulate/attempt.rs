@@ -7,7 +7,7 @@ use cotree_fmu::model::{Model, State};
 use super::{equations, typical_length};
 use crate::equations::Equations;
 use crate::lower;
-use crate::mechanism::{Coordinates, Mechanism};
+use crate::mechanism::Mechanism;
 
 /// Where the bodies are when no search brings them closer together.
 #[derive(Debug)]
@@ -18,11 +18,7 @@ pub struct Attempt<'m> {
 
 /// The best attempt, if it is the loops that cannot be closed.
 pub fn attempt(mechanism: &Mechanism) -> Option<Attempt<'_>> {
-    let choice = match &mechanism.coordinates {
-        Coordinates::Cheapest => &Coordinates::Recommended,
-        own => own,
-    };
-    let mut equations = equations(mechanism, choice).ok()?;
+    let mut equations = equations(mechanism, &mechanism.coordinates).ok()?;
     let length = typical_length(&mut equations);
     let model = Model::of_positions(lower::positions(&mut equations, length)).ok()?;
     let mut state = model.default_state(mechanism.experiment.start);

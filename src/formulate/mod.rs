@@ -9,7 +9,6 @@ pub mod limits;
 mod restrictions;
 pub mod start;
 mod suspect;
-pub mod tree_search;
 
 use std::collections::BTreeSet;
 
@@ -26,7 +25,6 @@ use crate::formulate::jumps::Jump;
 use crate::formulate::restrictions::{Restrictions, restrictions};
 use crate::formulate::start::Start;
 use crate::formulate::suspect::suspect;
-use crate::formulate::tree_search::Search;
 use crate::graph::ElementId;
 use crate::lower::{self, Lowered, Obstacle, Pose, Shared};
 use crate::mechanism::{Coordinates, Formula, Mechanism, Output, Owner, Variable};
@@ -41,8 +39,6 @@ pub struct Formulated<'m> {
     pub state: State,
     pub redundant: Vec<usize>,
     pub warnings: Vec<Fault>,
-    /// The result of the search for the cheapest trees, if the scene asks for it.
-    pub search: Option<Search>,
 }
 
 impl Formulated<'_> {
@@ -57,10 +53,7 @@ impl Formulated<'_> {
 /// # Errors
 /// Wrong trees, contradictions, loops that cannot be closed, masses that are missing where motion needs them.
 pub fn formulate(mechanism: &Mechanism) -> Result<Formulated<'_>, Vec<Fault>> {
-    match &mechanism.coordinates {
-        Coordinates::Cheapest => tree_search::formulate(mechanism),
-        choice => formulate_with(equations(mechanism, choice)?, None),
-    }
+    formulate_with(equations(mechanism, &mechanism.coordinates)?)
 }
 
 /// As [`formulate`], for printed equations.
@@ -77,11 +70,11 @@ pub fn formulate_written(mechanism: &Mechanism) -> Result<Formulated<'_>, Vec<Fa
 ///
 /// # Errors
 /// Contradictions, loops that cannot be closed, masses that are missing where motion needs them.
-pub fn formulate_with<'m>(mut equations: Equations<'m>, start: Option<&Start>) -> Result<Formulated<'m>, Vec<Fault>> {
+pub fn formulate_with(mut equations: Equations<'_>) -> Result<Formulated<'_>, Vec<Fault>> {
     let length = typical_length(&mut equations);
     let mut faults = check_trivial(&equations, length);
     faults.extend(without_rate(equations.system.mechanism));
-    let start = start.cloned().or_else(|| own_start(&equations, length));
+    let start = own_start(&equations, length);
     let (model, state) = first_state(&mut equations, length, start.as_ref(), &mut faults)?;
     let Restrictions { mut equations, state, active, restricting, .. } = match faults.is_empty() {
         true => restrictions(equations, (model, state), length, start.as_ref())?,
@@ -124,14 +117,14 @@ pub fn formulate_with<'m>(mut equations: Equations<'m>, start: Option<&Start>) -
     } else {
         warnings.extend(impulses::leaps(equations.system.mechanism, &jumps));
     }
-    Ok(Formulated { equations, lowered, state, redundant, warnings, search: None })
+    Ok(Formulated { equations, lowered, state, redundant, warnings })
 }
 
 /// The same with loop equations for the drivers whose rates jump; none if what they drive has no mass for an impulse to act on, or that would be too large.
 fn with_impulses<'m>(equations: &Equations<'m>, jumps: &[Jump]) -> Option<Formulated<'m>> {
     let trees = impulses::trees(equations, jumps)?;
     limits::check(&equations.system, &trees).ok()?;
-    formulate_with(Equations::new(System::new(equations.system.mechanism), trees), None).ok()
+    formulate_with(Equations::new(System::new(equations.system.mechanism), trees)).ok()
 }
 
 /// The equations for a choice of trees.
@@ -281,10 +274,7 @@ fn missing_for(equations: &mut Equations, output: &Output) -> Vec<Symbol> {
 /// # Errors
 /// There are no equations for this mechanism.
 pub fn lacking(mechanism: &Mechanism) -> Result<Vec<(&Output, usize, Property)>, Vec<Fault>> {
-    let mut equations = match &mechanism.coordinates {
-        Coordinates::Cheapest => equations(mechanism, &Coordinates::Recommended)?,
-        choice => equations(mechanism, choice)?,
-    };
+    let mut equations = equations(mechanism, &mechanism.coordinates)?;
     let outputs = mechanism.outputs.iter();
     let lacks = outputs.filter_map(|output| match missing_for(&mut equations, output).first() {
         Some(&Symbol::Missing(body, property)) => Some((output, body, property)),
@@ -432,11 +422,7 @@ pub struct Pattern {
 
 /// That of a mechanism; none if it cannot be assembled.
 pub fn pattern(mechanism: &Mechanism) -> Option<Pattern> {
-    let choice = match &mechanism.coordinates {
-        Coordinates::Cheapest => &Coordinates::Recommended,
-        choice => choice,
-    };
-    let mut equations = equations(mechanism, choice).ok()?;
+    let mut equations = equations(mechanism, &mechanism.coordinates).ok()?;
     let length = typical_length(&mut equations);
     let start = own_start(&equations, length);
     let mut faults = Vec::new();

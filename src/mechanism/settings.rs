@@ -49,8 +49,6 @@ pub enum Coordinates {
     Absolute,
     /// The same joints in both trees.
     Joint,
-    /// Those whose equations cost least, by a fixed model of the cost.
-    Cheapest,
     /// Names of bodies, joints, drivers and loads that are branches, beside the rigid arms and ground vectors; `None`: recommended.
     Chosen {
         /// Branches of the translational tree.

@@ -5,12 +5,9 @@ use std::collections::HashSet;
 use cotree_fmu::program::{Block, Engine, Motion, Program, Source};
 use cotree_fmu::taylor::form::ArmForm;
 
-use super::summary::{
-    Cheapest, Coordinate, Count, Counts, Integrated, Joint, SeriesSystem, SolveTree, Summary, Tree, Trees,
-};
+use super::summary::{Coordinate, Count, Counts, Integrated, Joint, SeriesSystem, SolveTree, Summary, Tree, Trees};
 use crate::component::{Angle, Origin};
 use crate::equations::Equations;
-use crate::formulate::tree_search::LARGEST;
 use crate::formulate::{Formulated, equations};
 use crate::graph::ElementId;
 use crate::lower::{self, Lowered};
@@ -50,7 +47,6 @@ pub fn summarise(formulated: &Formulated) -> Summary {
         },
         counts: counts(own),
         solve_tree: formulated.lowered.solve_tree.as_ref().map(|tree| solve_tree(own, tree)),
-        cheapest: (mechanism.coordinates == Coordinates::Cheapest).then(|| cheapest(formulated)),
     }
 }
 
@@ -101,14 +97,6 @@ fn solve_tree(own: &Equations, tree: &lower::SolveTree) -> SolveTree {
     let bodies = added.map(|&id| own.system.element(id).name.clone()).collect();
     let saving = |branch_cost: lower::Cost| 1.0 - tree.cost.nanoseconds() / branch_cost.nanoseconds();
     SolveTree { bodies, saving: tree.branch_cost.map(saving) }
-}
-
-fn cheapest(formulated: &Formulated) -> Cheapest {
-    let (counted, saving) = formulated.search.map_or((0, 0.0), |search| {
-        let saving = 1.0 - search.chosen.nanoseconds / search.recommended.nanoseconds;
-        (search.counted, if search.chosen == search.recommended { 0.0 } else { saving })
-    });
-    Cheapest { counted, saving, largest: LARGEST }
 }
 
 fn describe_joint(mechanism: &Mechanism, joint: &Part) -> Joint {

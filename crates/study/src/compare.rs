@@ -22,12 +22,8 @@ use crate::bench;
 use crate::bench::runs::{Budget, POINTS, Subject};
 
 /// The choices that every scene has; the scene's own is added if it is another one.
-const CHOICES: [(&str, Coordinates); 4] = [
-    ("absolute", Coordinates::Absolute),
-    ("joint", Coordinates::Joint),
-    ("recommended", Coordinates::Recommended),
-    ("cheapest", Coordinates::Cheapest),
-];
+const CHOICES: [(&str, Coordinates); 3] =
+    [("absolute", Coordinates::Absolute), ("joint", Coordinates::Joint), ("recommended", Coordinates::Recommended)];
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Comparison {
@@ -37,7 +33,7 @@ pub struct Comparison {
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Choice {
-    /// `absolute`, `joint`, `recommended`, `cheapest`, or `chosen` for the scene's own trees.
+    /// `absolute`, `joint`, `recommended`, or `chosen` for the scene's own trees.
     pub name: &'static str,
     pub used: bool,
     /// The figures, or why these trees do not work.
