@@ -88,6 +88,32 @@ fn every_command_that_shows_forces_says_so() {
     }
 }
 
+/// What is told of contacts is told in the units that are asked for.
+#[test]
+fn forces_and_places_are_in_the_units_that_are_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("fast.toml"), cam(30.0)).unwrap();
+    for (command, at) in [(&["simulate", "fast.toml", "--summary"][..], "t ="), (&["motion", "fast.toml"], "`shaft` =")]
+    {
+        let told = |units: &str| {
+            let output = cotree(folder.path(), &[command, &["--units", units]].concat());
+            let said = stdout(&output) + &stderr(&output);
+            let said = said.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ");
+            let (_, told) = said.split_once("`contact` has to pull").unwrap_or_else(|| panic!("{said}"));
+            told.to_owned()
+        };
+        let (si, shown) = (told("si"), told("kN,ms,rad"));
+        for (word, factor) in
+            [("is down to ", 1e-3), ("with at least ", 1e-3), (at, if at == "t =" { 1e3 } else { 1.0 })]
+        {
+            let (found, wanted) = (number(&shown, word), factor * number(&si, word));
+            assert!((found - wanted).abs() < 1e-3 * wanted.abs(), "{word}: {found}, not {wanted}\n{si}\n{shown}");
+        }
+        assert!(shown.contains(" kN at ") && si.contains(" N at "), "{si}\n{shown}");
+        assert!(shown.contains(if at == "t =" { " ms" } else { " rad" }), "{shown}");
+    }
+}
+
 /// Down a slope a disc with moment of inertia c m r^2 rolls with a friction of c/(1 + c) of the slope.
 #[test]
 fn a_disc_that_rolls_needs_friction() {

@@ -149,3 +149,33 @@ fn a_law_of_a_driver_is_said_to_jump_where_it_does() {
         }
     }
 }
+
+/// Particles: what nothing turns may have any inertia, and all of them are named at once.
+#[test]
+fn particles_without_inertia_are_told_of_together() {
+    let scene = |inertia: &str| {
+        format!(
+            "name = \"particles\"\ngravity = [0, -9.81]\nground.points = {{ p = [1, 0] }}\n[bodies]\n\
+             a = {{ mass = 1, inertia = {inertia} }}\nb = {{ mass = 2, inertia = {inertia} }}\n\
+             c = {{ mass = 1, inertia = 0, points = {{ end = [1, 0] }} }}\n\
+             [joints.pin]\ntype = \"revolute\"\nbetween = [\"ground.p\", \"c.end\"]\n[loads]\n\
+             s1 = {{ type = \"spring\", between = [\"ground\", \"a\"], stiffness = 100, length = 0.5 }}\n\
+             s2 = {{ type = \"spring\", between = [\"a\", \"b\"], stiffness = 100, length = 0.5 }}\n\
+             [initial]\n\"a.x\" = 0.3\n\"b.x\" = 0.7\n[outputs]\nvariables = [\"a.x\", \"b.y\", \"c.x\"]\n[experiment]\nstop = 0.2\n"
+        )
+    };
+    let said = faults("particles.toml", scene("0")).unwrap();
+    let messages: Vec<&str> = said.list.iter().map(|fault| &*fault.message).collect();
+    assert_eq!(
+        messages,
+        ["nothing turns `a`, `b`, and their inertias are zero: how fast to turn them is not determined"]
+    );
+    assert!(said.list[0].help.contains("any inertia above zero does"), "{}", said.list[0].help);
+    let ends = |inertia: &str| {
+        let results = Scene::from_toml(&scene(inertia)).unwrap().simulate().unwrap();
+        ["a.x", "b.y", "c.x"].map(|name| *results.column(name).unwrap().values.last().unwrap())
+    };
+    for (one, other) in ends("1").into_iter().zip(ends("5")) {
+        assert!((one - other).abs() < 1e-9, "{one} {other}");
+    }
+}

@@ -71,6 +71,60 @@ fn a_four_bar_of_pmks_moves_as_its_circles_meet() {
     }
 }
 
+/// An address of the older form: a crank with 30 revolutions a minute, a coupler, a rocker.
+const OLDER: &str = "https://example.org/?j=O1,-4,0,crank,R,t,0,0.1,t,%0AB,-4,2,crank%7Ccoupler,R,f,0,0.1,f,%0A\
+C,1,4,coupler%7Crocker,R,f,0,0.1,f,%0AO2,3,0.5,rocker,R,t,0,0.1,f,%0A&l=crank,0.5,1,-4,1,O1%7CB,,l,0,0,1,1%0A\
+coupler,1,2,-1.5,3,B%7CC,,l,0,0,1,1%0Arocker,1,1,2,2.25,C%7CO2,,l,0,0,1,1%0A&f=&pp=&tp=&s=30,false,false,cm";
+
+#[test]
+fn an_older_address_of_pmks_has_the_same_pose() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("older.pmks"), OLDER).unwrap();
+    let options =
+        ["--stop", "0.24", "--step", "0.24", "--variables", "crank.angle,coupler.C.x,coupler.C.y,rocker.x,rocker.y"];
+    let names = ["crank.angle", "coupler.C.x", "coupler.C.y", "rocker.x", "rocker.y"];
+    let [_, x, y, centre_x, centre_y] = moved(folder.path(), "older.pmks", &options, 0.0, names);
+    assert!(
+        close(x, 0.01) && close(y, 0.04) && close(centre_x, 0.02) && close(centre_y, 0.0225),
+        "{x} {y} {centre_x} {centre_y}"
+    );
+    fs::remove_file(folder.path().join("scene.toml")).unwrap();
+    let [crank, x, y, ..] = moved(folder.path(), "older.pmks", &options, 0.24, names);
+    let turned = PI * 0.24;
+    assert!(close(crank, turned), "{crank}");
+    // Both links keep their lengths.
+    let b = [-0.04 - 0.02 * turned.sin(), 0.02 * turned.cos()];
+    assert!(close((x - b[0]).hypot(y - b[1]), 0.01 * 29.0_f64.sqrt()), "{x} {y}");
+    assert!(close((x - 0.03).hypot(y - 0.005), 0.01 * 16.25_f64.sqrt()), "{x} {y}");
+    let scene = fs::read_to_string(folder.path().join("scene.toml")).unwrap();
+    assert!(scene.contains("mass    = 0.5\n") && scene.contains("inertia = 0.0001\n"), "{scene}");
+}
+
+#[test]
+fn what_an_older_address_does_not_say_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    for (old, new, why) in [
+        ("C,1,4,coupler%7Crocker,R", "C,1,4,coupler%7Crocker,P", "joint `C` slides"),
+        ("false,false,cm", "false,true,cm", "which of the two is not known"),
+        ("false,false,cm", "false,false,in", "lengths are in `in`"),
+        ("30,false,false,cm", "30", "cut"),
+        ("&f=", "&f=F1,1", "with forces"),
+        ("B%7CC,,l", "B%7CX,,l", "has the joint `X`"),
+        ("-4,2,crank", "-4,x,crank", "has no place"),
+        (
+            "C,1,4,coupler%7Crocker,R,f,0,0.1,f",
+            "C,1,4,coupler%7Crocker,R,f,0,0.1,t",
+            "does not join a link to the ground",
+        ),
+    ] {
+        assert!(OLDER.contains(old), "{old}");
+        fs::write(folder.path().join("older.pmks"), OLDER.replace(old, new)).unwrap();
+        let output = cotree(folder.path(), &["import", "older.pmks", "-o", "scene.toml"]);
+        assert!(code(&output) != 0 && stderr(&output).contains(why), "{new}: {}", stderr(&output));
+        assert!(!folder.path().join("scene.toml").exists());
+    }
+}
+
 /// Files that were saved before PMKS+ wrote what is selected.
 #[test]
 fn older_files_of_pmks_are_the_same() {

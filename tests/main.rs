@@ -22,6 +22,7 @@ mod conformance;
 mod contacts;
 mod contradictions;
 mod dependencies;
+mod display_units;
 mod documentation;
 mod driven_blocks;
 mod driver_corners;

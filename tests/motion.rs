@@ -474,6 +474,11 @@ fn the_report_is_a_text_a_table_and_a_plot() {
         (&["--input", "O9"][..], "did you mean `O2`?"),
         (&[][..], "--input"),
         (&["--input", "O2", "--output", "A"][..], "on the ground"),
+        (&["--input", "O2", "--output", "A"][..], "`A.angle`"),
+        (&["--input", "O2", "--output", "O2.angle"][..], "is the input"),
+        (&["--input", "O2", "--output", "coupler.p.z"][..], "point `coupler.p` has `x`"),
+        (&["--input", "O2", "--output", "couplr"][..], "did you mean `coupler`?"),
+        (&["--input", "O2", "--output", "coupler"][..], "such as `coupler.angle`"),
         (&["--input", "O2", "--point", "coupler.q"][..], "no point `coupler.q`"),
         (&["--input", "O2", "--range", "3"][..], "from..to"),
         (&["--input", "O2", "--range", "-30 deg..10 mm"][..], "not in rad"),
@@ -549,4 +554,128 @@ fn a_point_of_a_rocker_goes_to_and_fro_on_an_arc() {
     let text = stdout(&cotree(folder.path(), &["motion", "a.toml", "--input", "O2", "--point", "rocker.b"]));
     assert!(text.contains("to and fro, on an arc of radius 80 mm about (100 mm, 0 mm)"), "{text}");
     assert!(!text.contains("crosses itself"), "{text}");
+}
+
+/// A scotch yoke: the table stands at r sin(phi), the pin at r cos(phi) along its slot.
+const SCOTCH_YOKE: &str = r#"
+name = "scotch_yoke"
+ground.points = { o = [0, 0], k = [0, "-100 mm"] }
+[bodies]
+table = { mass = 2 }
+crank = { mass = 1, inertia = 1e-3, points = { o = [0, 0], p = ["50 mm", 0] } }
+[joints]
+guide = { type = "prismatic", between = ["ground", "table"], axis = [0, 1] }
+O     = { type = "revolute", between = ["ground.o", "crank.o"] }
+pin   = { type = "slot", between = ["table", "crank.p"], axis = [1, 0] }
+[loads]
+gauge = { type = "spring", between = ["ground.k", "table"], stiffness = 0, length = 0 }
+[outputs]
+height = "table.y*table.y"
+[initial]
+"crank.angle" = "60 deg"
+"#;
+
+fn values(figures: &Value, column: &str) -> Vec<f64> {
+    let found = figures["table"].as_array().unwrap().iter().find(|own| own["name"] == column).expect(column);
+    found["values"].as_array().unwrap().iter().map(|value| value.as_f64().unwrap()).collect()
+}
+
+/// Values of a column at each input.
+fn follows(figures: &Value, column: &str, tolerance: f64, of: impl Fn(f64) -> f64) {
+    let input = figures["input"]["name"].as_str().unwrap();
+    for (at, found) in values(figures, input).into_iter().zip(values(figures, column)) {
+        let wanted = of(at);
+        assert!((found - wanted).abs() < tolerance * (1.0 + wanted.abs()), "{column} at {at}: {found}, not {wanted}");
+    }
+}
+
+#[test]
+fn any_variable_is_an_output() {
+    const R: f64 = 0.05;
+    let table = motion(SCOTCH_YOKE, &["--input", "O", "--output", "table.y", "--speed", "3 rad/s", "--dwell", "1 mm"]);
+    check(
+        &table,
+        &[("/stroke", 2.0 * R), ("/limits/0/input", 90.0 * DEG), ("/limits/1/value", -R), ("/time_ratio", 1.0)],
+    );
+    // Within 1 mm of its end: cos(half of the way) = 1 - 1/50.
+    let way = number(&table, "/dwell/to") - number(&table, "/dwell/from");
+    assert!((way - 2.0 * f64::acos(1.0 - 0.001 / R)).abs() < 1e-9, "{way}");
+    follows(&table, "table.y'", 1e-11, |phi| R * phi.cos());
+    follows(&table, "table.y''", 1e-11, |phi| -R * phi.sin());
+    assert_eq!(table["transmission"], serde_json::json!([]));
+    assert_eq!(table["output"], serde_json::json!({ "name": "table.y", "angular": false, "unit": "m" }));
+    // A length whose rate there is, not its acceleration.
+    let gauge = motion(SCOTCH_YOKE, &["--input", "O", "--output", "gauge.length", "--speed", "3 rad/s"]);
+    follows(&gauge, "gauge.length", 1e-11, |phi| 0.1 + R * phi.sin());
+    follows(&gauge, "gauge.length''", 1e-8, |phi| -R * phi.sin());
+    // A formula has no rates of its own; a turning angle has no jump.
+    let height = motion(SCOTCH_YOKE, &["--input", "O", "--output", "height"]);
+    follows(&height, "height'", 1e-9, |phi| R * R * (2.0 * phi).sin());
+    follows(&height, "height''", 1e-7, |phi| 2.0 * R * R * (2.0 * phi).cos());
+    assert_eq!(height["limits"].as_array().unwrap().len(), 4, "{}", height["limits"]);
+    let angle = motion(SCOTCH_YOKE, &["--input", "O", "--output", "crank.angle"]);
+    follows(&angle, "crank.angle'", 1e-11, |_| 1.0);
+    // Forces: the table's inertia.
+    let force = motion(SCOTCH_YOKE, &["--input", "O", "--output", "pin.fn", "--speed", "3 rad/s"]);
+    let sign = values(&force, "pin.fn")[180].signum();
+    follows(&force, "pin.fn", 1e-9, |phi| sign * 2.0 * 9.0 * R * phi.sin());
+    check(&force, &[("/stroke", 2.0 * 2.0 * 9.0 * R)]);
+}
+
+#[test]
+fn a_slot_is_driven_by_its_displacement() {
+    const R: f64 = 0.05;
+    let range = ["--range", "-30 mm..45 mm", "--speed", "2 m/s"];
+    let figures = motion(SCOTCH_YOKE, &[&["--input", "pin.s", "--output", "O"], &range[..]].concat());
+    let y = |s: f64| (R * R - s * s).sqrt();
+    follows(&figures, "O", 1e-9, |s| f64::acos(s / R));
+    follows(&figures, "O'", 1e-9, |s| -1.0 / y(s));
+    // Half the derivative of the generalised inertia I/y^2 + m s^2/y^2, by the square of the speed.
+    follows(&figures, "inertia", 1e-9, |s| (1e-3 + 2.0 * s * s) / y(s).powi(2));
+    follows(&figures, "drive", 1e-8, |s| 0.5 * 4.0 * (2e-3 * s + 4.0 * s * R * R) / y(s).powi(4));
+    assert_eq!(figures["input"]["unit"], "m");
+    // Without a range: to the ends of its slot's use, where it is at a dead point.
+    let whole = motion(SCOTCH_YOKE, &["--input", "pin.s", "--output", "table.y"]);
+    assert_eq!(whole["dead_points"], true);
+    check_to(1e-6, &whole, &[("/range/0", -R), ("/range/1", R), ("/stroke", R)]);
+    // The same by a driver of the scene, which says what is driven; and the slot's other motion.
+    let driven = format!("{SCOTCH_YOKE}[drivers.d]\njoint = \"pin\"\ndisplacement = \"0.025 + 2*t\"\n");
+    let driven =
+        driven.replace("[initial]\n\"crank.angle\" = \"60 deg\"", "[initial]\n\"crank.angle\" = { guess = 1 }");
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("a.toml"), driven).unwrap();
+    let run = |more: &[&str]| cotree(folder.path(), &[&["motion", "a.toml", "--output", "O"], more].concat());
+    for input in [&[][..], &["--input", "d"]] {
+        let text = stdout(&run(&[input, &["--range", "-30 mm..45 mm"]].concat()));
+        assert!(text.starts_with("scotch_yoke: `pin.s` moves from -30 mm to 45 mm\n"), "{text}");
+    }
+    let text = stdout(&run(&["--input", "pin"]));
+    assert!(text.starts_with("scotch_yoke: `pin` turns fully"), "{text}");
+    let guide = motion(SCOTCH_YOKE, &["--input", "guide.s", "--output", "O", "--range", "-20 mm..45 mm"]);
+    follows(&guide, "O", 1e-9, |s| f64::asin(s / R));
+}
+
+#[test]
+fn an_output_that_the_replaced_driver_computes_is_refused() {
+    let driven = format!(
+        "{}[drivers.motor]\njoint = \"O\"\nangle = \"1 + 3*t\"\n",
+        SCOTCH_YOKE.replace("table.y*table.y", "2*motor.torque").replace("\"crank.angle\" = \"60 deg\"", "")
+    );
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("a.toml"), driven).unwrap();
+    let output = cotree(folder.path(), &["motion", "a.toml", "--output", "height"]);
+    assert_eq!(code(&output), 2, "{}", stderr(&output));
+    assert!(
+        stderr(&output).contains("while `O` is driven") && stderr(&output).contains("motor.torque"),
+        "{}",
+        stderr(&output)
+    );
+    // What there are no masses for is said, not left out.
+    std::fs::write(
+        folder.path().join("b.toml"),
+        SCOTCH_YOKE.replace("mass = 2", "").replace("mass = 1, inertia = 1e-3, ", ""),
+    )
+    .unwrap();
+    let output = cotree(folder.path(), &["motion", "b.toml", "--input", "O", "--output", "pin.fn"]);
+    assert!(code(&output) == 2 && stderr(&output).contains("no masses"), "{}", stderr(&output));
 }

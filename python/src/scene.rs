@@ -7,6 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::time::Duration;
 
 use cotree::export::FmiVersion;
+use cotree::mechanism::Units;
 use cotree::output::csv::Table;
 use cotree::output::statistics::Accumulator;
 use cotree::scene::Text;
@@ -215,7 +216,7 @@ impl Core {
     fn equilibrium(&self, py: Python<'_>, settings: Vec<(String, Value)>) -> PyResult<String> {
         let mut study = self.study(&settings)?;
         let found = py.detach(|| study.equilibrium()).map_err(study_error)?;
-        Ok(found.write(Style::Json))
+        Ok(found.write(Style::Json, &Units::default()))
     }
 
     /// Linear systems as JSON: at the equilibrium, or at these times.
@@ -233,7 +234,7 @@ impl Core {
             }
         };
         let found = py.detach(|| study.linearize(&at)).map_err(study_error)?;
-        Ok(found.write(Style::Json))
+        Ok(found.write(Style::Json, &Units::default()))
     }
 
     /// Vibrations as JSON.
@@ -244,7 +245,7 @@ impl Core {
             return Err(wrong(format!("at: is before the start, {start:?} s")));
         }
         let found = py.detach(|| study.modes(at)).map_err(study_error)?;
-        Ok(found.write(Style::Json))
+        Ok(found.write(Style::Json, &Units::default()))
     }
 
     /// Outputs and parameters with their units; the outputs (time, output); their derivatives (time, output, parameter).
@@ -286,7 +287,7 @@ impl Core {
     fn mode_sensitivities(&self, py: Python<'_>, to: Vec<String>, settings: Vec<(String, Value)>) -> PyResult<String> {
         let mut study = self.study(&settings)?;
         let found = py.detach(|| study.mode_sensitivities(&to)).map_err(study_error)?;
-        Ok(found.write(Style::Json))
+        Ok(found.write(Style::Json, &Units::default()))
     }
 
     /// Peaks and crossings with their derivatives, as JSON.
@@ -311,7 +312,7 @@ impl Core {
         study.set_experiment(experiment);
         let at: Vec<f64> = points(experiment).collect();
         let found = py.detach(|| study.features(&to, &at, &levels)).map_err(study_error)?;
-        Ok(found.write(Style::Json))
+        Ok(found.write(Style::Json, &Units::default()))
     }
 
     /// Values that fit what was measured, as JSON: names with bounds, standard deviations of columns.

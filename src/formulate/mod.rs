@@ -17,7 +17,7 @@ use cotree_fmu::model::{Model, State};
 use cotree_fmu::program::Motion;
 
 use crate::component::{Held, Origin, System};
-use crate::diagnostic::{Fault, Span};
+use crate::diagnostic::{Fault, Span, suggest};
 use crate::equations::{Constraint, Equations};
 use crate::expr::{Expr, Property, Symbol};
 use crate::formulate::assembly::{circuit_names, explain, list, show, span_of, without_rate};
@@ -27,7 +27,7 @@ use crate::formulate::start::Start;
 use crate::formulate::suspect::suspect;
 use crate::graph::ElementId;
 use crate::lower::{self, Lowered, Obstacle, Pose, Shared};
-use crate::mechanism::{Coordinates, Formula, Mechanism, Output, Owner, Variable};
+use crate::mechanism::{BodyId, Coordinates, Formula, Mechanism, Output, Owner, Variable};
 use crate::tree::Trees;
 
 /// A mechanism with its equations, assembled at its initial state and lowered.
@@ -93,7 +93,7 @@ pub fn formulate_with(mut equations: Equations<'_>) -> Result<Formulated<'_>, Ve
         Ok(lowered) => lowered,
         // Where the loops do not close, this may have no other cause.
         Err(_) if !faults.is_empty() => return Err(faults),
-        Err(obstacle) => return Err(vec![unsolvable(&equations, obstacle)]),
+        Err(obstacle) => return Err(vec![unsolvable(&mut equations, obstacle)]),
     };
     faults.extend(check_masses(&mut equations, &lowered));
     faults.extend(check_determined(&equations, &lowered.shared));
@@ -306,14 +306,18 @@ fn missing_mass(equations: &Equations, symbol: Symbol, output: Option<&Output>) 
         .help(format!("add `{key} = ...` to `[bodies.{}]`", owner.name))
 }
 
-fn unsolvable(equations: &Equations, obstacle: Obstacle) -> Fault {
+fn unsolvable(equations: &mut Equations, obstacle: Obstacle) -> Fault {
     match obstacle {
         Obstacle::Undetermined(index) => massless(equations, index),
         Obstacle::TooLarge => limits::too_connected(equations),
     }
 }
 
-fn massless(equations: &Equations, index: usize) -> Fault {
+fn massless(equations: &mut Equations, index: usize) -> Fault {
+    let particles = particles(equations);
+    if let Some((_, first)) = particles.iter().find(|(coordinate, _)| *coordinate == index) {
+        return without_inertia(equations.system.mechanism, *first, &particles);
+    }
     let coordinate = &equations.coordinates[index];
     let element = equations.system.element(coordinate.element);
     Fault::new(
@@ -323,6 +327,43 @@ fn massless(equations: &Equations, index: usize) -> Fault {
     )
     .label("moves no mass")
     .help(format!("give `{}` or what it moves a mass and an inertia, or hold it by a joint or driver", element.name))
+}
+
+/// Bodies with a mass and an inertia of zero that nothing turns, each with the coordinate that says how it is turned.
+fn particles(equations: &mut Equations) -> Vec<(usize, BodyId)> {
+    let mechanism = equations.system.mechanism;
+    let dynamics = equations.dynamics().clone();
+    let nothing_turns = |&row: &usize| {
+        let still = dynamics.load[row].is_zero() && dynamics.reactions[row].is_empty();
+        still && dynamics.mass[row].iter().all(|(_, entry)| entry.is_zero())
+    };
+    let is_particle = |body: &BodyId| {
+        let own = &mechanism.bodies[body.0];
+        own.inertia == Some(Formula::Number(0.0)) && own.mass.as_ref().is_some_and(|mass| *mass != Formula::Number(0.0))
+    };
+    let body = |index: usize| {
+        let coordinate = &equations.coordinates[index];
+        let bodies: Vec<BodyId> = match equations.system.element(coordinate.element).origin {
+            _ if !coordinate.angular => Vec::new(),
+            Origin::Body(body) => vec![body],
+            Origin::Joint(joint) => mechanism.joints[joint.0].bodies().into_iter().flatten().collect(),
+            _ => Vec::new(),
+        };
+        Some((index, bodies.into_iter().find(is_particle)?))
+    };
+    (0..equations.coordinates.len()).filter(nothing_turns).filter_map(body).collect()
+}
+
+fn without_inertia(mechanism: &Mechanism, first: BodyId, particles: &[(usize, BodyId)]) -> Fault {
+    let names = suggest::list(particles.iter().map(|(_, body)| mechanism.bodies[body.0].name.as_str()));
+    let (what, them) = if particles.len() == 1 { ("its inertia is", "it") } else { ("their inertias are", "them") };
+    Fault::new(
+        "scene::massless",
+        format!("nothing turns {names}, and {what} zero: how fast to turn {them} is not determined"),
+        mechanism.bodies[first.0].span,
+    )
+    .label("has no inertia")
+    .help("any inertia above zero does, such as `inertia = 1`: all else moves the same with any of them")
 }
 
 /// What is to be known where the loop equations that are left out are the same in every pose.

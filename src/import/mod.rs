@@ -3,6 +3,7 @@
 mod linkage;
 mod number;
 mod pmks;
+mod pmks_older;
 mod pylinkage;
 mod text;
 

@@ -4,6 +4,7 @@
 
 use super::linkage::{Drive, Force, Kind, Link, Linkage, Pin};
 use super::number::{decimal, flags, integer, is_whole};
+use super::pmks_older;
 
 /// Metres of a length, kilograms of a mass, newtons of a force.
 struct Units {
@@ -14,6 +15,9 @@ struct Units {
 
 pub fn read(file: &str) -> Result<Linkage, Vec<String>> {
     let line = file.split_once('?').map_or(file, |(_, query)| query);
+    if pmks_older::is_older(line) {
+        return pmks_older::read(line);
+    }
     if line.contains(char::is_whitespace) || line.split('.').count() < 8 {
         return Err(vec!["it is neither a file or address of PMKS+ nor JSON of pylinkage".to_owned()]);
     }

@@ -172,7 +172,7 @@ impl Table {
         }
     }
 
-    /// A variable is shown in the unit that its initial value is written in.
+    /// A variable is shown in the unit of `[display]`, else in the one that its initial value is written in.
     fn add_display_units(&mut self, mechanism: &Mechanism) {
         let written = mechanism.initial.iter().filter_map(|line| {
             let display = line.display.as_ref()?;
@@ -180,7 +180,8 @@ impl Table {
         });
         let written: HashMap<String, &DisplayUnit> = written.collect();
         for row in self.rows.iter_mut().filter(|row| row.unit.display.is_none()) {
-            row.unit.display = written.get(&row.name).map(|&display| display.clone());
+            let asked = Some(mechanism.display.of(&row.unit)).filter(|shown| shown.name != row.unit.si);
+            row.unit.display = asked.or_else(|| written.get(&row.name).map(|&display| display.clone()));
         }
     }
 

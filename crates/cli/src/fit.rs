@@ -3,18 +3,20 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use cotree::mechanism::Units;
 use cotree::scene::Scene;
 use cotree_study::fit::{self, Fit as Found, FitError, Request, Vary};
 
 use super::failure::Failure;
 use super::times::Times;
+use super::units::InUnits;
 use super::{MessageFormat, output, study};
 
 /// Find values of parameters from a measured motion: least squares, with standard errors and correlations
 ///
 /// Parameters, constant inputs and initial values are changed until the outputs are as near as possible to what was measured, by Levenberg's and
 /// Marquardt's method with the exact derivatives of the motion. Columns count by their standard deviations, which are estimated from their residuals
-/// unless --sigma gives them. All is SI.
+/// unless --sigma gives them. Numbers without a unit are SI.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
                   cotree fit suspension.toml --to measured.csv --vary stiffness,damping --plot fit.png\n  \
@@ -39,7 +41,9 @@ pub struct Fit {
     /// Draw measured and fitted values, and the residuals: an SVG or a PNG file
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
-    /// The result as JSON, for scripts
+    #[command(flatten)]
+    units: InUnits,
+    /// The result as JSON, for scripts, in SI units
     #[arg(long)]
     json: bool,
     /// Write the scene with the values that were found; all else in it stays as it is
@@ -59,6 +63,7 @@ impl Fit {
         output::is_written_as(self.plot.as_deref(), &["svg", "png"])?;
         let scene = output::load(&self.scene)?;
         let request = self.request()?;
+        let units = self.units.of(&scene)?.units;
         let named = self.measured.display().to_string();
         let reporting = scene.reporting(request.table.names().iter().map(String::as_str));
         let mut study = study::with_settings(&reporting, &self.settings).map_err(|failure| asked(failure, &named))?;
@@ -69,9 +74,9 @@ impl Fit {
         let found = found.map_err(|error| failure(error, &named))?;
         match self.json {
             true => output::json(&found.json())?,
-            false => output::print(&found.text())?,
+            false => output::print(&found.text(&units))?,
         }
-        self.write(&scene, &found, format)
+        self.write(&scene, &found, &units, format)
     }
 
     fn request(&self) -> Result<Request, Failure> {
@@ -89,11 +94,11 @@ impl Fit {
     }
 
     /// The picture, and the scene with the values that were found.
-    fn write(&self, scene: &Scene, found: &Found, format: MessageFormat) -> Result<(), Failure> {
+    fn write(&self, scene: &Scene, found: &Found, units: &Units, format: MessageFormat) -> Result<(), Failure> {
         if let Some(path) = &self.plot {
             output::picture(
                 path,
-                &cotree_draw::study::fit::plot(found).svg(),
+                &cotree_draw::study::fit::plot(found, units).svg(),
                 "measured and fitted values, residuals",
                 format,
             )?;

@@ -34,6 +34,7 @@ mod study;
 mod sweep;
 mod times;
 mod trace;
+mod units;
 mod view;
 mod watch;
 mod words;

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use cotree::compile::{self, compile_with};
+use cotree::compile;
 use cotree::mechanism::{Unit, Units};
 use cotree::output::csv::Writer;
 use cotree::scene::Scene;
@@ -11,6 +11,7 @@ use cotree_study::motion::{self, Figures, MotionError, Request};
 
 use super::failure::Failure;
 use super::output::{self, Output};
+use super::units::{self, InUnits};
 use super::{MessageFormat, study};
 
 /// Say what a mechanism does in one turn or stroke of its input: range, limits, transmission, drive, reactions, shaking
@@ -28,12 +29,12 @@ use super::{MessageFormat, study};
 pub struct Motion {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
-    /// The joint (or its driver) that is moved [default: the joint with a driver]
+    /// The joint (or its driver) that is moved; `pin.s` and `pin.angle` where it slides and turns [default: the joint with a driver]
     #[arg(long, value_name = "JOINT")]
     input: Option<String>,
-    /// The joint on the ground whose motion is of interest [default: the first other one that can move]
-    #[arg(id = "output_joint", long = "output", value_name = "JOINT")]
-    output_joint: Option<String>,
+    /// What is of interest: a joint on the ground, a variable such as `table.y`, or an output of the scene [default: the first other joint that can move]
+    #[arg(id = "of_interest", long = "output", value_name = "NAME")]
+    of_interest: Option<String>,
     /// Speed of the input, such as "20 rad/s" or "300 rpm" [default: that at the start of the scene, or 1 rad/s]
     #[arg(long, value_name = "SPEED")]
     speed: Option<String>,
@@ -52,9 +53,8 @@ pub struct Motion {
     /// Permitted coefficient of fluctuation of the speed, such as 0.02: the flywheel for it
     #[arg(long, value_name = "NUMBER")]
     fluctuation: Option<f64>,
-    /// Units to show results in [default: the scene's, or deg,mm]
-    #[arg(long, value_name = "UNITS", value_delimiter = ',')]
-    units: Vec<String>,
+    #[command(flatten)]
+    units: InUnits,
     /// Set a parameter or an input, such as rod_length="1.2 m"; may be given several times
     #[arg(long = "set", value_name = "NAME=VALUE")]
     settings: Vec<String>,
@@ -78,10 +78,8 @@ impl Motion {
         if !self.settings.is_empty() {
             scene = study::with_settings(&scene, &self.settings)?.settled(scene);
         }
-        let display = compile_with(&scene, |formulated| formulated.equations.system.mechanism.display.clone());
-        let display = display.map_or(Units::default(), |(_, display)| display);
-        let units = self.units(&display)?;
-        let figures = motion::study(&scene, &self.request(&scene)?)?;
+        let units = self.units(&scene)?;
+        let figures = motion::study(&scene, &Request { units: units.clone(), ..self.request(&scene)? })?;
         if let Some(path) = &self.table {
             let (header, rows) = figures.csv(&units);
             let mut writer = Writer::with_header(Output::new(Some(path))?, header.iter().map(String::as_str))?;
@@ -105,9 +103,8 @@ impl Motion {
 
     fn request(&self, scene: &Scene) -> Result<Request, Failure> {
         let wrong = |option: &str, message: String| Failure::Usage(format!("--{option}: {message}"));
-        let names = Request { input: self.input.clone(), output: self.output_joint.clone(), ..Request::default() };
-        let [input, output] =
-            motion::angular(scene, &names)?.map(|angular| if angular { Unit::angle() } else { Unit::length() });
+        let names = Request { input: self.input.clone(), output: self.of_interest.clone(), ..Request::default() };
+        let [input, output] = motion::units(scene, &names)?;
         let number = |option: &str, text: &str, unit: &Unit| {
             compile::quantity(text, unit).map_err(|message| wrong(option, message))
         };
@@ -130,13 +127,9 @@ impl Motion {
         Ok(Request { speed, range, point: self.point.clone(), dwell, fluctuation: self.fluctuation, ..names })
     }
 
-    fn units(&self, display: &Units) -> Result<Units, Failure> {
-        let mut asked = Units::default();
-        for name in self.units.iter().filter(|name| !name.eq_ignore_ascii_case("si")) {
-            asked.add(compile::unit(name).map_err(|message| Failure::Usage(format!("--units {name}: {message}")))?);
-        }
-        let si = self.units.iter().any(|name| name.eq_ignore_ascii_case("si"));
-        Ok(if si { asked } else { asked.before(display).before(&motion::usual()) })
+    /// Those of the command line, of the scene, and then those that people think of mechanisms in.
+    fn units(&self, scene: &Scene) -> Result<Units, Failure> {
+        self.units.before(&units::display(scene)?.before(&motion::usual()))
     }
 
     /// How much of the input is between two printed rows.

@@ -12,6 +12,7 @@ use cotree_study::analysis::{self, Study, StudyError};
 use super::MessageFormat;
 use super::failure::Failure;
 use super::output;
+use super::units::InUnits;
 
 /// The scene, its settings, and the form of the result.
 #[derive(Args)]
@@ -21,7 +22,9 @@ pub struct Asked {
     /// Set a parameter or an input, such as rod_length="1.2 m"; may be given several times
     #[arg(long = "set", value_name = "NAME=VALUE")]
     settings: Vec<String>,
-    /// The result as JSON, for scripts
+    #[command(flatten)]
+    units: InUnits,
+    /// The result as JSON, for scripts, in SI units
     #[arg(long, conflicts_with = "csv")]
     json: bool,
     /// The result as CSV, one value a line
@@ -52,7 +55,7 @@ impl Asked {
             (_, true) => Style::Csv,
             _ => Style::Text,
         };
-        output::put(output::file(self.output.as_deref()), &result?.write(style))
+        output::put(output::file(self.output.as_deref()), &result?.write(style, &self.units.before(study.display())?))
     }
 }
 

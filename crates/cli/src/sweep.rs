@@ -19,6 +19,7 @@ use signal_hook::consts::SIGINT;
 
 use super::failure::Failure;
 use super::times::Times;
+use super::units::InUnits;
 use super::{MessageFormat, output};
 
 /// The largest table of runs [bytes].
@@ -61,6 +62,8 @@ pub struct Sweep {
     /// Where the table goes; `-` is standard output [default: -]
     #[arg(short = 'o', long = "csv", value_name = "FILE")]
     output: Option<PathBuf>,
+    #[command(flatten)]
+    units: InUnits,
     /// Draw what is measured: curves over one quantity, a map over two, histograms of random runs; an SVG or a PNG file
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
@@ -86,7 +89,8 @@ impl Sweep {
         let (compiled, measures) = self.compiled(&scene, format)?;
         let design = self.design(&compiled.description)?;
         let experiment = self.times.experiment(compiled.description.experiment)?;
-        let sweep = sweep::Sweep { compiled, experiment, measures, design };
+        let units = self.units.of(&scene)?.units;
+        let sweep = sweep::Sweep { compiled, experiment, measures, design, units };
         let drawn = |_| Picture::new(&sweep).map_err(|message| Failure::Usage(format!("--plot: {message}")));
         let mut picture = self.plot.as_ref().map(drawn).transpose()?;
         let stop = Arc::new(AtomicBool::new(false));

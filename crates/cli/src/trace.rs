@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
+use cotree::columns::titled;
 use cotree::compile::{self, Compiled};
 use cotree::component::Profile;
 use cotree::diagnostic::suggest;
-use cotree::mechanism::Dimension;
+use cotree::mechanism::{Dimension, Unit, Units};
 use cotree::output::csv::Writer;
 use cotree::scene::{Scene, Text};
 use cotree::simulate::{Run, RunError};
@@ -19,6 +20,7 @@ use cotree_fmu::model::Model;
 use super::MessageFormat;
 use super::failure::Failure;
 use super::output::{self, Output};
+use super::units::{InUnits, Shown};
 
 /// Trace points: the curves that they draw during the experiment, as CSV, or as DXF for CAD; and profiles of cams
 ///
@@ -34,7 +36,9 @@ pub struct Trace {
     scene: PathBuf,
     /// The points, or cams [default: the points of which the scene reports x and y]
     points: Vec<String>,
-    /// Where the curves go: CSV in metres, or DXF in millimetres if the name ends with .dxf; `-` is standard output [default: -]
+    #[command(flatten)]
+    units: InUnits,
+    /// Where the curves go: CSV, or DXF in millimetres if the name ends with .dxf; `-` is standard output [default: -]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
@@ -45,6 +49,7 @@ impl Trace {
         output::apart(&[Some(&self.scene)], &[file])?;
         output::is_table(file.filter(|path| !output::has_extension(path, "dxf")), " or `.dxf`")?;
         let mut scene = output::load(&self.scene)?;
+        let shown = self.units.of(&scene)?;
         let mechanism = scene.resolve()?.mechanism;
         let cams = mechanism.profiles(&mechanism.parameter_values());
         let (cams, points) = self.asked(&scene, cams)?;
@@ -55,8 +60,8 @@ impl Trace {
         match file.filter(|path| output::has_extension(path, "dxf")) {
             Some(path) => curves(&compiled, (&points, &cams), path, format),
             None => match &cams[..] {
-                [] => table(&compiled, &points, file, format),
-                [cam] if points.is_empty() => profile_table(cam, file),
+                [] => table(&compiled, &points, &shown, file, format),
+                [cam] if points.is_empty() => profile_table(cam, &shown.units, file),
                 _ => Err(Failure::Usage(
                     "a table has one cam or the points of a run; a drawing (.dxf) takes them together".to_owned(),
                 )),
@@ -127,13 +132,21 @@ fn run(
     run.start(Arc::new(model), report)
 }
 
-fn table(compiled: &Compiled, points: &[String], file: Option<&Path>, format: MessageFormat) -> Result<(), Failure> {
-    let columns: Vec<String> = variables(points).collect();
-    let mut writer = Writer::new(Output::new(file)?, columns.iter().map(String::as_str))?;
+fn table(
+    compiled: &Compiled,
+    points: &[String],
+    shown: &Shown,
+    file: Option<&Path>,
+    format: MessageFormat,
+) -> Result<(), Failure> {
+    let [metre, second] = [Unit::length(), Unit::time()].map(|unit| shown.of(&unit).factor);
+    let names = variables(points).map(|name| shown.header(&name, &Unit::length()));
+    let header: Vec<String> = [shown.header("time", &Unit::time())].into_iter().chain(names).collect();
+    let mut writer = Writer::with_header(Output::new(file)?, header.iter().map(String::as_str))?;
     let mut rows = 0;
     let ended = run(compiled, points, |time, values| {
         rows += 1;
-        writer.row(time, values)
+        writer.row(time / second, &values.iter().map(|value| value / metre).collect::<Vec<_>>())
     });
     let failure = part(compiled, ended, rows, format)?;
     output::finish(writer, file)?;
@@ -141,13 +154,17 @@ fn table(compiled: &Compiled, points: &[String], file: Option<&Path>, format: Me
 }
 
 /// A profile with the curve of the follower's point, for each half degree of the cam's angle.
-fn profile_table(cam: &Profile, file: Option<&Path>) -> Result<(), Failure> {
-    let columns = ["x [m]", "y [m]", "pitch_x [m]", "pitch_y [m]"].map(|column| format!("{}.{column}", cam.name));
-    let header = std::iter::once("angle [rad]").chain(columns.iter().map(String::as_str));
-    let mut writer = Writer::with_header(Output::new(file)?, header)?;
+fn profile_table(cam: &Profile, units: &Units, file: Option<&Path>) -> Result<(), Failure> {
+    let [metre, radian] = [Unit::length(), Unit::angle()].map(|unit| units.of(&unit));
+    let columns = ["x", "y", "pitch_x", "pitch_y"].map(|column| titled(&format!("{}.{column}", cam.name), &metre.name));
+    let header: Vec<String> = [titled("angle", &radian.name)].into_iter().chain(columns).collect();
+    let mut writer = Writer::with_header(Output::new(file)?, header.iter().map(String::as_str))?;
     for sample in cam.samples(PROFILE) {
         let [profile, pitch] = [sample.contact, sample.point].map(|at| from_shaft(cam, at));
-        writer.row(sample.angle, &[profile, pitch].concat())?;
+        writer.row(
+            sample.angle / radian.factor,
+            &[profile, pitch].concat().iter().map(|at| at / metre.factor).collect::<Vec<_>>(),
+        )?;
     }
     output::finish(writer, file)
 }

@@ -2,8 +2,9 @@
 //! to pull is a follower or a disc that lifts off, and a disc rolls without slip only if friction is large enough. Found in a motion, not prevented in it.
 
 use cotree::columns::rounded;
+use cotree::compile::shown;
 use cotree::diagnostic::Fault;
-use cotree::mechanism::{Mechanism, Part, Quantity, Unit};
+use cotree::mechanism::{DisplayUnit, Mechanism, Part, Quantity, Units};
 use cotree::scene::{Scene, Text};
 
 /// Pulls below this share of the largest pressure are rounding errors.
@@ -33,30 +34,47 @@ pub fn looked_at(scene: &Scene) -> Option<(Scene, Mechanism)> {
 pub fn of_experiment(scene: &Scene) -> Contacts {
     let found = looked_at(scene).and_then(|(looked, mechanism)| Some((looked.simulate().ok()?, mechanism)));
     let Some((results, mechanism)) = found else { return Contacts::default() };
-    over_time(&mechanism, results.times(), |name| Some(results.column(name)?.values.clone()))
+    over_time(&mechanism, &mechanism.units, results.times(), |name| Some(results.column(name)?.values.clone()))
 }
 
-/// The contacts of a mechanism over time \[s\].
-pub fn over_time(mechanism: &Mechanism, times: &[f64], values: impl Fn(&str) -> Option<Vec<f64>>) -> Contacts {
-    let second = mechanism.units.of(&Unit::time());
-    let show = |time: f64| format!("{} {}", short(time / second.factor), second.name);
-    over(mechanism, times, "t =", show, values)
-}
-
-/// The contacts of a mechanism over some input: `named` and `show` say where something is.
-pub fn over(
+/// The contacts of a mechanism over time \[s\], told in these units.
+pub fn over_time(
     mechanism: &Mechanism,
-    inputs: &[f64],
-    named: &str,
-    show: impl Fn(f64) -> String,
+    units: &Units,
+    times: &[f64],
     values: impl Fn(&str) -> Option<Vec<f64>>,
 ) -> Contacts {
+    over(mechanism, units, times, &Input { named: "t =".to_owned(), unit: shown(units, "s") }, values)
+}
+
+/// What the forces are looked at over.
+pub struct Input {
+    /// `t =`
+    pub named: String,
+    pub unit: DisplayUnit,
+}
+
+impl Input {
+    fn show(&self, at: f64) -> String {
+        format!("{} {}", short(at / self.unit.factor), self.unit.name)
+    }
+}
+
+/// The contacts of a mechanism over some input, told in these units.
+pub fn over(
+    mechanism: &Mechanism,
+    units: &Units,
+    inputs: &[f64],
+    input: &Input,
+    values: impl Fn(&str) -> Option<Vec<f64>>,
+) -> Contacts {
+    let newton = shown(units, "N");
     let mut contacts = Contacts::default();
     for joint in &mechanism.joints {
         let of = |quantity: Quantity| values(&format!("{}.{}", joint.name, quantity.word()));
         let Some(normal) = forces(joint).next().and(of(Quantity::Fn)) else { continue };
         let angle = of(Quantity::PressureAngle);
-        let look = Look { inputs, normal: &normal, angle: angle.as_deref(), named, show: &show };
+        let look = Look { inputs, normal: &normal, angle: angle.as_deref(), input, newton: &newton };
         contacts.faults.extend(look.lost(joint));
         contacts.needed.extend(of(Quantity::Ft).and_then(|along| look.friction(&joint.name, &along)));
     }
@@ -74,15 +92,19 @@ fn forces(joint: &Part) -> impl Iterator<Item = String> {
 }
 
 /// A contact over the input.
-struct Look<'a, S> {
+struct Look<'a> {
     inputs: &'a [f64],
     normal: &'a [f64],
     angle: Option<&'a [f64]>,
-    named: &'a str,
-    show: &'a S,
+    input: &'a Input,
+    newton: &'a DisplayUnit,
 }
 
-impl<S: Fn(f64) -> String> Look<'_, S> {
+impl Look<'_> {
+    fn force(&self, force: f64) -> String {
+        format!("{} {}", short(force / self.newton.factor), self.newton.name)
+    }
+
     fn largest(&self) -> f64 {
         self.normal.iter().fold(0.0, |largest: f64, force| largest.max(force.abs()))
     }
@@ -93,22 +115,22 @@ impl<S: Fn(f64) -> String> Look<'_, S> {
         let pulls = |index: usize| self.normal[index] < -least;
         let first = (0..self.normal.len()).find(|&index| pulls(index))?;
         let last = (first..self.normal.len()).find(|&index| !pulls(index));
-        let until = last.map_or(String::new(), |last| format!(" to {}", (self.show)(self.crossing(last))));
-        let from = (self.show)(if first == 0 { self.inputs[0] } else { self.crossing(first) });
+        let until = last.map_or(String::new(), |last| format!(" to {}", self.input.show(self.crossing(last))));
+        let from = self.input.show(if first == 0 { self.inputs[0] } else { self.crossing(first) });
         let (worst, force) = self.normal.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1))?;
         let again = last.is_some_and(|last| (last..self.normal.len()).any(pulls));
         let (more, place, is_cam) =
-            (if again { ", and again" } else { "" }, (self.show)(self.inputs[worst]), self.angle.is_some());
-        let (name, named) = (&joint.name, self.named);
+            (if again { ", and again" } else { "" }, self.input.show(self.inputs[worst]), self.angle.is_some());
+        let (name, named) = (&joint.name, &self.input.named);
         let what = if is_cam { "the follower would leave the cam" } else { "the disc would lift off" };
         let message = format!(
-            "`{name}` has to pull: {what} from {named} {from}{until}{more}; its contact force is down to {} N at {named} {place}",
-            short(*force)
+            "`{name}` has to pull: {what} from {named} {from}{until}{more}; its contact force is down to {} at {named} {place}",
+            self.force(*force)
         );
         let help = match self.pressure() {
             Some(pressure) if is_cam => format!(
-                "a spring that presses the follower along its guide with at least {} N more would hold it there; or turn slower, or rise more gently",
-                short(pressure)
+                "a spring that presses the follower along its guide with at least {} more would hold it there; or turn slower, or rise more gently",
+                self.force(pressure)
             ),
             _ => "the motion shown is that of a contact that holds in both directions".to_owned(),
         };
@@ -136,12 +158,12 @@ impl<S: Fn(f64) -> String> Look<'_, S> {
         let pairs = self.normal.iter().zip(along).enumerate();
         let needed = pairs.filter(|(_, (normal, _))| **normal > least).map(|(index, (n, t))| (index, (t / n).abs()));
         let (index, most) = needed.max_by(|a, b| a.1.total_cmp(&b.1))?;
-        let place = (self.show)(self.inputs[index]);
+        let place = self.input.show(self.inputs[index]);
         (most > 1e-6).then(|| {
             format!(
                 "`{name}` rolls without slip: that takes a coefficient of friction of at least {} (at {} {place})",
                 short(most),
-                self.named
+                self.input.named
             )
         })
     }

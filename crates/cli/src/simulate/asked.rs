@@ -1,9 +1,7 @@
 //! Which variables are reported, and in which units.
 
-use cotree::columns::titled;
-use cotree::compile::{self, Compiled};
+use cotree::compile::Compiled;
 use cotree::diagnostic::{Text, suggest};
-use cotree::mechanism::{DisplayUnit, Unit, Units};
 use cotree::scene::Scene;
 
 use super::super::failure::Failure;
@@ -57,39 +55,4 @@ fn index(compiled: &Compiled, name: &str) -> Result<usize, Failure> {
         let known = suggest::known(name, variables.iter().map(|variable| variable.name.as_str()).collect::<Vec<_>>());
         Failure::Usage(format!("there is no variable `{name}`; {known}"))
     })
-}
-
-/// The units of results.
-pub struct Shown {
-    units: Units,
-    /// Are units written into the header of the table?
-    in_header: bool,
-}
-
-impl Shown {
-    /// Those of the command line, then those of the scene.
-    pub fn new(options: &Simulate, display: &Units) -> Result<Shown, Failure> {
-        let mut asked = Units::default();
-        for name in options.units.iter().filter(|name| !is_si(name)) {
-            let unit = compile::unit(name).map_err(|message| Failure::Usage(format!("--units {name}: {message}")))?;
-            asked.add(unit);
-        }
-        let si = options.units.iter().any(|name| is_si(name));
-        let units = if si { asked } else { asked.before(display) };
-        Ok(Shown { in_header: si || units != Units::default(), units })
-    }
-
-    /// How values of a unit are shown.
-    pub fn of(&self, unit: &Unit) -> DisplayUnit {
-        self.units.of(unit)
-    }
-
-    /// A name in the header of the table.
-    pub fn header(&self, name: &str, unit: &Unit) -> String {
-        if self.in_header { titled(name, &self.of(unit).name) } else { name.to_string() }
-    }
-}
-
-fn is_si(name: &str) -> bool {
-    name.eq_ignore_ascii_case("si")
 }

@@ -10,6 +10,7 @@ use cotree_fmu::model::Model;
 use cotree_study::contact::{self, Contacts};
 
 use super::super::failure::Failure;
+use super::super::units::Shown;
 use super::super::{MessageFormat, output};
 use super::{Simulate, request};
 
@@ -19,9 +20,10 @@ impl Simulate {
         &self,
         scene: &Scene,
         input: Option<&Table>,
+        shown: &Shown,
         format: MessageFormat,
     ) -> Result<(), Failure> {
-        let Some(Contacts { faults, needed }) = self.contacts(scene, input) else { return Ok(()) };
+        let Some(Contacts { faults, needed }) = self.contacts(scene, input, shown) else { return Ok(()) };
         if !self.json {
             needed.iter().try_for_each(|sentence| output::print(&format!("{sentence}\n")))?;
         }
@@ -32,7 +34,7 @@ impl Simulate {
     }
 
     /// None if there are none, or the run cannot be made with their forces: without masses there are none.
-    fn contacts(&self, scene: &Scene, input: Option<&Table>) -> Option<Contacts> {
+    fn contacts(&self, scene: &Scene, input: Option<&Table>, shown: &Shown) -> Option<Contacts> {
         let (looked, mechanism) = contact::looked_at(scene)?;
         let compiled = compile(&looked).ok()?;
         let reported = compiled.reported();
@@ -48,6 +50,6 @@ impl Simulate {
             Ok(())
         });
         let columns: HashMap<&str, Vec<f64>> = names.into_iter().zip(columns).collect();
-        Some(contact::over_time(&mechanism, &times, |name| columns.get(name).cloned()))
+        Some(contact::over_time(&mechanism, &shown.units, &times, |name| columns.get(name).cloned()))
     }
 }

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
-use cotree::compile::compile_with;
+use cotree::compile::compile;
 use cotree::output::csv::{Table, Writer};
 use cotree::simulate::{self, Run, RunError};
 use cotree_fmu::instance::{Inaccuracy, InstanceError};
@@ -22,7 +22,7 @@ use super::failure::Failure;
 use super::output::{self, Output};
 use super::study;
 use super::times::Times;
-use asked::Shown;
+use super::units::{InUnits, Shown};
 use progress::Progress;
 use record::Record;
 
@@ -59,9 +59,8 @@ pub struct Simulate {
     /// Variables to report instead of the scene's outputs, such as crank.angle,pin.fx
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     variables: Vec<String>,
-    /// Units to show results in, such as deg,mm,kN; `si` for SI with units in the header
-    #[arg(long, value_name = "UNITS", value_delimiter = ',')]
-    units: Vec<String>,
+    #[command(flatten)]
+    units: InUnits,
     /// Report every so many rows only, such as 10, or one every so much time, such as "10 ms"
     #[arg(long, value_name = "NUMBER|TIME", conflicts_with = "step")]
     every: Option<String>,
@@ -110,11 +109,9 @@ impl Simulate {
             scene = study::with_settings(&scene, &self.settings)?.resting(scene)?;
         }
         let scene = study::adapted(asked::with_outputs(&self, scene), &self.settings);
-        let (compiled, display) =
-            compile_with(&scene, |formulated| formulated.equations.system.mechanism.display.clone())
-                .map_err(|faults| output::unknown(faults, "the command line"))?;
+        let compiled = compile(&scene).map_err(|faults| output::unknown(faults, "the command line"))?;
         output::warn(compiled.warnings.as_ref(), format);
-        let shown = Shown::new(&self, &display)?;
+        let shown = self.units.of(&scene)?;
         let [input, overlay] = [&self.input, &self.overlay].map(|file| file.as_deref().map(output::table).transpose());
         let (input, overlay) = (input?, overlay?);
         let reported = asked::reported(&self, &compiled)?;
@@ -128,7 +125,7 @@ impl Simulate {
         self.draw(&run, &record, overlay.as_ref(), &shown, format)?;
         self.conclude(&record, rows, format)?;
         if self.summary {
-            self.say_contacts(&scene, input.as_ref(), format)?;
+            self.say_contacts(&scene, input.as_ref(), &shown, format)?;
         }
         ended.map(drop)
     }

@@ -12,8 +12,8 @@ use cotree::simulate::Run;
 use cotree_draw::plot::{Plot, Series};
 
 use super::super::failure::Failure;
+use super::super::units::Shown;
 use super::Simulate;
-use super::asked::Shown;
 
 /// Values over time.
 pub struct Record {

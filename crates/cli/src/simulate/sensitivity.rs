@@ -1,11 +1,13 @@
 //! `cotree simulate --sensitivity`: outputs and their derivatives.
 
-use cotree::compile;
+use cotree::columns::titled;
+use cotree::compile::{self, shown};
+use cotree::mechanism::Units;
 use cotree::output::csv::Writer;
 use cotree::scene::Scene;
 use cotree::simulate::points;
-use cotree_study::analysis::Study;
 use cotree_study::analysis::report::{Report, Style};
+use cotree_study::analysis::{Sensitivities, Study};
 
 use super::super::failure::Failure;
 use super::super::output::{self, Output};
@@ -26,16 +28,34 @@ pub fn run(options: &Simulate, scene: Scene, format: MessageFormat) -> Result<()
     let found = study.sensitivities(&options.sensitivity, &times);
     output::warn(study.take_warnings().as_ref(), format);
     let found = found?;
-    let outputs = || found.outputs.iter().map(|(name, _)| name);
-    let derivatives = found.parameters.iter().flat_map(|(to, _)| outputs().map(move |of| format!("d({of})/d({to})")));
-    let names: Vec<String> = outputs().cloned().chain(derivatives).collect();
-    let mut writer = Writer::new(Output::new(options.file())?, names.iter().map(String::as_str))?;
+    let (names, factors): (Vec<String>, Vec<f64>) = columns(&found, study.display()).into_iter().unzip();
+    let mut writer = Writer::with_header(Output::new(options.file())?, names.iter().map(String::as_str))?;
     for (&time, (values, derivatives)) in found.times.iter().zip(found.values.iter().zip(&found.derivatives)) {
         // By columns: all derivatives by a parameter stand together.
-        let row: Vec<f64> = values.iter().chain(derivatives.iter()).copied().collect();
-        writer.row(time, &row)?;
+        let row = [&time].into_iter().chain(values).chain(derivatives.iter()).zip(&factors);
+        let row: Vec<f64> = row.map(|(value, factor)| value / factor).collect();
+        writer.row(row[0], &row[1..])?;
     }
     output::finish(writer, options.file())
+}
+
+/// The columns of the table, by the units that they are shown in: derivatives stand after the values.
+fn columns(found: &Sensitivities, units: &Units) -> Vec<(String, f64)> {
+    let column = |name: String, si: &str| match shown(units, si) {
+        _ if *units == Units::default() => (name, 1.0),
+        unit => (titled(&name, &unit.name), unit.factor),
+    };
+    let mut columns = vec![column("time".to_owned(), "s")];
+    columns.extend(found.outputs.iter().map(|(name, si)| column(name.clone(), si)));
+    for (to, by) in found.parameters.iter().map(|(to, si)| (to, shown(units, si))) {
+        columns.extend(found.outputs.iter().map(|(of, si)| {
+            let (of, factor) = (format!("d({of})/d({to})"), shown(units, si));
+            let unit = format!("{}/({})", if factor.name.is_empty() { "1" } else { &factor.name }, by.name);
+            let unit = unit.strip_suffix("/()").unwrap_or(&unit);
+            (if *units == Units::default() { of } else { titled(&of, unit) }, factor.factor / by.factor)
+        }));
+    }
+    columns
 }
 
 /// Prints peaks and crossings with their derivatives.
@@ -50,6 +70,7 @@ fn features(options: &Simulate, mut study: Study, times: &[f64], format: Message
     let levels = options.crossing.iter().map(level).collect::<Result<Vec<_>, Failure>>()?;
     let found = study.features(&options.sensitivity, times, &levels);
     output::warn(study.take_warnings().as_ref(), format);
-    let text = found?.write(if options.json { Style::Json } else { Style::Text });
+    let style = if options.json { Style::Json } else { Style::Text };
+    let text = found?.write(style, study.display());
     output::put(options.file(), &text)
 }

@@ -1,30 +1,36 @@
 //! Measured and fitted values, and their differences.
 
+use cotree::columns::titled;
+use cotree::compile::shown;
+use cotree::mechanism::Units;
 use cotree_study::fit::{Column, Fit};
 
 use crate::plot::{Plot, Series};
 
 /// Two panels for each column: what was measured beside what fits best, and the residuals.
-pub fn plot(fit: &Fit) -> Plot {
+pub fn plot(fit: &Fit, units: &Units) -> Plot {
+    let second = shown(units, "s");
+    let times: Vec<f64> = fit.times.iter().map(|time| time / second.factor).collect();
     Plot {
         title: format!("{}: measured and fitted", fit.name),
-        axis: "time [s]".to_owned(),
-        time: fit.times.clone(),
-        series: fit.columns.iter().flat_map(|column| panels(fit, column)).collect(),
+        axis: titled("time", &second.name),
+        series: fit.columns.iter().flat_map(|column| panels(&times, column, units)).collect(),
+        time: times,
         true_to_scale: None,
     }
 }
 
-fn panels(fit: &Fit, Column { name, unit, measured, fitted, .. }: &Column) -> [Series; 4] {
+fn panels(times: &[f64], Column { name, unit, measured, fitted, .. }: &Column, units: &Units) -> [Series; 4] {
+    let unit = shown(units, unit);
     let residual = format!("residual of {name}");
     let series = |name: &str, values: Vec<f64>| Series {
         name: name.to_owned(),
-        unit: unit.clone(),
-        values,
+        unit: unit.name.clone(),
+        values: values.iter().map(|value| value / unit.factor).collect(),
         panel: Some(name.to_owned()),
         ..Series::default()
     };
-    let ends = [fit.times.first(), fit.times.last()].into_iter().flatten().copied().collect();
+    let ends = [times.first(), times.last()].into_iter().flatten().copied().collect();
     let residuals = measured.iter().zip(fitted).map(|(measured, fitted)| measured - fitted).collect();
     let dots = |own: Series, of: &str| Series { measured: Some(of.to_owned()), ..own };
     [

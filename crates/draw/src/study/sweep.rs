@@ -1,5 +1,7 @@
 //! The picture of a sweep: curves over one quantity, a map over two, histograms of random runs.
 
+use cotree::columns::rounded;
+use cotree::mechanism::DisplayUnit;
 use cotree_study::sweep::{Outcome, Sweep};
 
 use crate::plot::{Field, Histogram, Map, Plot, Sample, Series};
@@ -11,8 +13,10 @@ const MOST_CURVES: usize = 4;
 #[derive(Clone, Debug)]
 pub struct Picture {
     kind: Kind,
-    /// A column for each measure; not a number where a run failed.
+    /// A column for each measure, as it is shown; not a number where a run failed.
     values: Vec<Vec<f64>>,
+    /// How each column is shown: what is set, then what is measured.
+    units: Vec<DisplayUnit>,
     failed: usize,
 }
 
@@ -50,15 +54,16 @@ impl Picture {
             }
             (false, _) => Kind::Histograms,
         };
-        Ok(Picture { kind, values: vec![Vec::new(); sweep.measures.len()], failed: 0 })
+        Ok(Picture { kind, values: vec![Vec::new(); sweep.measures.len()], units: sweep.shown(), failed: 0 })
     }
 
     /// Adds the next runs, in their order.
     pub fn add(&mut self, outcomes: &[Outcome]) {
         for outcome in outcomes {
             self.failed += usize::from(outcome.is_err());
-            for (index, column) in self.values.iter_mut().enumerate() {
-                column.push(outcome.as_ref().map_or(f64::NAN, |values| values[index]));
+            let measured = &self.units[self.units.len() - self.values.len()..];
+            for (index, (column, unit)) in self.values.iter_mut().zip(measured).enumerate() {
+                column.push(outcome.as_ref().map_or(f64::NAN, |values| values[index] / unit.factor));
             }
         }
     }
@@ -91,18 +96,20 @@ impl Picture {
                 levels(sweep, other).into_iter().map(|level| (Some(level), of(level))).collect()
             }
         };
-        let factor = |index: usize| &sweep.design.factors()[index];
+        let factors = sweep.design.factors();
         let mut series = Vec::new();
         for (index, measure) in sweep.measures.iter().enumerate() {
             for (level, runs) in &groups {
-                let named = other
-                    .zip(*level)
-                    .map(|(other, level)| format!("{} = {level} {}", factor(other).name, factor(other).unit));
+                let named = other.zip(*level).map(|(other, level)| {
+                    let unit = &self.units[other];
+                    let level = rounded(level / unit.factor, 12, 1e-4..1e7);
+                    format!("{} = {level} {}", factors[other].name, unit.name)
+                });
                 series.push(Series {
                     panel: named.is_some().then(|| measure.to_string()),
                     name: named.map_or_else(|| measure.to_string(), |named| named.trim_end().to_owned()),
-                    unit: measure.unit(sweep.unit(measure)).to_owned(),
-                    at: Some(runs.iter().map(|run| run.0[along]).collect()),
+                    unit: self.units[factors.len() + index].name.clone(),
+                    at: Some(runs.iter().map(|run| run.0[along] / self.units[along].factor).collect()),
                     values: runs.iter().map(|run| self.values[index][run.1]).collect(),
                     measured: None,
                 });
@@ -125,6 +132,8 @@ impl Picture {
             Field { name, values }
         };
         let fields = self.values.iter().zip(names).map(field).collect();
+        let shown = |axis: usize| levels[axis].iter().map(|level| level / self.units[axes[axis]].factor).collect();
+        let levels = [0, 1].map(shown);
         let note = if self.failed > 0 { " (grey)" } else { "" };
         Map { title: self.title(sweep) + note, axes: axes.map(|axis| headed(sweep, axis)), levels, fields }
     }

@@ -45,6 +45,11 @@ pub enum Failure {
          `[initial]` or hold what accelerates"
     )]
     NoEquilibrium { accelerating: String },
+    #[error(
+        "no equilibrium was found from the guess: the search ends in a singular pose, in which branches of the motion cross and loop equations depend on each \
+         other: {pose}; what holds the loads there is not determined; begin in a pose on one branch, away from this one, by `[initial]`"
+    )]
+    Crossing { pose: String },
     /// The loop equations depend on each other in this pose only.
     #[error(
         "at t = {time} s the pose is singular: the loops leave more freedom than elsewhere and `{coordinate}` is not \

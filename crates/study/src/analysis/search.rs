@@ -4,6 +4,8 @@
 //! moved along its accelerations from rest for a while, and the search continues from there; if it converges to the same point again, the motion from the
 //! guess is followed longer and longer.
 
+use cotree::columns::rounded;
+use cotree::compile::shown;
 use cotree::formulate::Formulated;
 use nalgebra::{DMatrix, DVector};
 
@@ -24,6 +26,10 @@ const ROUNDING: f64 = 1e-14;
 const RELEASES: usize = 15;
 const MOVES: usize = 5;
 const MOVE: f64 = 0.1;
+/// Accelerations below this are those of nothing [scales of the coordinates by s2].
+const STILL: f64 = 5e-4;
+/// Loop equations depend on each other where their smallest singular value is below this share of the largest: the search comes this near to such a pose.
+const DEPENDENT: f64 = 1e-3;
 
 /// Searches for an equilibrium from a resting point.
 pub(super) fn search(formulated: &Formulated, variation: &Variation, guess: Point) -> Result<Point, Failure> {
@@ -53,7 +59,7 @@ pub(super) fn search(formulated: &Formulated, variation: &Variation, guess: Poin
         }
     }
     let point = stuck.unwrap_or(search.point);
-    Err(Failure::NoEquilibrium { accelerating: accelerating(formulated, variation, &point)? })
+    Err(stuck_at(formulated, variation, &point)?)
 }
 
 /// Accelerations of a point when it is released from rest.
@@ -65,20 +71,41 @@ fn accelerations(numbers: &Numbers, point: &Point) -> Result<DVector<f64>, Failu
     Ok(solve(&numbers.system(), &right, 0.0)?.rows(0, coordinates).into_owned())
 }
 
-fn accelerating(formulated: &Formulated, variation: &Variation, point: &Point) -> Result<String, Failure> {
+/// Why the search ends at a point that is no equilibrium: something accelerates there, or branches of the motion cross, where least-norm accelerations vanish though the loads
+/// are not balanced.
+fn stuck_at(formulated: &Formulated, variation: &Variation, point: &Point) -> Result<Failure, Failure> {
     let equations = &formulated.equations;
-    let accelerations = accelerations(&variation.motion_at(equations, point)?, point)?;
+    let numbers = variation.motion_at(equations, point)?;
+    let accelerations = accelerations(&numbers, point)?;
     let scales = scales(formulated);
+    let units = &equations.system.mechanism.units;
+    let told = |index: usize, value: f64, [angular, straight]: [&str; 2]| {
+        let coordinate = &equations.coordinates[index];
+        let unit = shown(units, if coordinate.angular { angular } else { straight });
+        format!("`{}` ({} {})", coordinate.name.position, rounded(value / unit.factor, 4, 1e-4..1e7), unit.name)
+    };
     let mut order: Vec<usize> = (0..scales.len()).collect();
     let size = |index: &usize| (accelerations[*index] / scales[*index]).abs();
     order.sort_by(|a, b| size(b).total_cmp(&size(a)));
     let most = order.first().map_or(0.0, size);
-    let named = order.iter().take(3).filter(|index| size(index) > 1e-3 * most).map(|&index| {
-        let coordinate = &equations.coordinates[index];
-        let unit = if coordinate.angular { "rad/s2" } else { "m/s2" };
-        format!("`{}` ({:.3} {unit})", coordinate.name.position, accelerations[index])
-    });
-    Ok(named.collect::<Vec<_>>().join(", "))
+    if most < STILL && depend(&numbers)? {
+        let pose: Vec<String> =
+            order.iter().take(3).map(|&index| told(index, point.positions()[index], ["rad", "m"])).collect();
+        return Ok(Failure::Crossing { pose: pose.join(", ") });
+    }
+    let named = order.iter().take(3).filter(|index| size(index) > 1e-3 * most);
+    let named: Vec<String> = named.map(|&index| told(index, accelerations[index], ["rad/s2", "m/s2"])).collect();
+    Ok(Failure::NoEquilibrium { accelerating: named.join(", ") })
+}
+
+/// Do the loop equations depend on each other here?
+fn depend(numbers: &Numbers) -> Result<bool, Failure> {
+    let loops = numbers.block(Row::Loops, Column::Positions);
+    if loops.is_empty() {
+        return Ok(false);
+    }
+    let values = svd(loops, false, false)?.singular_values;
+    Ok(values.min() < DEPENDENT * values.max())
 }
 
 pub(super) fn scales(formulated: &Formulated) -> Vec<f64> {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use cotree::diagnostic::suggest;
 use cotree::formulate::{Formulated, formulate_written, pattern};
-use cotree::mechanism::{Experiment, Formula, Mechanism, Unit};
+use cotree::mechanism::{Experiment, Formula, Mechanism, Unit, Units};
 use cotree::scene::{Fault, Faults, Scene, Source};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::{Model, State};
@@ -55,6 +55,11 @@ impl Study {
 
     pub fn output_unit(&self, name: &str) -> Option<&Unit> {
         self.mechanism.outputs.iter().find(|output| output.name == name).map(|output| &output.unit)
+    }
+
+    /// The units of the scene's `[display]`.
+    pub fn display(&self) -> &Units {
+        &self.mechanism.display
     }
 
     /// Times and tolerance of the scene.

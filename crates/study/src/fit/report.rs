@@ -1,13 +1,15 @@
 //! What was found, as a table for people and as JSON.
 
+use cotree::compile;
+use cotree::mechanism::Units;
 use serde_json::{Value, json};
 
 use super::{Ended, Fit, Quantity};
 use crate::analysis::report::align;
 
 impl Fit {
-    /// For people.
-    pub fn text(&self) -> String {
+    /// For people, in these units.
+    pub fn text(&self, units: &Units) -> String {
         let (quantities, values) = (self.quantities.len(), self.times.len() * self.columns.len());
         let all = format!("{}: {quantities} of its values fitted to {values} measured ones", self.name);
         let ended = match self.ended {
@@ -15,16 +17,18 @@ impl Fit {
             Ended::Exhausted => "without a minimum: as many motions as are permitted were computed",
         };
         let [estimates, correlation, columns] =
-            [self.estimates(), self.correlations(), self.residuals()].map(|l| align(&l));
+            [self.estimates(units), self.correlations(), self.residuals(units)].map(|l| align(&l));
         let search = format!("ended {ended}; {} motions were computed with their derivatives", self.evaluations);
         format!("{all}\n\n{estimates}\n{correlation}\n{columns}\n{search}\n")
     }
 
-    fn estimates(&self) -> Vec<Vec<String>> {
+    fn estimates(&self, units: &Units) -> Vec<Vec<String>> {
         let titles = ["quantity", "value", "std. error", "95 % from", "to", "unit", "start"];
         let line = |own: &Quantity| {
-            let Quantity { value, start, .. } = *own;
-            let known = own.error.zip(own.limits);
+            let unit = compile::shown(units, &own.unit);
+            let [value, start] = [own.value, own.start].map(|value| value / unit.factor);
+            let limits = own.limits.map(|limits| limits.map(|limit| limit / unit.factor));
+            let known = own.error.map(|error| error / unit.factor).zip(limits);
             let numbers = match known {
                 Some((error, [low, high])) => {
                     let digits = Some(error);
@@ -32,7 +36,7 @@ impl Fit {
                 }
                 None => vec![shown(value, None), "at its bound".to_owned(), "-".to_owned(), "-".to_owned()],
             };
-            let ends = [own.unit.clone(), format!("{start}")];
+            let ends = [unit.name, format!("{start}")];
             [own.name.clone()].into_iter().chain(numbers).chain(ends).collect()
         };
         [titles.map(str::to_owned).to_vec()].into_iter().chain(self.quantities.iter().map(line)).collect()
@@ -51,17 +55,18 @@ impl Fit {
         lines
     }
 
-    fn residuals(&self) -> Vec<Vec<String>> {
+    fn residuals(&self, units: &Units) -> Vec<Vec<String>> {
         let mut lines =
             vec![["measured", "values", "residual RMS", "std. deviation", "unit"].map(str::to_owned).to_vec()];
         for column in &self.columns {
             let given = if column.is_given { " (given)" } else { "" };
+            let unit = compile::shown(units, &column.unit);
             lines.push(vec![
                 column.name.clone(),
                 column.measured.len().to_string(),
-                format!("{:.4e}", column.rms()),
-                format!("{:.4e}{given}", column.deviation),
-                column.unit.clone(),
+                format!("{:.4e}", column.rms() / unit.factor),
+                format!("{:.4e}{given}", column.deviation / unit.factor),
+                unit.name,
             ]);
         }
         lines

@@ -10,7 +10,7 @@ use cotree::scene::constant::evaluate;
 use cotree::scene::{Driver, Faults, Load, Scene, Text};
 use cotree::simulate::SimulateError;
 
-use super::samples::Samples;
+use super::samples::{ANGULAR, Motion, SLIDING, Samples};
 use super::{Drive, MotionError};
 
 /// Samples of one turn, and of a range, that are shown.
@@ -44,6 +44,12 @@ impl Table {
         Some(Samples::new(self.grid, (0..self.count()).map(value).collect(), self.periodic))
     }
 
+    /// The derivative of a variable by the input, from its neighbours: for what has no rate of its own.
+    pub fn slope(&self, of: &Samples, turns: bool) -> Samples {
+        let slope = if turns { of.unwound().slope() } else { of.slope() };
+        Samples::new(self.grid, slope.values()[..self.count()].to_vec(), self.periodic)
+    }
+
     /// What the drive exerts.
     pub fn effort(&self) -> Option<Samples> {
         self.get(&format!("{DRIVER}.torque")).or_else(|| self.get(&format!("{DRIVER}.force")))
@@ -58,31 +64,42 @@ impl Table {
     }
 }
 
-/// The variables of a joint that a driver moves: position, rate, acceleration.
-pub fn motion_of(joint: &Part) -> Option<[Quantity; 3]> {
+/// The motion that a driver prescribes, by its component.
+pub fn motion_by(driver: &str) -> Motion {
+    if driver == "displacement" { SLIDING } else { ANGULAR }
+}
+
+/// The motions of a joint that a driver can prescribe.
+pub fn motions_of(joint: &Part) -> impl Iterator<Item = Motion> {
     let component = joint.component();
-    let all = match *component.drivers.first()? {
-        "displacement" => [Quantity::S, Quantity::V, Quantity::A],
-        _ => [Quantity::Angle, Quantity::Omega, Quantity::Alpha],
-    };
-    all.iter().all(|quantity| component.variables.contains(quantity)).then_some(all)
+    let reported = |motion: &Motion| motion.iter().all(|quantity| component.variables.contains(quantity));
+    component.drivers.iter().map(|driver| motion_by(driver)).filter(reported)
 }
 
-/// Does a driver move this joint?
-pub fn moves(driver: &Part, id: JointId, joint: &Part) -> bool {
-    driver.joint() == Some(id) || driver.is_angular() && driver.bodies() == joint.bodies()
+/// What a joint's motion is called: the joint's first one has its name.
+pub fn called(joint: &Part, motion: Motion) -> String {
+    match motions_of(joint).next() {
+        Some(first) if first == motion => joint.name.clone(),
+        _ => format!("{}.{}", joint.name, motion[0].word()),
+    }
 }
 
-/// The scene driven from its start, or from a way before it on, reporting everything that can be computed.
-fn driven(scene: &Scene, mechanism: &Mechanism, drive: &Drive, direction: f64, ahead: f64) -> Scene {
+/// Does a driver prescribe this motion of this joint?
+pub fn moves(driver: &Part, (id, motion): (JointId, Motion), joint: &Part) -> bool {
+    let beside = driver.joint() == Some(id) || driver.is_angular() && driver.bodies() == joint.bodies();
+    beside && motion_by(driver.component().name) == motion
+}
+
+/// The scene driven from its start, or from a way before it on, reporting everything that can be computed beside what it reports already.
+pub fn driven(scene: &Scene, mechanism: &Mechanism, drive: &Drive, direction: f64, ahead: f64) -> Scene {
     let joint = &mechanism.joints[drive.joint.0];
     let mut driven = scene.clone();
-    let moves_it = |driver: &&Part| moves(driver, drive.joint, joint);
+    let moves_it = |driver: &&Part| moves(driver, (drive.joint, drive.motion), joint);
     let replaced: Vec<&str> = mechanism.drivers.iter().filter(moves_it).map(|part| &*part.name).collect();
     driven.drivers.retain(|driver| !replaced.contains(&driver.name.text.as_str()));
     let motion = format!("{:?} + {:?}*t", drive.start + ahead, direction * drive.speed);
-    let driver = match motion_of(joint) {
-        Some([Quantity::S, ..]) => Driver::displacement(&joint.name, motion.as_str()),
+    let driver = match drive.motion {
+        SLIDING => Driver::displacement(&joint.name, motion.as_str()),
         _ => Driver::angle(&joint.name, motion.as_str()),
     };
     driven = driven.driver(DRIVER, driver);
@@ -90,14 +107,15 @@ fn driven(scene: &Scene, mechanism: &Mechanism, drive: &Drive, direction: f64, a
     let position = |name: &str| matches!(name.rsplit('.').next(), Some("angle" | "x" | "y" | "s" | "length"));
     driven.initial.retain(|initial| position(&initial.variable.text));
     driven.initial.iter_mut().for_each(|initial| initial.known = false);
-    driven.outputs.expressions.clear();
-    driven.outputs.variables = names(mechanism).iter().map(|name| Text::from(name.as_str())).collect();
+    let asked: Vec<String> = scene.outputs.variables.iter().map(|name| name.text.clone()).collect();
+    let more = names(mechanism).into_iter().filter(|name| !asked.contains(name));
+    driven.outputs.variables.extend(more.map(|name| Text::from(name.as_str())));
     driven.experiment.start = Some(0.0.into());
     driven
 }
 
-/// The motion of all bodies and points, and all that the joints report.
-fn names(mechanism: &Mechanism) -> Vec<String> {
+/// The motion of all bodies, points and loads, and all that the joints report.
+pub fn names(mechanism: &Mechanism) -> Vec<String> {
     let plane = mechanism.dimension == Dimension::Two;
     let mut names = Vec::new();
     let mut push = |owner: &str, quantities: &[Quantity]| {
@@ -110,6 +128,10 @@ fn names(mechanism: &Mechanism) -> Vec<String> {
     }
     mechanism.ground.iter().for_each(|point| push(&format!("ground.{}", point.name), &POINT_VARIABLES[..2]));
     mechanism.joints.iter().for_each(|joint| push(&joint.name, joint.component().variables));
+    for load in &mechanism.loads {
+        let moves = load.component().variables.iter().copied().filter(|quantity| quantity.class() != Class::Effort);
+        push(&load.name, &moves.collect::<Vec<_>>());
+    }
     names
 }
 
@@ -120,10 +142,7 @@ fn run(
     drive: &Drive,
     [step, count]: [f64; 2],
 ) -> Result<HashMap<String, Vec<f64>>, SimulateError> {
-    let effort = match motion_of(&mechanism.joints[drive.joint.0]) {
-        Some([Quantity::S, ..]) => "force",
-        _ => "torque",
-    };
+    let effort = if drive.motion == SLIDING { "force" } else { "torque" };
     scene.experiment.step = Some((step / drive.speed).into());
     scene.experiment.stop = Some((step * count / drive.speed).into());
     scene.experiment.tolerance = Some(1e-12.into());

@@ -2,7 +2,8 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use cotree::mechanism::{BodyId, JointId, Mechanism, Part, Place, Quantity, Unit};
+use cotree::compile::shown;
+use cotree::mechanism::{BodyId, Mechanism, Part, Place, Quantity, Units};
 use cotree::scene::constant::evaluate;
 use cotree::scene::{Load, Scene};
 use serde::Serialize;
@@ -10,13 +11,14 @@ use serde::Serialize;
 use super::cams::{Cam, cams};
 use super::centres::{Centres, RelativeCentres, centres};
 use super::curve::{self, Path};
-use super::drive::{self, Table, motion_of};
+use super::drive::{self, Table};
 use super::dwell::Dwell;
 use super::flywheel::Fluctuation;
 use super::grashof;
-use super::report::{radius_of, usual};
-use super::samples::{ANGULAR, At, Samples, lagrange};
-use super::{Drive, MotionError, Request};
+use super::input::Output;
+use super::report::radius_of;
+use super::samples::{ANGULAR, At, Motion, Samples, lagrange};
+use super::{Drive, MotionError, Request, unit_of};
 use crate::contact;
 
 /// Forces below this share of the largest are rounding errors of none.
@@ -27,7 +29,7 @@ pub(super) struct Subject<'a> {
     pub scene: &'a Scene,
     pub mechanism: &'a Mechanism,
     pub drive: &'a Drive,
-    pub output: Option<JointId>,
+    pub output: Option<&'a Output>,
     pub request: &'a Request,
 }
 
@@ -38,7 +40,7 @@ pub struct Figures {
     pub name: String,
     /// The driven joint.
     pub input: Link,
-    /// The joint whose motion is of interest.
+    /// What is of interest.
     pub output: Option<Link>,
     /// The speed of the input [rad/s] or [m/s].
     pub speed: f64,
@@ -92,12 +94,20 @@ pub struct Figures {
     pub relative_centres: Vec<RelativeCentres>,
 }
 
-/// A joint and what moves there.
+/// What moves.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Link {
     pub name: String,
-    /// Does it turn? Else it slides.
+    /// Is it an angle?
     pub angular: bool,
+    /// Its SI unit.
+    pub unit: String,
+}
+
+impl Link {
+    fn new(name: &str, unit: &str) -> Link {
+        Link { name: name.to_owned(), angular: unit == "rad", unit: unit.to_owned() }
+    }
 }
 
 /// The extremes of a quantity.
@@ -147,21 +157,23 @@ pub(super) fn of(subject: &Subject, table: &Table, folds: Option<[f64; 2]>) -> R
     let mut figures = Figures::empty(mechanism, drive, table);
     figures.range = folds.or(drive.range);
     figures.dead_points = folds.is_some();
-    figures.four_bar = grashof::class(mechanism, drive.joint);
+    figures.four_bar = grashof::class(mechanism, drive.joint, &request.units);
     let inputs: Vec<f64> = (0..table.count()).map(|index| table.input(index)).collect();
-    let input_unit = if figures.input.angular { "rad" } else { "m" };
-    figures.table.push(Column { name: input.name.clone(), unit: input_unit.to_string(), values: inputs });
-    if let Some(joint) = output {
+    let Link { name, unit, .. } = figures.input.clone();
+    figures.table.push(Column { name, unit, values: inputs });
+    if let Some(output) = output {
+        figures.output(output, table, drive, request.dwell)?;
+    }
+    if let Some((joint, motion)) = output.and_then(|output| output.joint) {
         let part = &mechanism.joints[joint.0];
-        figures.output(part, table, drive, request.dwell);
-        let load = unit_load(mechanism, part);
+        let load = unit_load(mechanism, part, motion);
         let loaded = load.map(|load| drive::sample(scene, mechanism, drive, Some(load))).transpose()?;
         if let Some(loaded) = loaded {
             figures.transmission(mechanism, part, table, &loaded);
         }
     }
     figures.profiles(table);
-    figures.contacts(mechanism, table);
+    figures.contacts(mechanism, table, &request.units);
     let masses = Masses::of(mechanism);
     if let Some(effort) = table.effort() {
         let unit = if figures.input.angular { "N.m" } else { "N" };
@@ -235,9 +247,9 @@ impl Masses {
 }
 
 /// 1 N.m on the body that the output joint holds, or 1 N along it.
-fn unit_load(mechanism: &Mechanism, output: &Part) -> Option<Load> {
+fn unit_load(mechanism: &Mechanism, output: &Part, motion: Motion) -> Option<Load> {
     let body = &mechanism.bodies[moving(output)?.0].name;
-    match motion_of(output)? {
+    match motion {
         ANGULAR => Some(Load::torque("ground", body, 1.0)),
         _ => {
             let parameters = mechanism.parameter_values();
@@ -270,7 +282,7 @@ impl Figures {
         let input = &mechanism.joints[drive.joint.0];
         Figures {
             name: mechanism.name.clone(),
-            input: Link { name: input.name.clone(), angular: motion_of(input) == Some(ANGULAR) },
+            input: Link::new(&drive::called(input, drive.motion), &unit_of(drive.motion).si),
             speed: drive.speed,
             full_turn: table.periodic,
             change_points: drive.between,
@@ -296,22 +308,25 @@ impl Figures {
     }
 
     /// Position, influence coefficients, limits, stroke, time ratio and mechanical advantage of the output.
-    fn output(&mut self, part: &Part, table: &Table, drive: &Drive, dwell: Option<f64>) {
-        let Some(motion) = motion_of(part) else { return };
-        let angular = motion == ANGULAR;
-        let [position, rate, growth] = motion.map(|quantity| table.get(&format!("{}.{}", part.name, quantity.word())));
-        let (Some(position), Some(rate), Some(growth)) = (position, rate, growth) else { return };
-        let first = rate.map(|value| value / drive.speed);
-        let second = growth.map(|value| value / (drive.speed * drive.speed));
-        let [length, input] = [angular, self.input.angular].map(|angular| if angular { "rad" } else { "m" });
-        self.output = Some(Link { name: part.name.clone(), angular });
-        self.push(&part.name, length, &position);
-        self.push(&format!("{}'", part.name), &ratio(length, input, 1), &first);
-        self.push(&format!("{}''", part.name), &ratio(length, input, 2), &second);
-        // 1/q': at a limit infinite.
-        self.push("advantage", &ratio(input, length, 1), &first.map(|value| 1.0 / value));
-        // The output may turn on and on; between neighbours it is smooth.
-        let unwound = position.unwound();
+    fn output(&mut self, output: &Output, table: &Table, drive: &Drive, dwell: Option<f64>) -> Result<(), MotionError> {
+        let (name, link) = (&output.name, Link::new(&output.name, &output.unit.si));
+        let missing = || MotionError::Request(format!("`{name}` cannot be computed: the scene gives no masses for it"));
+        let position = output.variables.first().and_then(|name| table.get(name)).ok_or_else(missing)?;
+        // An angle may turn on and on; between neighbours it is smooth.
+        let unwound = if link.angular { position.unwound() } else { position.clone() };
+        self.output = Some(link.clone());
+        self.push(name, &link.unit, &position);
+        let Some([first, second]) = self.influence(output, &position, table, drive) else {
+            self.stroke = Some(unwound.max().value - unwound.min().value);
+            return Ok(());
+        };
+        let input = self.input.unit.clone();
+        self.push(&format!("{name}'"), &ratio(&link.unit, &input, 1), &first);
+        self.push(&format!("{name}''"), &ratio(&link.unit, &input, 2), &second);
+        if matches!(&*link.unit, "rad" | "m") {
+            // 1/q': at a limit infinite.
+            self.push("advantage", &ratio(&input, &link.unit, 1), &first.map(|value| 1.0 / value));
+        }
         self.limits = first.zeros().iter().map(|&input| At { input, value: unwound.at_input(input) }).collect();
         if self.limits.len() >= 2 || !table.periodic {
             let mut reached = self.at_dead_points(&unwound);
@@ -332,6 +347,19 @@ impl Figures {
             let rest = std::f64::consts::TAU - way;
             self.time_ratio = Some(way.max(rest) / way.min(rest));
         }
+        Ok(())
+    }
+
+    /// dq/dphi and d2q/dphi2: by the rates that the scene has of it, else by the slopes between samples. Next to a dead point, where slopes grow without bound, neighbours do not give them: none.
+    fn influence(&self, output: &Output, position: &Samples, table: &Table, drive: &Drive) -> Option<[Samples; 2]> {
+        let rate = |order: i32| {
+            let own = table.get(output.variables.get(order as usize)?)?;
+            Some(own.map(|value| value / drive.speed.powi(order)))
+        };
+        let slope = |of: &Samples, turns: bool| (!self.dead_points).then(|| table.slope(of, turns));
+        let first = rate(1).or_else(|| slope(position, output.unit.si == "rad"))?;
+        let second = rate(2).or_else(|| slope(&first, false))?;
+        Some([first, second])
     }
 
     /// The output where the motion folds, a little beyond the first and the last sample: at the way d from there it is a power series of sqrt(d).
@@ -404,14 +432,12 @@ impl Figures {
         }
     }
 
-    /// What would lift off or slip, by the input in degrees or millimetres.
-    fn contacts(&mut self, mechanism: &Mechanism, table: &Table) {
+    /// What would lift off or slip.
+    fn contacts(&mut self, mechanism: &Mechanism, table: &Table, units: &Units) {
         let inputs: Vec<f64> = (0..table.count()).map(|index| table.input(index)).collect();
-        let unit = if self.input.angular { Unit::angle() } else { Unit::length() };
-        let unit = mechanism.display.clone().before(&usual()).of(&unit);
-        let show = |input: f64| format!("{} {}", contact::short(input / unit.factor), unit.name);
-        let named = format!("`{}` =", self.input.name);
-        let found = contact::over(mechanism, &inputs, &named, show, |name| Some(table.get(name)?.values().to_vec()));
+        let place = contact::Input { named: format!("`{}` =", self.input.name), unit: shown(units, &self.input.unit) };
+        let values = |name: &str| Some(table.get(name)?.values().to_vec());
+        let found = contact::over(mechanism, units, &inputs, &place, values);
         let faults = found.faults.iter().map(|fault| format!("{}; {}", fault.message, fault.help));
         self.contacts = faults.chain(found.needed).collect();
     }
@@ -481,7 +507,11 @@ fn thinned<T: Copy>(values: &mut Vec<T>, every: usize) {
 /// The unit of a derivative: `m/rad`, `rad/m2`; a pure number has none.
 fn ratio(above: &str, below: &str, order: u32) -> String {
     match (above, below, order) {
-        ("rad", "rad", 1) => String::new(),
+        ("rad", "rad", 1) | ("m", "m", 1) => String::new(),
+        ("rad", "rad", _) => "1/rad".to_owned(),
+        ("m", "m", _) => "1/m".to_owned(),
+        ("", below, 1) => format!("1/{below}"),
+        ("", below, _) => format!("1/{below}2"),
         (above, below, 1) => format!("{above}/{below}"),
         (above, below, _) => format!("{above}/{below}2"),
     }

@@ -1,13 +1,14 @@
 //! Which kind of four-bar a mechanism is, if it is one (Grashof; Norton, *Design of Machinery*).
 
-use cotree::mechanism::{JointId, Mechanism, Part, Place};
+use cotree::columns::rounded;
+use cotree::mechanism::{JointId, Mechanism, Part, Place, Unit, Units};
 use cotree::scene::constant::evaluate;
 
 /// Lengths that differ by less than this share are equal.
 const EQUAL: f64 = 1e-9;
 
-/// The class of a four-bar with its input, with its lengths; none if the mechanism is another.
-pub fn class(mechanism: &Mechanism, input: JointId) -> Option<String> {
+/// The class of a four-bar with its input, with its lengths in these units; none if the mechanism is another.
+pub fn class(mechanism: &Mechanism, input: JointId, units: &Units) -> Option<String> {
     let is_pin = |joint: &&Part| joint.component().name == PIN;
     if mechanism.bodies.len() != 3 || mechanism.joints.len() != 4 || !mechanism.joints.iter().all(|j| is_pin(&j)) {
         return None;
@@ -26,7 +27,7 @@ pub fn class(mechanism: &Mechanism, input: JointId) -> Option<String> {
     let (rocker, coupler): (Vec<_>, Vec<_>) = bodies.partition(|body| beside(Some(*body), None));
     let ([rocker], [coupler]) = (&rocker[..], &coupler[..]) else { return None };
     let lengths = [link(None)?, link(Some(crank))?, link(Some(*coupler))?, link(Some(*rocker))?];
-    Some(named(lengths))
+    Some(named(lengths, units))
 }
 
 /// The component of a pin joint.
@@ -44,13 +45,15 @@ fn at(mechanism: &Mechanism, place: Place) -> [f64; 2] {
 }
 
 /// Ground, input, coupler, output.
-fn named(lengths: [f64; 4]) -> String {
+fn named(lengths: [f64; 4], units: &Units) -> String {
     let mut sorted = lengths;
     sorted.sort_by(f64::total_cmp);
     let [s, p, q, l] = sorted;
     let excess = (s + l) - (p + q);
-    let [ground, input, coupler, output] = lengths;
-    let sizes = format!("ground {ground:.6}, input {input:.6}, coupler {coupler:.6}, output {output:.6} m");
+    let [ground, input, coupler, _] = lengths;
+    let unit = units.of(&Unit::length());
+    let [a, b, c, d] = lengths.map(|length| rounded(length / unit.factor, 6, 1e-4..1e7));
+    let sizes = format!("ground {a}, input {b}, coupler {c}, output {d} {}", unit.name);
     let class = match s {
         _ if excess.abs() <= EQUAL * l => "change point: shortest + longest = the other two",
         _ if excess > 0.0 => "triple rocker (not Grashof: shortest + longest > the other two)",
@@ -65,6 +68,7 @@ fn named(lengths: [f64; 4]) -> String {
 #[cfg(test)]
 mod tests {
     use super::named;
+    use cotree::mechanism::Units;
 
     #[test]
     fn classes_are_those_of_grashof() {
@@ -75,7 +79,8 @@ mod tests {
             ([0.3, 0.1, 0.3, 0.1], "change point"),
             ([0.1, 0.08, 0.06, 0.05], "triple rocker"),
         ] {
-            assert!(named(lengths).starts_with(class), "{lengths:?}: {}", named(lengths));
+            let text = named(lengths, &Units::default());
+            assert!(text.starts_with(class), "{lengths:?}: {text}");
         }
     }
 }

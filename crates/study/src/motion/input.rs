@@ -3,36 +3,38 @@
 use std::collections::HashMap;
 
 use cotree::compile::compile_with;
-use cotree::diagnostic::suggest;
+use cotree::diagnostic::{Text, suggest};
 use cotree::formulate::start::evaluate_at;
-use cotree::mechanism::{BodyId, JointId, Mechanism, Owner, Part, Place, Variable};
+use cotree::mechanism::{BodyId, Formula, JointId, Mechanism, Owner, Part, Place, Quantity, Unit, Variable};
 use cotree::scene::Scene;
 
 use super::MotionError;
 use super::drive::{self, POSE};
+use super::samples::Motion;
+use super::{Drive, unit_of};
 
-/// The joint that is driven.
-pub(super) fn driven(mechanism: &Mechanism, name: Option<&str>) -> Result<JointId, MotionError> {
-    let can_be_driven = |part: &&Part| drive::motion_of(part).is_some();
-    let names = || mechanism.joints.iter().filter(can_be_driven).map(|joint| joint.name.as_str()).collect::<Vec<_>>();
+/// The joint that is driven, and how.
+pub(super) fn driven(mechanism: &Mechanism, name: Option<&str>) -> Result<(JointId, Motion), MotionError> {
+    let all: Vec<(String, (JointId, Motion))> = motions(mechanism).collect();
     let by_driver = |driver: &Part| {
-        let beside = |joint: &Part| driver.is_angular() && joint.bodies() == driver.bodies() && can_be_driven(&joint);
-        driver.joint().or_else(|| mechanism.joints.iter().position(beside).map(JointId))
+        let moved =
+            |(_, input): &&(String, (JointId, Motion))| drive::moves(driver, *input, &mechanism.joints[input.0.0]);
+        all.iter().find(moved).map(|(_, input)| *input)
     };
     let found = match name {
         Some(name) => {
-            let joint = mechanism.joints.iter().position(|joint| joint.name == name && can_be_driven(&joint));
             let driver = mechanism.drivers.iter().find(|driver| driver.name == name);
-            joint.map(JointId).or_else(|| driver.and_then(by_driver))
+            asked(mechanism, name).or_else(|| driver.and_then(by_driver))
         }
         None => mechanism.drivers.iter().find_map(by_driver),
     };
+    let names = || all.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>();
     found.ok_or_else(|| match name {
         Some(name) => {
             let known = suggest::known(name, names());
             MotionError::Request(format!("no joint `{name}` can be driven; {known}"))
         }
-        None if names().is_empty() => MotionError::Request("the scene has no joint that can be driven".to_string()),
+        None if all.is_empty() => MotionError::Request("the scene has no joint that can be driven".to_string()),
         None => {
             let known = suggest::list(names());
             MotionError::Request(format!(
@@ -42,26 +44,136 @@ pub(super) fn driven(mechanism: &Mechanism, name: Option<&str>) -> Result<JointI
     })
 }
 
-/// The joint on the ground whose motion is of interest.
-pub(super) fn output(
-    mechanism: &Mechanism,
-    input: JointId,
-    name: Option<&str>,
-) -> Result<Option<JointId>, MotionError> {
-    let can_be = |(index, joint): &(usize, &Part)| {
-        *index != input.0 && joint.bodies().contains(&None) && drive::motion_of(joint).is_some()
+/// What drivers can move, by its name.
+fn motions(mechanism: &Mechanism) -> impl Iterator<Item = (String, (JointId, Motion))> {
+    mechanism.joints.iter().enumerate().flat_map(|(index, joint)| {
+        drive::motions_of(joint).map(move |motion| (drive::called(joint, motion), (JointId(index), motion)))
+    })
+}
+
+/// The motion with a name such as `pin`, `pin.angle` or `pin.s`.
+fn asked(mechanism: &Mechanism, name: &str) -> Option<(JointId, Motion)> {
+    let is_it = |(called, (joint, motion)): &(String, (JointId, Motion))| {
+        called == name || format!("{}.{}", mechanism.joints[joint.0].name, motion[0].word()) == name
     };
-    let all = || mechanism.joints.iter().enumerate().filter(can_be);
-    match name {
-        None => Ok(all().next().map(|(index, _)| JointId(index))),
-        Some(name) => match all().find(|(_, joint)| joint.name == name) {
-            Some((index, _)) => Ok(Some(JointId(index))),
-            None => {
-                let known = suggest::known(name, all().map(|(_, joint)| joint.name.as_str()).collect::<Vec<_>>());
-                Err(MotionError::Request(format!("no joint `{name}` on the ground can be the output; {known}")))
+    motions(mechanism).find(is_it).map(|(_, motion)| motion)
+}
+
+/// What is looked at.
+pub(super) struct Output {
+    pub name: String,
+    /// Its variable, with its rate and its acceleration as far as there are variables for them.
+    pub variables: Vec<String>,
+    pub unit: Unit,
+    /// The joint on the ground whose motion it is.
+    pub joint: Option<(JointId, Motion)>,
+}
+
+impl Output {
+    fn of_joint(mechanism: &Mechanism, (id, motion): (JointId, Motion)) -> Output {
+        let joint = &mechanism.joints[id.0];
+        Output {
+            name: drive::called(joint, motion),
+            variables: motion.map(|quantity| format!("{}.{}", joint.name, quantity.word())).to_vec(),
+            unit: unit_of(motion),
+            joint: Some((id, motion)),
+        }
+    }
+}
+
+/// The motion of a joint on the ground, a variable, or an output of the scene.
+pub(super) fn output(
+    scene: &Scene,
+    mechanism: &Mechanism,
+    input: (JointId, Motion),
+    name: Option<&str>,
+) -> Result<Option<Output>, MotionError> {
+    let on_ground = |id: JointId| mechanism.joints[id.0].bodies().contains(&None);
+    let Some(name) = name else {
+        let other = motions(mechanism).find(|(_, (joint, _))| *joint != input.0 && on_ground(*joint));
+        return Ok(other.map(|(_, other)| Output::of_joint(mechanism, other)));
+    };
+    match asked(mechanism, name) {
+        Some(motion) if motion == input => Err(MotionError::Request(format!("`{name}` is the input, not an output"))),
+        Some(motion) if on_ground(motion.0) => Ok(Some(Output::of_joint(mechanism, motion))),
+        _ => match mechanism.joints.iter().find(|joint| joint.name == name) {
+            Some(joint) => {
+                let own = joint.component().variables.iter().map(|quantity| format!("{name}.{}", quantity.word()));
+                let own: Vec<String> = own.collect();
+                let own = suggest::list(own.iter().map(String::as_str));
+                Err(MotionError::Request(format!(
+                    "`{name}` is no joint on the ground that a driver could move; name a variable: {own}"
+                )))
             }
+            None => variable(scene, mechanism, name).map(Some),
         },
     }
+}
+
+/// A variable or an output of the scene.
+fn variable(scene: &Scene, mechanism: &Mechanism, name: &str) -> Result<Output, MotionError> {
+    let expressions = || scene.outputs.expressions.iter().map(|output| output.name.text.as_str());
+    let unknown =
+        |more: String| MotionError::Request(format!("there is no joint, variable or output `{name}`; {more}"));
+    if !name.contains('.') && !expressions().any(|own| own == name) {
+        let owners = mechanism.bodies.iter().map(|body| body.name.as_str());
+        if owners.clone().any(|own| own == name) {
+            return Err(unknown(format!("name a variable of the body, such as `{name}.angle` or `{name}.x`")));
+        }
+        let joints = mechanism.joints.iter().map(|joint| joint.name.as_str());
+        return Err(unknown(suggest::known(name, joints.chain(expressions()).chain(owners))));
+    }
+    let resolved = only(scene, name).resolve().map_err(|faults| match faults.list.first() {
+        Some(fault) if fault.code == "scene::unknown_output" => unknown(fault.help.to_string()),
+        _ => MotionError::Scene(faults),
+    })?;
+    let Some(output) = resolved.mechanism.outputs.into_iter().next() else { return Err(unknown(String::new())) };
+    let mut variables = vec![name.to_owned()];
+    if let (Formula::Variable(variable), Some((owner, _))) = (&output.value, name.rsplit_once('.')) {
+        let reported = drive::names(mechanism);
+        let rates = rates(variable.quantity).iter().map(|rate| format!("{owner}.{}", rate.word()));
+        variables.extend(rates.take_while(|rate| reported.contains(rate)));
+    }
+    Ok(Output { name: name.to_owned(), variables, unit: output.unit, joint: None })
+}
+
+/// The variables that are the derivatives of another by time, one after the other.
+fn rates(of: Quantity) -> &'static [Quantity] {
+    use Quantity::{A, Acceleration, Alpha, Angle, Ax, Ay, Length, Omega, Rate, S, V, Vx, Vy, X, Y};
+    const CHAINS: [Motion; 5] =
+        [[Angle, Omega, Alpha], [S, V, A], [X, Vx, Ax], [Y, Vy, Ay], [Length, Rate, Acceleration]];
+    let after = |chain: &'static Motion| Some(&chain[chain.iter().position(|own| *own == of)? + 1..]);
+    CHAINS.iter().find_map(after).unwrap_or_default()
+}
+
+/// The scene that reports one variable or output of its own, and nothing else.
+fn only(scene: &Scene, name: &str) -> Scene {
+    let mut scene = scene.clone();
+    scene.outputs.expressions.retain(|own| own.name.text == name);
+    scene.outputs.variables.clear();
+    if scene.outputs.expressions.is_empty() {
+        scene.outputs.variables.push(Text::from(name));
+    }
+    scene
+}
+
+/// The scene that reports what is looked at, and nothing else.
+pub(super) fn reporting(mut scene: Scene, output: Option<&Output>) -> Scene {
+    match output.and_then(|output| output.variables.first()) {
+        Some(name) => only(&scene, name),
+        None => {
+            scene.outputs = Default::default();
+            scene
+        }
+    }
+}
+
+/// Is what is looked at still there when the input is driven instead of what the scene drives?
+pub(super) fn is_there(scene: &Scene, mechanism: &Mechanism, drive: &Drive) -> Result<(), MotionError> {
+    let Err(faults) = drive::driven(scene, mechanism, drive, 1.0, 0.0).resolve() else { return Ok(()) };
+    let why: Vec<&str> = faults.list.iter().map(|fault| fault.message.as_str()).collect();
+    let input = drive::called(&mechanism.joints[drive.joint.0], drive.motion);
+    Err(MotionError::Request(format!("while `{input}` is driven instead of what the scene drives: {}", why.join("; "))))
 }
 
 /// A scene at its start.
@@ -76,11 +188,12 @@ pub(super) struct Start {
 
 /// Where the input is when the scene starts, and how fast it moves. The driver of another joint gives way to the input, if it leaves nothing free: the pose that it chose
 /// becomes a guess.
-pub(super) fn start(scene: &Scene, mechanism: &Mechanism, joint: JointId) -> Result<Start, MotionError> {
+pub(super) fn start(
+    scene: &Scene,
+    mechanism: &Mechanism,
+    driven @ (joint, [position, rate, _]): (JointId, Motion),
+) -> Result<Start, MotionError> {
     let input = &mechanism.joints[joint.0];
-    let Some([position, rate, _]) = drive::motion_of(input) else {
-        return Ok(Start { position: 0.0, speed: 0.0, scene: scene.clone() });
-    };
     let (_, (values, pose, free)) = compile_with(&with_masses(scene, mechanism), |formulated| {
         let equations = &mut formulated.equations;
         let mut values = |variables: &[Variable]| {
@@ -96,7 +209,7 @@ pub(super) fn start(scene: &Scene, mechanism: &Mechanism, joint: JointId) -> Res
         (of_input, pose, formulated.mobility() > 0)
     })?;
     let [position, speed] = [values[0], values[1]];
-    let replaces = !free && !mechanism.drivers.iter().any(|driver| drive::moves(driver, joint, input));
+    let replaces = !free && !mechanism.drivers.iter().any(|driver| drive::moves(driver, driven, input));
     let mut scene = scene.clone();
     match &mechanism.drivers[..] {
         [_] if replaces => {

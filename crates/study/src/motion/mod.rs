@@ -16,23 +16,25 @@ mod samples;
 
 use std::f64::consts::TAU;
 
-use cotree::mechanism::{JointId, Mechanism};
+use cotree::mechanism::{JointId, Mechanism, Unit, Units};
 use cotree::scene::{Faults, Scene};
 use cotree::simulate::{RunError, SimulateError};
 
+use crate::contact;
 pub use cams::Cam;
 use drive::Table;
 pub use figures::{Column, Figures, Link};
 use input::Start;
 pub use report::{step, usual};
 pub use samples::At;
+use samples::{ANGULAR, Motion};
 
 /// What is asked for.
 #[derive(Clone, Debug, Default)]
 pub struct Request {
-    /// The joint that is driven; the one with a driver if absent.
+    /// The joint that is driven, or its motion, such as `pin.s`; the one with a driver if absent.
     pub input: Option<String>,
-    /// The joint whose motion is of interest; another one on the ground if absent.
+    /// The joint, the variable or the output of the scene that is of interest; another joint on the ground if absent.
     pub output: Option<String>,
     /// The speed of the input [rad/s] or [m/s], above zero; the size of that at the scene's start if absent.
     pub speed: Option<f64>,
@@ -44,6 +46,8 @@ pub struct Request {
     pub dwell: Option<f64>,
     /// The permitted coefficient of fluctuation of the speed, for a flywheel.
     pub fluctuation: Option<f64>,
+    /// The units of what is said in sentences.
+    pub units: Units,
 }
 
 /// Why there is no answer.
@@ -69,22 +73,26 @@ impl From<SimulateError> for MotionError {
     }
 }
 
-/// Do the driven joint and the one of interest turn? Else they slide.
+/// The SI units of the input and of what is of interest.
 ///
 /// # Errors
 /// As [`study`].
-pub fn angular(scene: &Scene, request: &Request) -> Result<[bool; 2], MotionError> {
+pub fn units(scene: &Scene, request: &Request) -> Result<[Unit; 2], MotionError> {
     let mechanism = scene.resolve()?.mechanism;
-    let joint = input::driven(&mechanism, request.input.as_deref())?;
-    let output = input::output(&mechanism, joint, request.output.as_deref())?;
-    let turns = |joint: JointId| drive::motion_of(&mechanism.joints[joint.0]) == Some(samples::ANGULAR);
-    Ok([turns(joint), output.is_some_and(turns)])
+    let input = input::driven(&mechanism, request.input.as_deref())?;
+    let output = input::output(scene, &mechanism, input, request.output.as_deref())?;
+    Ok([unit_of(input.1), output.map_or_else(Unit::length, |output| output.unit)])
+}
+
+fn unit_of(motion: Motion) -> Unit {
+    if motion == ANGULAR { Unit::angle() } else { Unit::length() }
 }
 
 /// Which joint is driven, how fast, and how far.
 #[derive(Clone, Debug)]
 struct Drive {
     joint: JointId,
+    motion: Motion,
     /// [rad/s] or [m/s]
     speed: f64,
     /// Where it is at the start of the scene.
@@ -103,21 +111,26 @@ struct Drive {
 /// Faults of the scene, a request that does not fit it, a motion that cannot be found.
 pub fn study(scene: &Scene, request: &Request) -> Result<Figures, MotionError> {
     let mechanism = scene.resolve()?.mechanism;
-    let joint = input::driven(&mechanism, request.input.as_deref())?;
-    let output = input::output(&mechanism, joint, request.output.as_deref())?;
-    let Start { position: start, speed, scene } = input::start(scene, &mechanism, joint)?;
-    let scene = &scene;
+    let input @ (joint, motion) = input::driven(&mechanism, request.input.as_deref())?;
+    let output = input::output(scene, &mechanism, input, request.output.as_deref())?;
+    let Start { position: start, speed, scene } = input::start(scene, &mechanism, input)?;
+    let scene = &input::reporting(scene, output.as_ref());
     let reversed = request.speed.is_none() && speed < -1e-9;
     let speed = request.speed.unwrap_or(if speed.abs() > 1e-9 { speed.abs() } else { 1.0 });
     if !(speed > 0.0 && speed.is_finite()) {
         return Err(MotionError::Request(format!("the speed of the input must be above zero, not {speed}")));
     }
-    let mut drive = Drive { joint, speed, start, range: request.range, between: false, fineness: 1 };
+    let mut drive = Drive { joint, motion, speed, start, range: request.range, between: false, fineness: 1 };
+    input::is_there(scene, &mechanism, &drive)?;
     if let Some([low, high]) = request.range
         && !(low <= start && start <= high && low < high)
     {
-        let message =
-            format!("the range from {low} to {high} (SI) does not have the start of the scene, {start}, in it");
+        let unit = request.units.of(&unit_of(motion));
+        let [low, high, start] = [low, high, start].map(|at| contact::short(at / unit.factor));
+        let message = format!(
+            "the range from {low} to {high} {0} does not have the start of the scene, {start} {0}, in it",
+            unit.name
+        );
         return Err(MotionError::Request(message));
     }
     let (mut table, folds) = match request.range {
@@ -128,7 +141,7 @@ pub fn study(scene: &Scene, request: &Request) -> Result<Figures, MotionError> {
     if drive.fineness > 1 {
         table = drive::sample(scene, &mechanism, &drive, None)?;
     }
-    let subject = figures::Subject { scene, mechanism: &mechanism, drive: &drive, output, request };
+    let subject = figures::Subject { scene, mechanism: &mechanism, drive: &drive, output: output.as_ref(), request };
     Ok(Figures { reversed, ..figures::of(&subject, &table, folds)? })
 }
 
@@ -138,7 +151,7 @@ fn whole_way(
     mechanism: &Mechanism,
     drive: &mut Drive,
 ) -> Result<(Table, Option<[f64; 2]>), MotionError> {
-    let is_angular = drive::motion_of(&mechanism.joints[drive.joint.0]) == Some(samples::ANGULAR);
+    let is_angular = drive.motion == ANGULAR;
     if is_angular {
         match drive::sample(scene, mechanism, drive, None) {
             Err(SimulateError::Run(_)) => {}

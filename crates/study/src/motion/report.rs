@@ -4,11 +4,12 @@ use std::collections::HashMap;
 use std::fmt::Write;
 
 use cotree::columns::{aligned, rounded, titled};
+use cotree::compile::shown;
 use cotree::mechanism::{DisplayUnit, Unit, Units};
 
 use super::cams::Cam;
 use super::curve::Arc;
-use super::figures::{Column, Extent, Figures, Link, Transmission};
+use super::figures::{Column, Extent, Figures, Transmission};
 use super::samples::At;
 
 /// Below this the transmission is poor, by a rule of thumb (Norton) \[rad\].
@@ -32,7 +33,8 @@ impl<'u> Shown<'u> {
     /// In these units, of a table in SI.
     pub fn new(units: &'u Units, table: &'u [Column]) -> Self {
         let mut largest: HashMap<&str, f64> = HashMap::new();
-        for column in table {
+        // Next to a limit the advantage is as large as rounding errors let it be.
+        for column in table.iter().filter(|column| column.name != "advantage") {
             let own = largest.entry(&column.unit).or_default();
             *own = column.values.iter().filter(|value| value.is_finite()).fold(*own, |own, value| own.max(value.abs()));
         }
@@ -46,10 +48,21 @@ impl<'u> Shown<'u> {
         if value.abs() < noise { 0.0 } else { value }
     }
 
-    /// A unit in SI as it is shown; those that are made of others stay as they are.
+    /// A unit in SI as it is shown. Of ratios lengths and forces are; radians stay, for the derivatives are by the radian.
     pub fn of(&self, si: &str) -> DisplayUnit {
-        let plain = DisplayUnit { name: si.to_string(), factor: 1.0 };
-        cotree::compile::unit(si).map_or(plain, |unit| self.units.of(&unit))
+        let Some((above, below @ ("rad" | "rad2" | "m" | "m2"))) = si.split_once('/') else {
+            return shown(self.units, si);
+        };
+        let part = |si: &str| match si {
+            "rad" | "rad2" | "1" => DisplayUnit { name: si.to_owned(), factor: 1.0 },
+            "m2" => {
+                let metre = shown(self.units, "m");
+                DisplayUnit { name: format!("{}2", metre.name), factor: metre.factor * metre.factor }
+            }
+            si => shown(self.units, si),
+        };
+        let [above, below] = [part(above), part(below)];
+        DisplayUnit { name: format!("{}/{}", above.name, below.name), factor: above.factor / below.factor }
     }
 
     fn value(&self, value: f64, si: &str) -> String {
@@ -99,8 +112,8 @@ fn cam_lines(cam: &Cam, shown: &Shown) -> Vec<String> {
 }
 
 impl Figures {
-    fn input_unit(&self) -> &'static str {
-        unit_of(&self.input)
+    fn input_unit(&self) -> &str {
+        &self.input.unit
     }
 
     /// Everything for people; of the table a row every so much of the input.
@@ -121,8 +134,10 @@ impl Figures {
         self.output_lines(&shown).into_iter().for_each(&mut line);
         self.transmission.iter().for_each(|angle| line(self.transmission_line(angle, &shown)));
         if let (Some(index), Some(output)) = (&self.joint_force_index, &self.output) {
-            let load = if output.angular { "N per N.m" } else { "N per N" };
-            line(format!("joint-force index up to {} {load} at {}", number(index.value), self.at(index, &shown)));
+            let [force, load] = ["N", if output.angular { "N.m" } else { "N" }].map(|si| shown.of(si));
+            let most = number(index.value * load.factor / force.factor);
+            let at = self.at(index, &shown);
+            line(format!("joint-force index up to {most} {} per {} at {at}", force.name, load.name));
         }
         self.cams.iter().flat_map(|cam| cam_lines(cam, &shown)).for_each(&mut line);
         self.contacts.iter().cloned().for_each(&mut line);
@@ -160,10 +175,14 @@ impl Figures {
 
     fn output_lines(&self, shown: &Shown) -> Vec<String> {
         let Some(output) = &self.output else { return Vec::new() };
-        let unit = unit_of(output);
+        let unit = &output.unit;
         let mut lines = Vec::new();
         if let Some(stroke) = self.stroke {
-            let word = if output.angular { "swing" } else { "stroke" };
+            let word = match &*output.unit {
+                "rad" => "swing",
+                "m" => "stroke",
+                _ => "range",
+            };
             lines.push(format!("`{}`: {word} {}", output.name, shown.value(stroke, unit)));
         }
         let limit = |limit: &At| format!("{} at {}", shown.value(limit.value, unit), self.at(limit, shown));
@@ -185,7 +204,7 @@ impl Figures {
 
     fn transmission_line(&self, angle: &Transmission, shown: &Shown) -> String {
         let end = |at: &At| format!("{} (at {})", shown.value(at.value, "rad"), self.at(at, shown));
-        let poor = if angle.min.value < POOR { ": below 40 deg" } else { "" };
+        let poor = if angle.min.value < POOR { format!(": below {}", shown.value(POOR, "rad")) } else { String::new() };
         format!("transmission angle at `{}` {} to {}{poor}", angle.joint, end(&angle.min), end(&angle.max))
     }
 
@@ -294,10 +313,6 @@ impl Figures {
 /// The column of the radius of curvature where a cam touches.
 pub fn radius_of(cam: &str) -> String {
     format!("{cam}.radius")
-}
-
-fn unit_of(link: &Link) -> &'static str {
-    if link.angular { "rad" } else { "m" }
 }
 
 /// Of a column, with the gap before it.

@@ -12,8 +12,8 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use cotree::columns::titled;
-use cotree::compile::{Compiled, compile};
-use cotree::mechanism::Experiment;
+use cotree::compile::{Compiled, compile, shown};
+use cotree::mechanism::{DisplayUnit, Experiment, Units};
 use cotree::output::statistics::Accumulator;
 use cotree::scene::{Faults, Scene};
 use cotree::simulate::{Ended, Ensemble, Measure, Run, RunError, Settings};
@@ -37,6 +37,8 @@ pub struct Sweep {
     pub experiment: Experiment,
     pub measures: Vec<Measure>,
     pub design: Design,
+    /// What its table and its picture are in.
+    pub units: Units,
 }
 
 /// The numbers of a run, one for each measure; or why there are none.
@@ -63,9 +65,15 @@ pub fn measured(scene: &Scene, measures: &[Measure]) -> Result<Compiled, Faults>
 impl Sweep {
     /// The heading of each column: parameters, measures, with their units.
     pub fn columns(&self) -> Vec<String> {
-        let factors = self.design.factors().iter().map(|factor| titled(&factor.name, &factor.unit));
-        let measures =
-            self.measures.iter().map(|measure| titled(&measure.to_string(), measure.unit(self.unit(measure))));
+        let names = self.design.factors().iter().map(|factor| factor.name.clone());
+        let names = names.chain(self.measures.iter().map(ToString::to_string));
+        names.zip(self.shown()).map(|(name, unit)| titled(&name, &unit.name)).collect()
+    }
+
+    /// How the values of each column are shown.
+    pub fn shown(&self) -> Vec<DisplayUnit> {
+        let factors = self.design.factors().iter().map(|factor| shown(&self.units, &factor.unit));
+        let measures = self.measures.iter().map(|measure| shown(&self.units, measure.unit(self.unit(measure))));
         factors.chain(measures).collect()
     }
 

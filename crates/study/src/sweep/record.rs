@@ -13,6 +13,8 @@ use super::{Outcome, Sweep};
 #[derive(Debug)]
 pub struct Rows<W> {
     out: W,
+    /// The SI value of one in each column.
+    factors: Vec<f64>,
 }
 
 /// The table of a sweep in a file. Until it is finished it is called `NAME.part`; its first line there says which sweep it belongs to.
@@ -47,13 +49,13 @@ impl<W: Write> Rows<W> {
     /// `out` cannot be written.
     pub fn new(mut out: W, sweep: &Sweep) -> io::Result<Self> {
         writeln!(out, "{}", heading(sweep))?;
-        Ok(Rows { out })
+        Ok(Rows { out, factors: factors(sweep) })
     }
 
     /// Writes outcomes from run `first` on, and hands them over to the operating system.
     pub fn write(&mut self, sweep: &Sweep, first: usize, outcomes: &[Outcome]) -> io::Result<()> {
         for (index, outcome) in outcomes.iter().enumerate() {
-            writeln!(self.out, "{}", row(sweep, first + index, outcome))?;
+            writeln!(self.out, "{}", row(sweep, &self.factors, first + index, outcome))?;
         }
         self.out.flush()
     }
@@ -93,7 +95,13 @@ impl Record {
         };
         // A last line that was cut off is written anew.
         file.set_len(end).and_then(|()| file.seek(SeekFrom::Start(end))).map_err(failed)?;
-        Ok(Record { rows: Rows { out: BufWriter::new(file) }, part, place: place.to_owned(), head, done })
+        Ok(Record {
+            rows: Rows { out: BufWriter::new(file), factors: factors(sweep) },
+            part,
+            place: place.to_owned(),
+            head,
+            done,
+        })
     }
 
     /// How many runs have been kept.
@@ -110,9 +118,10 @@ impl Record {
         let lines = BufReader::new(File::open(&self.part).map_err(failed)?).lines().skip(2).take(self.done);
         let outcome = |(run, line): (usize, io::Result<String>)| {
             let line = line.map_err(failed)?;
-            let rest = line.strip_prefix(&given(sweep, run)).unwrap_or_default();
-            let fields = rest.split(',').take(sweep.measures.len());
-            let values: Option<Vec<f64>> = fields.map(|field| field.parse().ok()).collect();
+            let rest = line.strip_prefix(&given(sweep, &self.rows.factors, run)).unwrap_or_default();
+            let factors = &self.rows.factors[sweep.design.factors().len()..];
+            let fields = rest.split(',').zip(factors);
+            let values: Option<Vec<f64>> = fields.map(|(field, by)| Some(field.parse::<f64>().ok()? * by)).collect();
             Ok(values.ok_or_else(|| rest.trim_start_matches(',').to_owned()))
         };
         lines.enumerate().map(outcome).collect()
@@ -143,6 +152,7 @@ impl Record {
 
 /// How many rows of this sweep a file has, and where the last one ends.
 fn kept(file: &File, first: &str, sweep: &Sweep) -> io::Result<Option<(usize, u64)>> {
+    let factors = factors(sweep);
     let mut lines = BufReader::new(file);
     let (mut line, mut end, mut done) = (Vec::new(), 0, 0);
     for expected in [first.to_owned(), format!("{}\n", heading(sweep))] {
@@ -158,7 +168,7 @@ fn kept(file: &File, first: &str, sweep: &Sweep) -> io::Result<Option<(usize, u6
         if line.last() != Some(&b'\n') {
             return Ok(Some((done, end)));
         }
-        if done == sweep.design.len() || !line.starts_with(given(sweep, done).as_bytes()) {
+        if done == sweep.design.len() || !line.starts_with(given(sweep, &factors, done).as_bytes()) {
             return Ok(None);
         }
         end += length as u64;
@@ -171,16 +181,24 @@ fn heading(sweep: &Sweep) -> String {
     format!("run,{},failure", columns.join(","))
 }
 
+fn factors(sweep: &Sweep) -> Vec<f64> {
+    sweep.shown().iter().map(|unit| unit.factor).collect()
+}
+
 /// Number and parameters of a run, with the comma behind them.
-fn given(sweep: &Sweep, run: usize) -> String {
-    let values: String = sweep.design.values(run).iter().map(|value| format!("{value:?},")).collect();
+fn given(sweep: &Sweep, factors: &[f64], run: usize) -> String {
+    let values = sweep.design.values(run);
+    let values: String = values.iter().zip(factors).map(|(value, factor)| format!("{:?},", value / factor)).collect();
     format!("{run},{values}")
 }
 
-fn row(sweep: &Sweep, run: usize, outcome: &Outcome) -> String {
-    let mut line = given(sweep, run);
+fn row(sweep: &Sweep, factors: &[f64], run: usize, outcome: &Outcome) -> String {
+    let mut line = given(sweep, factors, run);
+    let factors = &factors[sweep.design.factors().len()..];
     match outcome {
-        Ok(values) => values.iter().for_each(|value| line.push_str(&format!("{value:?},"))),
+        Ok(values) => {
+            values.iter().zip(factors).for_each(|(value, factor)| line.push_str(&format!("{:?},", value / factor)));
+        }
         Err(failure) => {
             line.push_str(&",".repeat(sweep.measures.len()));
             // One line a run: whoever counts lines counts runs.

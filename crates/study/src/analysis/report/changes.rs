@@ -1,8 +1,11 @@
 //! Derivatives: of an equilibrium, of vibrations, of peaks and crossings.
 
+use cotree::columns::titled;
+use cotree::compile::shown;
+use cotree::mechanism::Units;
 use serde_json::{Map, Value, json};
 
-use super::{Report, align, number};
+use super::{Report, align, number, told};
 use crate::analysis::{Changes, Feature, Kind, ModeChanges, Sensitivities};
 
 /// What happens in a motion, and the parameters it is differentiated by, with their units.
@@ -15,8 +18,13 @@ pub struct Features {
     pub features: Vec<Feature>,
 }
 
-fn per(parameters: &[(String, String)]) -> impl Iterator<Item = String> {
-    parameters.iter().map(|(name, _)| format!("d/d({name})"))
+/// The parameters as they are named and how large the units are that they are shown in.
+fn shown_by(parameters: &[(String, String)], units: &Units) -> Vec<(String, f64)> {
+    let one = |(name, si): &(String, String)| match shown(units, si) {
+        unit if unit.factor == 1.0 => (name.clone(), 1.0),
+        unit => (titled(name, &unit.name), unit.factor),
+    };
+    parameters.iter().map(one).collect()
 }
 
 fn by_name<'a>(parameters: &'a [(String, String)], values: impl IntoIterator<Item = f64> + 'a) -> Map<String, Value> {
@@ -25,17 +33,22 @@ fn by_name<'a>(parameters: &'a [(String, String)], values: impl IntoIterator<Ite
 
 /// At one time: an equilibrium.
 impl Report for Sensitivities {
-    fn text(&self) -> String {
-        let titles = ["output", "value", "unit"].map(str::to_owned).into_iter().chain(per(&self.parameters));
+    fn text(&self, units: &Units) -> String {
+        let parameters = shown_by(&self.parameters, units);
+        let per = parameters.iter().map(|(name, _)| format!("d/d({name})"));
+        let titles = ["output", "value", "unit"].map(str::to_owned).into_iter().chain(per);
         let mut lines = vec![titles.collect::<Vec<String>>()];
         for (values, derivatives) in self.values.iter().zip(&self.derivatives) {
             for (row, (name, unit)) in self.outputs.iter().enumerate() {
-                let mut line = vec![name.clone(), number(values[row], 0.0), unit.clone()];
-                line.extend(derivatives.row(row).iter().map(|value| number(*value, 0.0)));
+                let unit = shown(units, unit);
+                let mut line = vec![name.clone(), number(values[row] / unit.factor, 0.0), unit.name];
+                let derivatives = derivatives.row(row);
+                let derivatives = derivatives.iter().zip(&parameters).map(|(value, (_, by))| value * by / unit.factor);
+                line.extend(derivatives.map(|value| number(value, 0.0)));
                 lines.push(line);
             }
         }
-        format!("Where it rests, in SI units:\n\n{}", align(&lines))
+        format!("Where it rests{}:\n\n{}", told(units), align(&lines))
     }
 
     fn json(&self) -> Value {
@@ -51,7 +64,7 @@ impl Report for Sensitivities {
         json!({ "time": self.times.first(), "outputs": self.outputs.iter().enumerate().map(output).collect::<Vec<_>>() })
     }
 
-    fn csv(&self) -> String {
+    fn csv(&self, _: &Units) -> String {
         let mut text = String::from("output,value,parameter,derivative\n");
         for (values, derivatives) in self.values.iter().zip(&self.derivatives) {
             for (row, (name, _)) in self.outputs.iter().enumerate() {
@@ -80,14 +93,15 @@ impl ModeChanges {
 }
 
 impl Report for ModeChanges {
-    fn text(&self) -> String {
+    fn text(&self, units: &Units) -> String {
+        let parameters = shown_by(&self.parameters, units);
         let titles = ["mode", "frequency [Hz]", "damping ratio", "with respect to", "d(frequency)", "d(damping ratio)"];
         let mut lines = vec![titles.map(str::to_owned).to_vec()];
         for (index, mode) in self.modes.iter().enumerate() {
             let ratio = mode.damping_ratio().map_or_else(|| "-".to_owned(), |ratio| number(ratio, 1e3));
-            for (name, parts) in self.cells(index) {
+            for ((_, parts), (name, by)) in self.cells(index).zip(&parameters) {
                 let [frequency, damping] = match parts {
-                    Some([_, _, frequency, damping]) => [frequency, damping].map(|value| number(value, 0.0)),
+                    Some([_, _, frequency, damping]) => [frequency, damping].map(|value| number(value * by, 0.0)),
                     None => ["-".to_owned(), "-".to_owned()],
                 };
                 let own = [(index + 1).to_string(), number(mode.frequency(), 0.0), ratio.clone()];
@@ -96,7 +110,7 @@ impl Report for ModeChanges {
         }
         let note = "A mode without derivatives moves freely, or its eigenvalue is there twice.\n";
         let note = if self.derivatives.iter().any(Option::is_none) { note } else { "" };
-        format!("{}: vibration about its equilibrium, in SI units\n\n{}{note}", self.name, align(&lines))
+        format!("{}: vibration about its equilibrium{}\n\n{}{note}", self.name, told(units), align(&lines))
     }
 
     fn json(&self) -> Value {
@@ -116,7 +130,7 @@ impl Report for ModeChanges {
         json!({ "name": self.name, "modes": self.modes.iter().enumerate().map(mode).collect::<Vec<_>>() })
     }
 
-    fn csv(&self) -> String {
+    fn csv(&self, _: &Units) -> String {
         let mut text = String::from("mode,frequency,parameter,real,imaginary,d_frequency,d_damping_ratio\n");
         for (index, mode) in self.modes.iter().enumerate() {
             for (name, parts) in self.cells(index) {
@@ -148,21 +162,26 @@ impl Features {
 }
 
 impl Report for Features {
-    fn text(&self) -> String {
-        let titles = ["output", "", "value", "unit", "at [s]", "with respect to", "d(value)", "d(time)"];
+    fn text(&self, units: &Units) -> String {
+        let (parameters, second) = (shown_by(&self.parameters, units), shown(units, "s"));
+        let at = titled("at", &second.name);
+        let titles = ["output", "", "value", "unit", &at, "with respect to", "d(value)", "d(time)"];
         let mut lines = vec![titles.map(str::to_owned).to_vec()];
-        for (own, parameter, by) in self.cells() {
-            let numbers = by.map_or_else(|| ["-".to_owned(), "-".to_owned()], |by| by.map(|by| number(by, 0.0)));
-            let [value, time] = [own.value, own.time].map(|value| number(value, 0.0));
-            let own = [own.output.0.clone(), word(own.kind).to_owned(), value, own.output.1.clone(), time];
-            lines.push(own.into_iter().chain([parameter.to_owned()]).chain(numbers).collect());
+        for ((own, _, by), (parameter, size)) in self.cells().zip(parameters.iter().cycle()) {
+            let unit = shown(units, &own.output.1);
+            let scaled = |[value, time]: [f64; 2]| [value / unit.factor, time / second.factor];
+            let numbers = by.map(|by| scaled(by).map(|by| number(by * size, 0.0)));
+            let numbers = numbers.unwrap_or_else(|| ["-".to_owned(), "-".to_owned()]);
+            let [value, time] = scaled([own.value, own.time]).map(|value| number(value, 0.0));
+            let own = [own.output.0.clone(), word(own.kind).to_owned(), value, unit.name, time];
+            lines.push(own.into_iter().chain([parameter.clone()]).chain(numbers).collect());
         }
         let why = |own: &Feature| {
             let what = own.changes.as_ref().err()?;
             Some(format!("  no derivatives of the {} of {}: {what}\n", word(own.kind), own.output.0))
         };
         let notes: String = self.features.iter().filter_map(why).collect();
-        format!("{}: peaks and crossings, in SI units\n\n{}{notes}", self.name, align(&lines))
+        format!("{}: peaks and crossings{}\n\n{}{notes}", self.name, told(units), align(&lines))
     }
 
     fn json(&self) -> Value {
@@ -176,7 +195,7 @@ impl Report for Features {
         json!({ "name": self.name, "features": self.features.iter().map(feature).collect::<Vec<_>>() })
     }
 
-    fn csv(&self) -> String {
+    fn csv(&self, _: &Units) -> String {
         let mut text = String::from("output,kind,value,time,parameter,d_value,d_time\n");
         for (own, parameter, by) in self.cells() {
             let (name, kind) = (&own.output.0, word(own.kind));

@@ -1,11 +1,12 @@
 //! An equilibrium with its reactions and loads.
 
+use cotree::compile::shown;
 use cotree::expr::{Expr, Symbol};
 use cotree::formulate::Formulated;
-use cotree::mechanism::{Dimension, Mechanism, Quantity, Variable};
+use cotree::mechanism::{Dimension, Mechanism, Quantity, Units, Variable};
 use serde_json::{Map, Value, json};
 
-use super::{Report, align, largest, number};
+use super::{Report, align, at, largest, number};
 use crate::analysis::resting::pose;
 use crate::analysis::{Equilibrium, Point, Stability};
 
@@ -160,9 +161,9 @@ impl Stability {
 }
 
 impl Report for Statics {
-    fn text(&self) -> String {
+    fn text(&self, units: &Units) -> String {
         let Statics { name, time, stability, .. } = self;
-        let mut text = format!("{name} at rest, t = {time} s\n{}\n", stability.sentence());
+        let mut text = format!("{name} at rest, {}\n{}\n", at(*time, units), stability.sentence());
         if !self.by_motion {
             text.push_str("(judged by stiffness alone: the motion cannot be linearised here)\n");
         }
@@ -170,7 +171,8 @@ impl Report for Statics {
             let largest = largest(group.values.iter().map(|(_, value, _)| value)).max(LEAST);
             text.push_str(&format!("\n{}\n", group.title));
             let line = |(name, value, unit): &(String, f64, &str)| {
-                vec![name.clone(), number(*value, largest), (*unit).to_owned()]
+                let unit = shown(units, unit);
+                vec![name.clone(), number(value / unit.factor, largest / unit.factor), unit.name]
             };
             text.push_str(&align(&group.values.iter().map(line).collect::<Vec<_>>()));
         }
@@ -203,11 +205,12 @@ impl Report for Statics {
         })
     }
 
-    fn csv(&self) -> String {
+    fn csv(&self, units: &Units) -> String {
         let mut text = String::from("group,name,value,unit\n");
         for Group { title, values } in &self.groups {
             for (name, value, unit) in values {
-                text.push_str(&format!("{title},{name},{value:?},{unit}\n"));
+                let unit = shown(units, unit);
+                text.push_str(&format!("{title},{name},{:?},{}\n", value / unit.factor, unit.name));
             }
         }
         text

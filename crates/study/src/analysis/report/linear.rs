@@ -1,9 +1,10 @@
 //! Linear systems at one or many points.
 
+use cotree::mechanism::Units;
 use nalgebra::DMatrix;
 use serde_json::{Value, json};
 
-use super::{Report, align, largest, number};
+use super::{Report, align, at, largest, number};
 use crate::analysis::{Signal, StateSpace};
 
 #[derive(Clone, Debug)]
@@ -28,6 +29,20 @@ impl StateSpace {
         ]
     }
 
+    /// For states, inputs and outputs in these units; rates are by the second.
+    fn in_units(&self, units: &Units) -> StateSpace {
+        let factors = |signals: &[Signal]| signals.iter().map(|own| units.of(&own.unit).factor).collect::<Vec<_>>();
+        let [x, u, y] = [&self.states, &self.inputs, &self.outputs].map(|signals| factors(signals));
+        let scaled = |matrix: &DMatrix<f64>, rows: &[f64], columns: &[f64]| {
+            DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |row, column| {
+                matrix[(row, column)] * columns[column] / rows[row]
+            })
+        };
+        let [a, b] = [(&self.a, &x), (&self.b, &u)].map(|(matrix, columns)| scaled(matrix, &x, columns));
+        let [c, d] = [(&self.c, &x), (&self.d, &u)].map(|(matrix, columns)| scaled(matrix, &y, columns));
+        StateSpace { a, b, c, d, ..self.clone() }
+    }
+
     fn json(&self) -> Value {
         let rows = |matrix: &DMatrix<f64>| -> Vec<Vec<f64>> {
             matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
@@ -48,12 +63,14 @@ impl StateSpace {
         })
     }
 
-    fn text(&self) -> String {
-        let mut text = format!("t = {} s\n", self.time);
+    fn text(&self, units: &Units) -> String {
+        let mut text = format!("{}\n", at(self.time, units));
         for (title, signals) in [("states", &self.states), ("inputs", &self.inputs), ("outputs", &self.outputs)] {
             if !signals.is_empty() {
-                let line =
-                    |signal: &Signal| vec![signal.name.clone(), number(signal.value, 1.0), signal.unit.si.clone()];
+                let line = |signal: &Signal| {
+                    let unit = units.of(&signal.unit);
+                    vec![signal.name.clone(), number(signal.value / unit.factor, 1.0 / unit.factor), unit.name]
+                };
                 text.push_str(&format!("\n{title}\n{}", align(&signals.iter().map(line).collect::<Vec<_>>())));
             }
         }
@@ -73,8 +90,8 @@ impl StateSpace {
 }
 
 impl Report for Linearization {
-    fn text(&self) -> String {
-        let points: Vec<String> = self.points.iter().map(StateSpace::text).collect();
+    fn text(&self, units: &Units) -> String {
+        let points: Vec<String> = self.points.iter().map(|point| point.in_units(units).text(units)).collect();
         format!("{}: dx/dt = A x + B u, y = C x + D u\n{}", self.name, points.join("\n"))
     }
 
@@ -90,7 +107,7 @@ impl Report for Linearization {
         }
     }
 
-    fn csv(&self) -> String {
+    fn csv(&self, _: &Units) -> String {
         let mut text = String::from("time,matrix,row,column,value\n");
         for point in &self.points {
             for (name, matrix, rows, columns) in point.matrices() {

@@ -6,6 +6,8 @@ mod linear;
 mod modes;
 
 use cotree::columns::{aligned, rounded};
+use cotree::compile::shown;
+use cotree::mechanism::Units;
 use serde_json::Value;
 
 pub use changes::Features;
@@ -22,16 +24,19 @@ pub enum Style {
 }
 
 pub trait Report {
-    fn text(&self) -> String;
+    /// For people, in these units.
+    fn text(&self, units: &Units) -> String;
+    /// In SI units.
     fn json(&self) -> Value;
-    fn csv(&self) -> String;
+    /// Where it names units, in these; else in SI units.
+    fn csv(&self, units: &Units) -> String;
 
     /// In a style; ends with a line break.
-    fn write(&self, style: Style) -> String {
+    fn write(&self, style: Style, units: &Units) -> String {
         match style {
-            Style::Text => self.text(),
+            Style::Text => self.text(units),
             Style::Json => format!("{:#}\n", self.json()),
-            Style::Csv => self.csv(),
+            Style::Csv => self.csv(units),
         }
     }
 }
@@ -44,6 +49,17 @@ pub(crate) fn align(lines: &[Vec<String>]) -> String {
 /// Six significant digits; what is only rounding beside `largest` is zero.
 fn number(value: f64, largest: f64) -> String {
     if value.abs() <= 1e-13 * largest { "0".to_owned() } else { rounded(value, 6, 1e-4..1e7) }
+}
+
+/// `t = 2 s`
+fn at(time: f64, units: &Units) -> String {
+    let second = shown(units, "s");
+    format!("t = {} {}", time / second.factor, second.name)
+}
+
+/// "in SI units", if nothing else is asked for.
+fn told(units: &Units) -> &'static str {
+    if *units == Units::default() { ", in SI units" } else { "" }
 }
 
 fn largest<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {

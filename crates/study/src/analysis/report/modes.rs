@@ -1,8 +1,9 @@
 //! Natural vibrations.
 
+use cotree::mechanism::Units;
 use serde_json::{Map, Value, json};
 
-use super::{Report, align, number};
+use super::{Report, align, at, number};
 use crate::analysis::Mode;
 
 /// Parts of a shape below this do not show in the table.
@@ -34,8 +35,8 @@ impl Vibration {
         align(&lines)
     }
 
-    fn shapes(&self) -> String {
-        let mut lines = vec![vec!["shape".to_owned()]];
+    fn shapes(&self, units: &Units) -> String {
+        let mut lines = vec![vec![if *units == Units::default() { "shape" } else { "shape (SI)" }.to_owned()]];
         lines[0].extend((1..=self.modes.len()).map(|mode| format!("mode {mode}")));
         for (row, coordinate) in self.coordinates.iter().enumerate() {
             let mut line = vec![coordinate.clone()];
@@ -63,14 +64,14 @@ fn kind(mode: &Mode) -> &'static str {
 }
 
 impl Report for Vibration {
-    fn text(&self) -> String {
+    fn text(&self, units: &Units) -> String {
         let about =
             if self.resting { "about its equilibrium" } else { "about its motion, as if the point stood still" };
-        let mut text = format!("{}: vibration {about}, t = {} s\n", self.name, self.time);
+        let mut text = format!("{}: vibration {about}, {}\n", self.name, at(self.time, units));
         if self.modes.is_empty() {
             text.push_str("\nThe drivers determine the motion: nothing can vibrate.\n");
         } else {
-            text.push_str(&format!("\n{}\n{}", self.table(), self.shapes()));
+            text.push_str(&format!("\n{}\n{}", self.table(), self.shapes(units)));
         }
         text
     }
@@ -93,7 +94,7 @@ impl Report for Vibration {
         json!({"name": self.name, "time": self.time, "at_rest": self.resting, "modes": modes})
     }
 
-    fn csv(&self) -> String {
+    fn csv(&self, _: &Units) -> String {
         let mut text = String::from(
             "mode,real,imaginary,frequency,natural_frequency,damping_ratio,coordinate,shape_real,shape_imaginary\n",
         );
