@@ -100,6 +100,7 @@ fn every_model_is_shown() {
         let Some(verdict) = seen(&page, include_str!("shows.js")) else { return };
         assert_eq!(verdict["odd"], serde_json::json!([]), "{}: {verdict}", scene.display());
         assert_eq!(verdict["bodies"], true, "{}: {verdict}", scene.display());
+        assert_eq!(verdict["outside"], serde_json::json!([]), "a body is cut off, {}: {verdict}", scene.display());
         assert_eq!(verdict["covered"], serde_json::json!([]), "names cover each other, {}: {verdict}", scene.display());
     }
 }
@@ -228,7 +229,7 @@ fn values_are_typed_and_spoken_in_the_units_that_are_shown() {
     let text = fs::read_to_string(model("cart_pole")).unwrap();
     let length = "pole_length = { value = 1000, unit = \"mm\", min = \"1 mm\" }";
     let scene = folder.path().join("scene.toml");
-    fs::write(&scene, text.replace("pole_length = \"1 m\"", length)).unwrap();
+    fs::write(&scene, text.replace("pole_length = \"1 m\"", length) + "[display]\nunits = [\"kN\"]\n").unwrap();
     let page = page(folder.path(), &scene, &runtimes);
     let Some(verdict) = seen(&page, include_str!("types.js")) else { return };
     assert_eq!((&verdict["spoken"], &verdict["unit"]), (&"1000 mm".into(), &"mm".into()), "{verdict}");
@@ -239,7 +240,7 @@ fn values_are_typed_and_spoken_in_the_units_that_are_shown() {
         assert!(fault.as_str().unwrap().contains(words), "{verdict}");
     }
     assert_eq!(verdict["quiet"], true, "{verdict}");
-    assert_eq!(verdict["push"], "push, on cart", "{verdict}");
+    assert_eq!((&verdict["push"], &verdict["force"]), (&"push, on cart".into(), &"kN".into()), "{verdict}");
 }
 
 #[test]

@@ -16,4 +16,4 @@ const kept = knob.value === comma && typed.value === "1500";
 const speed = cotree.transport.speed;
 typed.dispatchEvent(new page.KeyboardEvent("keydown", { key: "]", bubbles: true }));
 const quiet = cotree.transport.speed === speed;
-return { spoken, unit, beyond, answered, comma, faults, kept, quiet, push: box.parentElement.querySelector(`[for=set-${place("push")}]`).textContent };
+return { force: MODEL.variables[place("rail.fn")].display?.name, spoken, unit, beyond, answered, comma, faults, kept, quiet, push: box.parentElement.querySelector(`[for=set-${place("push")}]`).textContent };

@@ -145,8 +145,9 @@ function measure() {
   const see = ([x, y]) => { if (Number.isFinite(x + y)) [x0, x1, y0, y1] = [Math.min(x0, x), Math.max(x1, x), Math.min(y0, y), Math.max(y1, y)]; };
   const anchors = [...G.joints, ...G.springs].flatMap(part => part.ends);
   eachPose(() => {
-    G.bodies.forEach((body, index) => forms[index].concat([body.centre]).forEach(at => see(pixel(add(pose[index], 1, turned(index, at))))));
+    G.bodies.forEach((body, index) => forms[index].concat([body.centre], body.rim).forEach(at => see(pixel(add(pose[index], 1, turned(index, at))))));
     anchors.forEach(anchor => see(spot(anchor)));
+    for (const { rim, wheels: [hub] } of G.couplings.filter(coupling => coupling.rim)) rim.forEach(at => see(spot({ body: hub.centre.body, at, point: null })));
     for (const wheel of wheels) { const [x, y] = spot(wheel.centre), r = S * wheel.radius; see([x - r, y - r]); see([x + r, y + r]); }
   });
   const room = 5 * PIN;
