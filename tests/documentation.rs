@@ -108,3 +108,21 @@ fn a_large_mechanism_stands_still_and_says_so() {
     assert!(page.contains("The picture stands still: the mechanism has 101 bodies"), "{page:.600}");
     assert!(page.contains("<svg") && page.contains("<h2>Use</h2>") && !page.contains("<script"));
 }
+
+/// Wheels and archives are made after the runtime for browsers, and have it.
+#[test]
+fn what_is_released_has_the_runtime_for_browsers() {
+    let workflow = fs::read_to_string(Path::new(ROOT).join(".github/workflows/release.yml")).unwrap();
+    let at = |words: &str| workflow.find(words).unwrap_or_else(|| panic!("no `{words}`"));
+    let runtime = at("tools/build-runtimes.sh web");
+    for words in ["python/cotree/runtimes", "target/release/runtimes"] {
+        assert!(at(words) > runtime && at(words) < at("maturin build"), "{words}");
+    }
+    assert!(workflow.rfind("target/release/runtimes").unwrap() > at("upload-artifact"));
+    let script = fs::read_to_string(Path::new(ROOT).join("tools/release.sh")).unwrap();
+    let wheel = script.split_once("wheel() {").unwrap().1.split_once("\n}").unwrap().0;
+    assert!(
+        wheel.find("cp -r \"$runtimes/web\" python/cotree/runtimes/web").unwrap()
+            < wheel.find("maturin build").unwrap()
+    );
+}

@@ -482,3 +482,23 @@ fn an_abbreviation_stands_for_one_thing_all_through_a_lesson() {
         }
     }
 }
+
+/// The names of its nodes stand in the picture of the mechanism, as the graph has them, and its tables say what they show.
+#[test]
+fn the_picture_has_the_nodes_of_the_graph_and_tables_have_captions() {
+    let html = written::steps(&written(SLIDER_CRANK), Prose::Html).unwrap_or_else(|faults| panic!("{faults}"));
+    let picture = html.split_once("<figure>").unwrap().1.split_once("</figure>").unwrap().0;
+    for names in ["O, G, A", "C1", "B, P", "C2", "C3, D"] {
+        assert!(picture.contains(&format!(">{names}</text>")), "{names}: {picture}");
+    }
+    let tables = html.matches("<table>").count();
+    let captions: Vec<&str> = html.split("<caption>").skip(1).map(|rest| rest.split_once('<').unwrap().0).collect();
+    assert_eq!(captions.len(), tables, "{captions:?}");
+    let text = lesson(&written(SLIDER_CRANK));
+    assert!(
+        captions.len() > 8 && captions.iter().all(|caption| text.contains(&format!("  {caption}:\n"))),
+        "{captions:?}"
+    );
+    let latex = written::steps(&written(SLIDER_CRANK), Prose::Latex).unwrap_or_else(|faults| panic!("{faults}"));
+    assert!(latex.contains("\\textbf{Edges of both graphs}") && latex.contains("B, P"));
+}

@@ -70,7 +70,7 @@ build_for() (
     local platform=$1 manifest=$2 target std=()
     target=$(triple "$platform")
     choose_toolchain "$target"
-    local options=(--release --config "$STRIP" --manifest-path "$manifest" --target-dir "$work" "${std[@]}" "${@:3}")
+    local options=(--release --config "$STRIP" --manifest-path "$manifest" --target-dir "$work" ${std[@]+"${std[@]}"} "${@:3}")
     if [ "$platform" = win64 ] || [ "$platform" = web ]; then
         "$CARGO" build "${options[@]}" --target "$target"
     else

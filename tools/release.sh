@@ -66,10 +66,15 @@ build() {
 # For Python on Linux; other systems build theirs from the source (docs/python.md).
 wheel() {
     say wheel
+    # The package brings the solver of its pages along.
+    rm -rf python/cotree/runtimes
+    mkdir -p python/cotree/runtimes
+    cp -r "$runtimes/web" python/cotree/runtimes/web
     python3 -m venv --clear "$work/maturin"
     "$work/maturin/bin/pip" install --quiet --disable-pip-version-check "${MATURIN[@]}"
     COTREE_RUNTIME=$(runtime linux64) CARGO_TARGET_DIR=$work PATH=$work/maturin/bin:$PATH \
         maturin build --quiet --release --strip --zig --target "$(triple linux64)" --compatibility "manylinux_${GLIBC/./_}" --out "$folder"
+    rm -r python/cotree/runtimes
 }
 
 if [ "${1-}" = -o ]; then

@@ -69,6 +69,8 @@ python3 -m pip install --quiet --disable-pip-version-check --target "$root/opt/p
 cp tests/fmpy/run.py "$root/opt/"
 tar -xzf "$folder"/cotree-*-linux-x86_64.tar.gz -C "$root/opt"
 inside sh -c "cd /opt/cotree-* && ./cotree check models/$model/scene.toml && ./cotree export models/$model/scene.toml -o /opt/$model.fmu"
+inside sh -c "cd /opt/cotree-* && ./cotree view models/$model/scene.toml -o /opt/page.html"
+! grep -q 'id="solver"></script>' "$root/opt/page.html" || fail "the page has no solver"
 cmp "$first/$model.fmu" "$root/opt/$model.fmu"
 inside python3 /opt/run.py "/opt/$model.fmu"
 say "the wheel"
@@ -79,6 +81,7 @@ inside python3 -c "
 import cotree, glob
 model = cotree.load(glob.glob('/opt/cotree-*/models/$model/scene.toml')[0])
 print(model.simulate(stop='1 s')['energy.total'][-1], 'J after 1 s')
+assert 'id=\"solver\"></script>' not in model.page(), 'the package has no solver for its pages'
 model.export('/opt/python.fmu')"
 inside python3 /opt/run.py /opt/python.fmu
 say "all is well"

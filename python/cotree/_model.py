@@ -229,7 +229,7 @@ class Model:
 
     def page(self) -> str:
         """A page for a browser that shows the mechanism in motion, with plots and sliders where the package has the solver for browsers."""
-        module = importlib.resources.files(__package__) / "cotree_runtime.wasm"
+        module = importlib.resources.files(__package__) / "runtimes" / "web" / "cotree_runtime.wasm"
         with raised():
             return self._core.page(module.read_bytes() if module.is_file() else None)
 

@@ -165,6 +165,27 @@ def test_the_package_has_the_command(tmp_path):
     assert wrong.returncode == 2
 
 
+def test_pages_have_the_solver_that_the_package_brings_along(tmp_path, monkeypatch, slider_crank):
+    import importlib.resources
+
+    from cotree import _command
+
+    module = tmp_path / "runtimes" / "web" / "cotree_runtime.wasm"
+    module.parent.mkdir(parents=True)
+    module.write_bytes(b"\0asm")
+    monkeypatch.setattr(importlib.resources, "files", lambda _: tmp_path)
+    assert 'id="solver"></script>' not in slider_crank.page()
+    # The command looks there too, unless another folder is named.
+    monkeypatch.setattr(_command, "__file__", str(tmp_path / "_command.py"))
+    monkeypatch.setattr(_command.signal, "signal", lambda *_: None)
+    seen = []
+    monkeypatch.setattr(_command._cotree, "command", lambda _: seen.append(_command.os.environ["COTREE_RUNTIMES"]) or 0)
+    for environment, expected in [({}, str(tmp_path / "runtimes")), ({"COTREE_RUNTIMES": "elsewhere"}, "elsewhere")]:
+        monkeypatch.setattr(_command.os, "environ", environment)
+        _command.main()
+        assert seen[-1] == expected
+
+
 def test_the_examples_in_the_documentation_run():
     import doctest
 

@@ -12,6 +12,8 @@ const PATIENCE: Duration = Duration::from_secs(180);
 
 pub struct Browser {
     program: PathBuf,
+    /// Do its readers like dark colours?
+    dark: bool,
 }
 
 /// Where the page in the frame comes from.
@@ -51,7 +53,11 @@ impl Browser {
         if program.is_none() {
             eprintln!("skipped: there is no Chromium");
         }
-        program.map(|program| Browser { program })
+        program.map(|program| Browser { program, dark: false })
+    }
+
+    pub fn dark(&self, dark: bool) -> Browser {
+        Browser { program: self.program.clone(), dark }
     }
 
     pub fn look(&self, page: &str, script: &str) -> Seen {
@@ -79,6 +85,7 @@ impl Browser {
         let mut command = Command::new(&self.program);
         command.args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run"]);
         command.args(["--disable-background-networking", "--enable-logging=stderr", "--v=0"]);
+        command.arg(format!("--blink-settings=preferredColorScheme={}", u8::from(!self.dark)));
         command.arg(format!("--user-data-dir={}", folder.display())).arg(address);
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
         command.spawn().unwrap_or_else(|error| panic!("{} cannot be started: {error}", self.program.display()))

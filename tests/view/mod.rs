@@ -47,6 +47,48 @@ fn a_stored_run_plays_and_the_scrubber_moves_the_bodies() {
     assert_eq!(verdict["back"], true, "{verdict}");
     assert_eq!(verdict["sliders"], 0, "{verdict}");
     assert_eq!(verdict["restored"], true, "{verdict}");
+    assert_stored(&verdict, "cotree view SCENE.toml --runtimes target/runtimes");
+}
+
+/// The page has no empty panel, and says which commands bring the solver.
+fn assert_stored(verdict: &serde_json::Value, command: &str) {
+    let told = verdict["told"].as_str().unwrap();
+    assert!(told.contains("tools/build-runtimes.sh web") && told.contains(command), "{verdict}");
+    assert_eq!(verdict["panel"], false, "{verdict}");
+}
+
+/// A page of the documentation, out of its archive.
+fn documentation(folder: &Path, arguments: &[&str]) -> String {
+    let output = cotree(folder, &[&["export", "-o", "model.fmu", "--platform", "linux64"], arguments].concat());
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let file = fs::File::open(folder.join("model.fmu")).unwrap();
+    let mut archive = zip::ZipArchive::new(file).unwrap();
+    std::io::read_to_string(archive.by_name("documentation/index.html").unwrap()).unwrap()
+}
+
+/// Documentation and lesson on a phone: what is wide scrolls in a box of its own. In the dark the page is dark.
+#[test]
+fn pages_to_be_read_fit_a_phone_and_are_dark_in_the_dark() {
+    let Some(browser) = Browser::find() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["slider_crank", "vibration", "toggle_press"] {
+        let scene = model(name);
+        let scene = scene.to_str().unwrap();
+        let output = cotree(folder.path(), &["show", scene, "--steps", "html"]);
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        let lesson = String::from_utf8(output.stdout).unwrap().replacen("<html", "<html data-ready=\"yes\"", 1);
+        for page in [lesson, documentation(folder.path(), &[scene])] {
+            for (dark, background) in
+                [(false, ["rgb(255, 255, 255)", "rgb(244, 245, 247)"]), (true, ["rgb(14, 18, 22)"; 2])]
+            {
+                let Seen { verdict, console } = browser.dark(dark).look(&page, include_str!("narrow.js"));
+                assert!(console.is_empty(), "{console:?}");
+                assert!(verdict["wide"].as_u64().unwrap() <= 390, "{name}: {verdict}");
+                assert!(verdict["tables"].as_u64().unwrap() > 3 && verdict["tight"] == 0, "{name}: {verdict}");
+                assert!(background.contains(&verdict["background"].as_str().unwrap()), "{name}: {verdict}");
+            }
+        }
+    }
 }
 
 #[test]
@@ -58,6 +100,7 @@ fn every_model_is_shown() {
         let Some(verdict) = seen(&page, include_str!("shows.js")) else { return };
         assert_eq!(verdict["odd"], serde_json::json!([]), "{}: {verdict}", scene.display());
         assert_eq!(verdict["bodies"], true, "{}: {verdict}", scene.display());
+        assert_eq!(verdict["outside"], serde_json::json!([]), "a body is cut off, {}: {verdict}", scene.display());
         assert_eq!(verdict["covered"], serde_json::json!([]), "names cover each other, {}: {verdict}", scene.display());
     }
 }
@@ -180,6 +223,27 @@ fn a_slider_changes_the_run_and_reset_gives_the_first_one_back() {
 }
 
 #[test]
+fn values_are_typed_and_spoken_in_the_units_that_are_shown() {
+    let Some(runtimes) = runtimes() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let text = fs::read_to_string(model("cart_pole")).unwrap();
+    let length = "pole_length = { value = 1000, unit = \"mm\", min = \"1 mm\" }";
+    let scene = folder.path().join("scene.toml");
+    fs::write(&scene, text.replace("pole_length = \"1 m\"", length) + "[display]\nunits = [\"kN\"]\n").unwrap();
+    let page = page(folder.path(), &scene, &runtimes);
+    let Some(verdict) = seen(&page, include_str!("types.js")) else { return };
+    assert_eq!((&verdict["spoken"], &verdict["unit"]), (&"1000 mm".into(), &"mm".into()), "{verdict}");
+    assert_eq!((&verdict["beyond"], &verdict["answered"]), (&"2500 mm".into(), &true.into()), "{verdict}");
+    assert_eq!((&verdict["comma"], &verdict["kept"]), (&1.5.into(), &true.into()), "{verdict}");
+    let faults = verdict["faults"].as_array().unwrap();
+    for (fault, words) in faults.iter().zip(["at least 1 mm", "\"long\" is no number", "is no number"]) {
+        assert!(fault.as_str().unwrap().contains(words), "{verdict}");
+    }
+    assert_eq!(verdict["quiet"], true, "{verdict}");
+    assert_eq!((&verdict["push"], &verdict["force"]), (&"push, on cart".into(), &"kN".into()), "{verdict}");
+}
+
+#[test]
 fn a_force_that_follows_an_input_is_dragged_by_its_tip() {
     let Some(runtimes) = runtimes() else { return };
     let folder = tempfile::tempdir().unwrap();
@@ -230,17 +294,15 @@ fn the_documentation_of_an_fmu_moves() {
     let mut kinds = vec![(folder.path().to_path_buf(), 0)];
     kinds.extend(runtimes().map(|runtimes| (runtimes, 1)));
     for (runtimes, sliders) in kinds {
-        let (scene, runtimes) = (model("slider_crank"), runtimes.to_str().unwrap().to_owned());
-        let arguments =
-            ["export", scene.to_str().unwrap(), "-o", "model.fmu", "--platform", "linux64", "--runtimes", &runtimes];
-        let output = cotree(folder.path(), &arguments);
-        assert_eq!(code(&output), 0, "{}", stderr(&output));
-        let file = fs::File::open(folder.path().join("model.fmu")).unwrap();
-        let mut archive = zip::ZipArchive::new(file).unwrap();
-        let page = std::io::read_to_string(archive.by_name("documentation/index.html").unwrap()).unwrap();
+        let scene = model("slider_crank");
+        let page = documentation(folder.path(), &[scene.to_str().unwrap(), "--runtimes", runtimes.to_str().unwrap()]);
         let Some(verdict) = seen(&page, include_str!("plays.js")) else { return };
         assert_eq!((&verdict["moved"], &verdict["played"]), (&true.into(), &true.into()), "{verdict}");
         assert_eq!(verdict["sliders"].as_u64().unwrap() > 0, sliders > 0, "{verdict}");
+        match sliders {
+            0 => assert_stored(&verdict, "cotree export SCENE.toml --runtimes target/runtimes"),
+            _ => assert_eq!((&verdict["told"], &verdict["panel"]), (&"".into(), &true.into()), "{verdict}"),
+        }
     }
 }
 

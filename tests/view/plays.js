@@ -18,4 +18,5 @@ cotree.fit();
 const other = $("scene").getAttribute("viewBox");
 cotree.restore(kept);
 const restored = state.time === middle && other !== seen && $("scene").getAttribute("viewBox") === seen;
-return { restored, moved, back, played, sliders: page.document.querySelectorAll(".slider").length };
+const told = $("stored").hidden ? "" : $("stored").textContent, panel = !$("try").hidden && $("try").getBoundingClientRect().height > 0;
+return { told, panel, restored, moved, back, played, sliders: page.document.querySelectorAll(".slider").length };

@@ -158,6 +158,7 @@ mod tests {
             between: ends.map(body_at),
             ends: ends.map(|x| [x, 0.0]),
             glyph,
+            beside: 0.0,
         };
         Drawing {
             bodies: [1.0, 2.0].map(body).to_vec(),

@@ -15,12 +15,14 @@ use crate::accuracy::{Accuracy, FINEST, Measurement, REFERENCE};
 use crate::icon;
 use crate::page::{Facts, Live, Page as LivePage, prose};
 
-const STYLE: &str = "body{font:16px/1.5 system-ui,'Segoe UI',Helvetica,Arial,sans-serif;color:#1f2933;max-width:60rem;\
-margin:2rem auto;padding:0 1rem}svg{max-width:100%;height:auto;border:1px solid #e6eaef;border-radius:6px}\
+const STYLE: &str = ":root{color-scheme:light dark;--line:#8886;--soft:#8882}\
+body{font:16px/1.5 system-ui,'Segoe UI',Helvetica,Arial,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;\
+overflow-wrap:break-word}svg{max-width:100%;height:auto;border:1px solid var(--line);border-radius:6px}\
+details,.wide{overflow-x:auto}\
 table{border-collapse:collapse;width:100%;font-size:.92rem}th,td{text-align:left;padding:.3rem .7rem;\
-border-bottom:1px solid #e6eaef;vertical-align:top}.n{text-align:right;white-space:nowrap;font-variant-numeric:tabular-nums}\
-code{font-size:.92em;background:#f3f5f8;padding:.1em .3em;border-radius:3px}\
-pre{font-size:.86rem;background:#f3f5f8;padding:.7rem;border-radius:6px;overflow:auto;max-height:40rem}\
+border-bottom:1px solid var(--line);vertical-align:top}.n{text-align:right;white-space:nowrap;font-variant-numeric:tabular-nums}\
+code{font-size:.92em;background:var(--soft);padding:.1em .3em;border-radius:3px}\
+pre{font-size:.86rem;background:var(--soft);padding:.7rem;border-radius:6px;overflow:auto;max-height:40rem}\
 math{font-size:1.05em}";
 
 /// What the page shows beside the description.
@@ -228,7 +230,7 @@ fn accuracy(measured: &Result<Accuracy, String>, default: f64) -> String {
     }
     let heads = ["tolerance", "error", "steps", "rejected", accuracy.work()];
     let heads = heads.map(|head| format!("<th class=\"n\">{head}</th>")).concat();
-    add(&mut text, format_args!("<table>\n<tr>{heads}</tr>\n"));
+    add(&mut text, format_args!("<div class=\"wide\"><table>\n<tr>{heads}</tr>\n"));
     for Measurement { tolerance, error, statistics } in &accuracy.measurements {
         let Statistics { steps, rejected, evaluations, .. } = statistics;
         let (tolerance, error) = (format!("{tolerance:e}"), format!("{error:.1e}"));
@@ -236,7 +238,7 @@ fn accuracy(measured: &Result<Accuracy, String>, default: f64) -> String {
         let cells = cells.map(|cell| format!("<td class=\"n\">{cell}</td>")).concat();
         add(&mut text, format_args!("<tr>{cells}</tr>\n"));
     }
-    text.push_str("</table>\n");
+    text.push_str("</table></div>\n");
     text
 }
 
@@ -250,7 +252,9 @@ fn table<'a>(page: &mut String, title: &str, variables: impl Iterator<Item = &'a
     let columns = if range { "<th class=\"n\">default</th><th>permitted</th><th>may change</th>" } else { "" };
     add(
         page,
-        format_args!("<h2>{title}</h2>\n<table>\n<tr><th>name</th><th>unit</th>{columns}<th>meaning</th></tr>\n"),
+        format_args!(
+            "<h2>{title}</h2>\n<div class=\"wide\"><table>\n<tr><th>name</th><th>unit</th>{columns}<th>meaning</th></tr>\n"
+        ),
     );
     for variable in variables {
         let (name, unit) = (escape(&variable.name), escape(&shown_unit(&variable.unit)));
@@ -261,7 +265,7 @@ fn table<'a>(page: &mut String, title: &str, variables: impl Iterator<Item = &'a
         }
         add(page, format_args!("<td>{}</td></tr>\n", prose(&variable.description)));
     }
-    page.push_str("</table>\n");
+    page.push_str("</table></div>\n");
 }
 
 /// The initial values that can be set.
@@ -282,8 +286,8 @@ fn initial_values(variables: &[ScalarVariable]) -> String {
         return rows;
     }
     format!(
-        "<h2>Initial values</h2>\n<p>They may be set before initialisation.</p>\n<table>\n\
-         <tr><th>name</th><th>unit</th><th class=\"n\">default</th><th>is</th></tr>\n{rows}</table>\n"
+        "<h2>Initial values</h2>\n<p>They may be set before initialisation.</p>\n<div class=\"wide\"><table>\n\
+         <tr><th>name</th><th>unit</th><th class=\"n\">default</th><th>is</th></tr>\n{rows}</table></div>\n"
     )
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use cotree::compile::{Compiled, compile_with, with_everything};
 use cotree::export::description::{Description, ScalarVariable, Start};
 use cotree::formulate::Formulated;
-use cotree::mechanism::{Dimension, Experiment, Place};
+use cotree::mechanism::{Dimension, Experiment, Place, Units};
 use cotree::scene::{Faults, Scene, Text};
 use cotree_draw::drawing::Geometry;
 use cotree_draw::pose::{draw, frames, positions};
@@ -13,7 +13,7 @@ use cotree_fmu::instance::{Inaccuracy, Instance, InstanceError};
 use cotree_fmu::model::Model as Runnable;
 
 use crate::overview::{Overview, overview};
-use crate::page::{GroundPoint, Live, Model, Motion, Page, Variable, point_names, prose};
+use crate::page::{Display, GroundPoint, Live, Model, Motion, Page, Variable, point_names, prose};
 
 /// A stored run has at most so many samples.
 const SAMPLES: f64 = 1000.0;
@@ -37,6 +37,8 @@ struct Picture {
     points: Vec<Vec<String>>,
     ground: Vec<GroundPoint>,
     line: bool,
+    /// What the scene wants its values shown in.
+    units: Units,
 }
 
 /// The scene as it was asked for, and its page, with the solver inside if there is a module for it.
@@ -46,7 +48,7 @@ struct Picture {
 pub fn page(scene: &Scene, module: Option<Vec<u8>>) -> Result<(Compiled, Result<Page, String>), Faults> {
     let (compiled, Overview { drawing, facts }) = compile_with(scene, overview)?;
     let origin = module.map_or(Origin::Stored(compiled.description.experiment.stop), Origin::Solver);
-    let live = moving(scene, &compiled, origin)?;
+    let live = moving(scene, &compiled, origin, "view")?;
     let page = live.map(|live| Page {
         title: compiled.description.model_name.clone(),
         description: prose(&compiled.description.description),
@@ -69,11 +71,11 @@ pub fn documentation(scene: &Scene, compiled: &Compiled, origin: Origin) -> Resu
             "the mechanism has {count} bodies, more than {MOST_BODIES}; `cotree view` makes a page of it that moves"
         ));
     }
-    moving(scene, compiled, origin).map_err(|faults| faults.to_string())?
+    moving(scene, compiled, origin, "export").map_err(|faults| faults.to_string())?
 }
 
-/// The model and its motion, from the scene with every variable that can be computed.
-fn moving(scene: &Scene, compiled: &Compiled, origin: Origin) -> Result<Result<Live, String>, Faults> {
+/// The model and its motion, from the scene with every variable that can be computed; `command` is that which makes the page.
+fn moving(scene: &Scene, compiled: &Compiled, origin: Origin, command: &str) -> Result<Result<Live, String>, Faults> {
     let (mut whole, _) = with_everything(scene)?;
     if scene.dimension == Dimension::Two {
         let ground =
@@ -85,7 +87,8 @@ fn moving(scene: &Scene, compiled: &Compiled, origin: Origin) -> Result<Result<L
             .extend(ground.filter(|name| !known.contains(name)).map(|name| Text::from(name.as_str())));
     }
     let (everything, picture) = compile_with(&whole, picture)?;
-    Ok(assemble(compiled, &everything, picture, origin))
+    let renew = format!("cotree {command} SCENE.toml --runtimes target/runtimes");
+    Ok(assemble(compiled, &everything, picture, origin, renew))
 }
 
 fn picture(formulated: &mut Formulated) -> Picture {
@@ -97,11 +100,18 @@ fn picture(formulated: &mut Formulated) -> Picture {
         points: point_names(mechanism),
         line: mechanism.dimension == Dimension::One,
         ground: ground.map(|(point, at)| GroundPoint { name: point.name.clone(), at }).collect(),
+        units: mechanism.display.clone(),
         geometry: draw(formulated).geometry(&frames),
     }
 }
 
-fn assemble(compiled: &Compiled, everything: &Compiled, picture: Picture, origin: Origin) -> Result<Live, String> {
+fn assemble(
+    compiled: &Compiled,
+    everything: &Compiled,
+    picture: Picture,
+    origin: Origin,
+    renew: String,
+) -> Result<Live, String> {
     let description = &everything.description;
     let named = |indices: &[usize], of: &Description| -> Vec<String> {
         indices.iter().map(|&index| of.variables[index].name.clone()).collect()
@@ -119,12 +129,13 @@ fn assemble(compiled: &Compiled, everything: &Compiled, picture: Picture, origin
         points: picture.points,
         ground: picture.ground,
         line: picture.line,
-        variables: description.variables.iter().map(variable).collect(),
+        variables: description.variables.iter().map(|own| variable(own, &picture.units)).collect(),
         outputs: outputs.iter().filter(|name| has(name)).cloned().collect(),
         recorded: named(&recorded, description),
         stored: Vec::new(),
         cut: None,
         warning: None,
+        renew,
         experiment: description.experiment.into(),
     };
     let motion = match origin {
@@ -159,19 +170,21 @@ fn is_seen(name: &str) -> bool {
     }
 }
 
-fn variable(variable: &ScalarVariable) -> Variable {
+fn variable(variable: &ScalarVariable, units: &Units) -> Variable {
     let (start, [min, max]) =
         variable.causality.range().map_or_else(Default::default, |(start, bounds)| (Some(start), bounds));
     let known = match variable.start {
         Some(Start::Exact(value)) => Some(value),
         _ => None,
     };
+    let wanted = units.of(&variable.unit);
+    let wanted = (wanted.name != variable.unit.si).then_some(wanted);
     Variable {
         name: variable.name.clone(),
         text: variable.description.clone(),
         kind: variable.causality.name(),
         unit: variable.unit.si.clone(),
-        display: variable.unit.display.is_some().then(|| (&variable.unit).into()),
+        display: wanted.or_else(|| variable.unit.display.clone()).map(Display::from),
         start: start.or(known),
         min,
         max,

@@ -23,12 +23,21 @@ pub enum Block {
     Text(Vec<Piece>),
     /// Equations below each other: left side, right side.
     Equations(Vec<(Tree, Tree)>),
-    /// A table; the head may be empty.
-    Table(Vec<String>, Vec<Vec<Piece>>),
+    Table(Table),
     /// An SVG picture, and the option of `show` that writes it as a file, if there is one.
     Picture(String, &'static str),
     /// What is only shown on request where that is possible; a line about it.
     Folded(String, Vec<Block>),
+}
+
+/// Rows of cells.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    /// What it shows; empty where a heading says it.
+    pub caption: String,
+    /// Names of the columns; may be empty.
+    pub head: Vec<String>,
+    pub rows: Vec<Vec<Piece>>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -51,7 +60,7 @@ struct Format {
     heading: fn(&str) -> String,
     paragraph: fn(&str) -> String,
     equations: fn(Vec<Row>) -> String,
-    table: fn(&[String], &[Vec<Piece>]) -> String,
+    table: fn(&Table) -> String,
     picture: fn(&str, &str) -> String,
     /// A line about what is folded, and that itself where it can be unfolded.
     folded: Option<fn(&str, &str) -> String>,
@@ -113,7 +122,7 @@ impl Format {
             Block::Heading(heading) => (self.heading)(heading),
             Block::Text(pieces) => (self.paragraph)(&pieces.iter().map(|piece| self.piece(piece)).collect::<String>()),
             Block::Equations(equations) => (self.equations)(self.rows(equations)),
-            Block::Table(head, rows) => (self.table)(head, rows),
+            Block::Table(table) => (self.table)(table),
             Block::Picture(svg, option) => (self.picture)(svg, option),
             Block::Folded(summary, blocks) => match self.folded {
                 Some(folded) => folded(summary, &self.body(blocks)),
@@ -157,6 +166,18 @@ impl Format {
 struct Row {
     left: Option<String>,
     lines: Vec<String>,
+}
+
+impl Block {
+    /// A table under a heading that says what it shows.
+    pub fn table(head: Vec<String>, rows: Vec<Vec<Piece>>) -> Self {
+        Block::Table(Table { caption: String::new(), head, rows })
+    }
+
+    /// The table with a caption.
+    pub fn captioned(caption: impl Into<String>, head: Vec<String>, rows: Vec<Vec<Piece>>) -> Self {
+        Block::Table(Table { caption: caption.into(), head, rows })
+    }
 }
 
 impl Piece {
@@ -203,10 +224,12 @@ fn text_equations(rows: Vec<Row>) -> String {
     text
 }
 
-fn text_table(head: &[String], rows: &[Vec<Piece>]) -> String {
+fn text_table(Table { caption, head, rows }: &Table) -> String {
+    let caption = if caption.is_empty() { String::new() } else { format!("  {caption}:\n") };
     let cells = rows.iter().map(|row| row.iter().map(|cell| TEXT.piece(cell)).collect::<Vec<_>>());
     let lines: Vec<Vec<String>> = (!head.is_empty()).then(|| head.to_vec()).into_iter().chain(cells).collect();
-    aligned(&lines, usize::MAX).iter().map(|line| format!("{}\n", format!("  {line}").trim_end())).collect()
+    let lines = aligned(&lines, usize::MAX);
+    caption + &lines.iter().map(|line| format!("{}\n", format!("  {line}").trim_end())).collect::<String>()
 }
 
 /// A page in LaTeX, ready to be compiled.
@@ -233,13 +256,18 @@ fn latex_equations(rows: Vec<Row>) -> String {
 }
 
 /// A table; a matrix that is wider than the page is cut into parts, of other tables the lines are broken within the cells.
-fn latex_table(head: &[String], rows: &[Vec<Piece>]) -> String {
+fn latex_table(Table { caption, head, rows }: &Table) -> String {
     let columns = rows.iter().map(Vec::len).chain([head.len()]).max().unwrap_or_default();
     let widths: Vec<f64> = (0..columns).map(|column| column_width(head, rows, column)).collect();
     let total: f64 = widths.iter().sum();
     let all: Vec<usize> = (0..columns).collect();
     let is_matrix = widths.iter().skip(1).all(|&width| width <= NARROW);
-    if total <= PAGE_WIDTH {
+    let caption = if caption.is_empty() {
+        String::new()
+    } else {
+        format!("\\textbf{{{}}}\\nopagebreak\n\n", latex::escape(caption))
+    };
+    let table = if total <= PAGE_WIDTH {
         latex_columns(head, rows, &all, &"l".repeat(columns))
     } else if is_matrix {
         let part = |part: Vec<usize>| latex_columns(head, rows, &part, &"l".repeat(part.len()));
@@ -253,11 +281,14 @@ fn latex_table(head: &[String], rows: &[Vec<Piece>]) -> String {
             false => format!(">{{\\raggedright\\arraybackslash}}p{{{:.3}\\linewidth}}", 0.87 * rest * width / wide),
         };
         latex_columns(head, rows, &all, &widths.iter().map(cell).collect::<String>())
-    }
+    };
+    caption + &table
 }
 
 /// Wider cells are words, not entries of a matrix.
 const NARROW: f64 = 16.0;
+/// Longer cells may take several lines of a page in a browser.
+const LONG: f64 = 32.0;
 const GAP: f64 = 2.6;
 
 fn column_width(head: &[String], rows: &[Vec<Piece>], column: usize) -> f64 {
@@ -296,14 +327,21 @@ fn latex_columns(head: &[String], rows: &[Vec<Piece>], columns: &[usize], format
     text + "\\end{longtable}\n"
 }
 
-const STYLE: &str = "body{font:16px/1.5 system-ui,'Segoe UI',Helvetica,Arial,sans-serif;color:#1f2933;max-width:72rem;\
-margin:2rem auto;padding:0 1rem}table{border-collapse:collapse;font-size:.92rem}th,td{text-align:left;\
-padding:.15rem .7rem;border-bottom:1px solid #e6eaef}code{font-size:.92em;background:#f3f5f8;padding:.1em .3em;\
-border-radius:3px}figure{margin:1rem 0;overflow-x:auto}details{margin:.4rem 0}summary{cursor:pointer;color:#1d4ed8}";
+/// In the dark a picture is the negative of its white sheet, turned back to its hues.
+const STYLE: &str = ":root{color-scheme:light dark;--text:#1f2933;--page:#fff;--soft:#f3f5f8;--link:#1d4ed8}\
+@media (prefers-color-scheme:dark){:root{--text:#e8ecf1;--page:#0e1216;--soft:#1e262e;--link:#8ab8f5}\
+figure svg{filter:invert(.93) hue-rotate(180deg)}}\
+body{font:16px/1.5 system-ui,'Segoe UI',Helvetica,Arial,sans-serif;color:var(--text);background:var(--page);max-width:72rem;\
+margin:2rem auto;padding:0 1rem;overflow-wrap:break-word}h1{font-size:clamp(1.4rem,6vw,2rem);line-height:1.25}h2{line-height:1.3}\
+code{font-size:.92em;background:var(--soft);padding:.1em .3em;border-radius:3px}\
+p,details,figure{overflow-x:auto;overflow-y:hidden}figure{margin:1rem 0}figure svg{max-width:max(100%,36rem);height:auto}\
+details{margin:.4rem 0}summary{cursor:pointer;color:var(--link)}@media print{:root{color-scheme:light}}";
 
-/// Equations align at their signs; wide ones scroll.
-const MATH_STYLE: &str = ".equations{overflow-x:auto;margin:.6rem 0}.equations mtd{text-align:left;padding:.25em .15em}\
-.equations mtd:first-child{text-align:right}";
+/// Equations align at their signs; what is wide scrolls by itself, whatever page it is put into. A short cell stays on its line.
+const BLOCK_STYLE: &str = ".equations,.table{overflow-x:auto;margin:.6rem 0}.equations mtd{text-align:left;padding:.25em .15em}\
+.equations mtd:first-child{text-align:right}.table table{border-collapse:collapse;font-size:.92rem}\
+.table caption{text-align:left;font-weight:600;padding:.3rem 0}.table th,.table td{text-align:left;white-space:nowrap;\
+padding:.15rem .7rem;border-bottom:1px solid #8886}.table .long{white-space:normal;min-width:14rem}";
 
 pub fn html(title: &str, blocks: &[Block]) -> String {
     let name = escape(title);
@@ -317,7 +355,7 @@ pub fn html(title: &str, blocks: &[Block]) -> String {
 
 /// The same without the frame of a page, to be put into one.
 pub fn fragment(blocks: &[Block]) -> String {
-    format!("<style>{MATH_STYLE}</style>\n{}", HTML.body(blocks))
+    format!("<style>{BLOCK_STYLE}</style>\n{}", HTML.body(blocks))
 }
 
 fn html_equations(rows: Vec<Row>) -> String {
@@ -334,15 +372,21 @@ fn html_equations(rows: Vec<Row>) -> String {
     text + "</mtable></math></div>\n"
 }
 
-fn html_table(head: &[String], rows: &[Vec<Piece>]) -> String {
-    let mut text = String::from("<table>\n");
+fn html_table(Table { caption, head, rows }: &Table) -> String {
+    let mut text = String::from("<div class=\"table\"><table>\n");
+    if !caption.is_empty() {
+        text += &format!("<caption>{}</caption>\n", escape(caption));
+    }
     if !head.is_empty() {
         let cells: String = head.iter().map(|cell| format!("<th>{}</th>", escape(cell))).collect();
         text += &format!("<tr>{cells}</tr>\n");
     }
+    let cell = |cell: &Piece| {
+        let class = if cell.width() > LONG { " class=\"long\"" } else { "" };
+        format!("<td{class}>{}</td>", HTML.piece(cell))
+    };
     for row in rows {
-        let cells: String = row.iter().map(|cell| format!("<td>{}</td>", HTML.piece(cell))).collect();
-        text += &format!("<tr>{cells}</tr>\n");
+        text += &format!("<tr>{}</tr>\n", row.iter().map(cell).collect::<String>());
     }
-    text + "</table>\n"
+    text + "</table></div>\n"
 }

@@ -53,11 +53,11 @@ impl Matrices {
         let mut blocks = Vec::new();
         for (name, unit, rows) in &self.square {
             blocks.push(Block::Heading(format!("{name} in numbers [{unit}]")));
-            blocks.push(Block::Table(Vec::new(), rows.iter().map(|row| row.iter().map(number).collect()).collect()));
+            blocks.push(Block::table(Vec::new(), rows.iter().map(|row| row.iter().map(number).collect()).collect()));
         }
         if let Some(force) = &self.force {
             blocks.push(Block::Heading(format!("F in numbers [N], at t = {} s", self.time)));
-            blocks.push(Block::Table(Vec::new(), vec![force.iter().map(number).collect()]));
+            blocks.push(Block::table(Vec::new(), vec![force.iter().map(number).collect()]));
         }
         blocks
     }

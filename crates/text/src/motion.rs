@@ -66,7 +66,7 @@ impl Motion {
         } else {
             blocks.push(Block::Equations(self.form(equations)));
             blocks.push(Block::Heading("Coordinates".into()));
-            blocks.push(Block::Table(Vec::new(), coordinates(equations)));
+            blocks.push(Block::table(Vec::new(), coordinates(equations)));
         }
         let lines = formulas.definitions.len() + formulas.formulas.len();
         if lines > READABLE {
@@ -74,7 +74,7 @@ impl Motion {
         }
         if has_loops(equations) {
             blocks.push(Block::Heading("Reactions".into()));
-            blocks.push(Block::Table(Vec::new(), reactions(equations)));
+            blocks.push(Block::table(Vec::new(), reactions(equations)));
         }
         blocks.extend(self.written(equations, formulas));
         if let Some(Err(why)) = equations.linear() {
@@ -97,7 +97,7 @@ impl Motion {
         let signals = signals(equations, &self.expressions());
         if !signals.is_empty() {
             blocks.push(Block::Heading("Inputs".into()));
-            blocks.push(Block::Table(Vec::new(), signals));
+            blocks.push(Block::table(Vec::new(), signals));
         }
         if !angles.is_empty() || !definitions.is_empty() {
             blocks.push(Block::Heading("Abbreviations".into()));

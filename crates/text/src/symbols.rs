@@ -68,7 +68,7 @@ pub fn values(equations: &mut Equations, named: &[Named]) -> Vec<Block> {
         return Vec::new();
     }
     let head = ["name", "value", "of", ""].map(str::to_owned);
-    vec![Block::Heading("Values".into()), Block::Table(head.into(), rows), Block::Heading("Equations".into())]
+    vec![Block::Heading("Values".into()), Block::table(head.into(), rows), Block::Heading("Equations".into())]
 }
 
 /// A number of a table, with its unit.

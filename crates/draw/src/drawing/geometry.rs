@@ -47,8 +47,10 @@ struct BodyForm {
     barred: bool,
     /// Is the mass centre a corner of the bar?
     cornered: bool,
-    /// Is the mass centre marked? A joint may cover it.
-    marked: bool,
+    /// The radius of the mass centre's mark [pins].
+    mark: f64,
+    /// Does the mark lie around a joint?
+    covered: bool,
     block: Option<Block>,
 }
 
@@ -149,6 +151,14 @@ impl Drawing {
     }
 }
 
+#[cfg(test)]
+impl Geometry {
+    /// Which mass centres a joint covers.
+    pub(super) fn covered(&self) -> Vec<bool> {
+        self.bodies.iter().map(|body| body.covered).collect()
+    }
+}
+
 struct Forms<'a> {
     drawing: &'a Drawing,
     frames: &'a [[f64; 3]],
@@ -193,7 +203,8 @@ impl Forms<'_> {
             rim: body.shape.iter().flat_map(|shape| shape.rim()).map(|corner| local(&corner)).collect(),
             barred: !self.drawing.bar(index, self.view).is_empty(),
             cornered: self.drawing.is_cornered(index),
-            marked: !self.drawing.is_covered(body.centre, self.view),
+            mark: self.drawing.mark(index, self.view),
+            covered: self.drawing.is_covered(body.centre, self.view),
             block: self.drawing.slider(index).map(block),
         }
     }
@@ -287,7 +298,7 @@ impl Forms<'_> {
 /// The strokes of a sign of this length, and how they follow it: those of one a little longer show that. A spring keeps its coils.
 pub fn strokes(spring: &Spring, length: f64) -> Vec<StrokeForm> {
     const LONGER: f64 = 1e-3;
-    let (now, then) = ((spring.glyph)(length), (spring.glyph)(length + LONGER));
+    let (now, then) = (spring.strokes(length), spring.strokes(length + LONGER));
     let stroke = |(now, then): (&cotree::component::Stroke, &cotree::component::Stroke)| {
         let same = now.points.len() == then.points.len();
         let point = |(index, &[x, y]): (usize, &[f64; 2])| {

@@ -1,5 +1,7 @@
 //! Places in the picture, and the order of drawing.
 
+use cotree::component::Stroke;
+
 use super::coupling::Coupling;
 use super::view::View;
 use super::{Body, Drawing, Hold, Joint, Shape, Spring, is_finite, shapes, symbols};
@@ -106,11 +108,24 @@ impl Drawing {
         body.points.len() < 2 || self.joints.iter().any(joined)
     }
 
-    /// Does a joint cover this place?
+    /// Does the sign of a joint cover this place? A slide has none.
     pub(super) fn is_covered(&self, at: [f64; 2], view: &View) -> bool {
-        let near =
-            |joint: [f64; 2]| shapes::norm(shapes::difference(view.pixel(joint), view.pixel(at))) < 1.8 * view.pin;
-        self.joints.iter().flat_map(|joint| joint.at).any(near)
+        let signs = self.joints.iter().filter(|joint| !matches!(joint.kind, Hold::Slider(_)));
+        let links = self.couplings.iter().flat_map(Coupling::link_ends);
+        signs.map(|joint| joint.moving().1).chain(links).any(|sign| view.distance(sign, at) < 1.8 * view.pin)
+    }
+
+    /// The radius of the mark of a mass centre in pins: around the joint that covers it, and around the marks of bodies before it that lie there too.
+    pub(super) fn mark(&self, index: usize, view: &View) -> f64 {
+        const FREE: f64 = 0.72;
+        const AROUND: f64 = 1.45;
+        const NEXT: f64 = 0.6;
+        let at = self.bodies[index].centre;
+        if !self.is_covered(at, view) {
+            return FREE;
+        }
+        let before = self.bodies[..index].iter().filter(|body| view.distance(body.centre, at) < 0.5 * view.pin);
+        AROUND + NEXT * before.count() as f64
     }
 
     /// The joint in which a body slides, if it does, and along what.
@@ -121,11 +136,49 @@ impl Drawing {
         })
     }
 
+    /// Where several springs and dampers have the same ends they lie side by side.
+    pub(crate) fn part_springs(&mut self) {
+        /// From one to the next [pins].
+        const APART: f64 = 4.4;
+        let ends: Vec<[[f64; 2]; 2]> = self.springs.iter().map(|spring| spring.ends).collect();
+        let near = |a: [f64; 2], b: [f64; 2], size: f64| shapes::norm(shapes::difference(a, b)) <= 1e-6 * size;
+        let along = |[a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2]| {
+            let size = shapes::norm(shapes::difference(b, a));
+            near(a, c, size) && near(b, d, size)
+        };
+        for (index, spring) in self.springs.iter_mut().enumerate() {
+            let [a, b] = spring.ends;
+            let same = |other: &usize| *other == index || along([a, b], ends[*other]) || along([b, a], ends[*other]);
+            let group: Vec<usize> = (0..ends.len()).filter(same).collect();
+            let rank = group.iter().filter(|&&other| other < index).count() as f64;
+            let side = APART * (rank - 0.5 * (group.len() as f64 - 1.0));
+            // The sides are those of the first one's direction.
+            spring.beside = if group[0] == index || along([a, b], ends[group[0]]) { side } else { -side };
+        }
+    }
+
     pub(super) fn is_jointed_to_ground(&self, point: &[f64; 2], view: &View) -> bool {
         self.joints
             .iter()
             .filter(|joint| joint.is_grounded() && joint.kind == Hold::Pin)
             .any(|joint| shapes::norm(shapes::difference(view.pixel(joint.at[0]), view.pixel(*point))) < view.pin)
+    }
+}
+
+impl Spring {
+    /// The lines of its sign at a length in pins; if it lies beside another, with its feet on the line between their ends.
+    pub(super) fn strokes(&self, length: f64) -> Vec<Stroke> {
+        if self.beside == 0.0 {
+            return (self.glyph)(length);
+        }
+        let foot = (0.12 * length).min(1.6);
+        let mut strokes = (self.glyph)(length - 2.0 * foot);
+        for [x, y] in strokes.iter_mut().flat_map(|stroke| &mut stroke.points) {
+            (*x, *y) = (*x + foot, *y + self.beside);
+        }
+        let feet = [[0.0, foot], [length, length - foot]];
+        strokes.extend(feet.map(|[end, x]| Stroke::open(vec![[end, 0.0], [x, 0.0], [x, self.beside]])));
+        strokes
     }
 }
 

@@ -1,4 +1,4 @@
-//! What is drawn over a mechanism to explain it: angles, free bodies, closed paths.
+//! What is drawn over a mechanism to explain it: angles, nodes of its graph, free bodies, closed paths.
 
 use super::labels::Labels;
 use super::shapes::{along, difference, hull, middle, norm, normal, unit};
@@ -15,6 +15,8 @@ pub enum Mark {
     Cut(Vec<[f64; 2]>),
     /// An angle from the x axis of the ground, where it is drawn, and its name.
     Angle { at: [f64; 2], angle: f64, name: String },
+    /// A node of the graph and its name.
+    Node { at: [f64; 2], name: String },
 }
 
 const COLOUR: &str = "#c2255c";
@@ -29,9 +31,36 @@ impl Drawing {
                 Mark::Angle { at, angle, name } if is_finite(at) && angle.is_finite() => {
                     arc((view.pixel(*at), *angle, name), view, svg, labels);
                 }
-                Mark::Angle { .. } => {}
+                Mark::Angle { .. } | Mark::Node { .. } => {}
             }
         }
+        for (at, names) in self.nodes(view) {
+            svg.carry(Carrier::Name);
+            svg.circle(at, 0.32 * view.pin, &format!(r##"fill="{COLOUR}" stroke="#ffffff" stroke-width="0.8""##));
+            labels.cover(at, 0.6 * view.pin);
+            labels.load(&names.join(", "), at, 1.5 * view.pin, COLOUR);
+        }
+    }
+
+    /// Where there are nodes, with the names of those that lie there together.
+    fn nodes(&self, view: &View) -> Vec<(Pixel, Vec<&str>)> {
+        let mut found: Vec<(Pixel, Vec<&str>)> = Vec::new();
+        for mark in &self.marks {
+            let Mark::Node { at, name } = mark else { continue };
+            if !is_finite(at) {
+                continue;
+            }
+            let at = view.pixel(*at);
+            if !View::holds(at) {
+                continue; // a datum far away: the mechanism would be a dot beside it
+            }
+            let near = |(place, _): &&mut (Pixel, Vec<&str>)| norm(difference(at, *place)) < 0.5 * view.pin;
+            match found.iter_mut().find(near) {
+                Some((_, names)) => names.push(name),
+                None => found.push((at, vec![name])),
+            }
+        }
+        found
     }
 }
 

@@ -111,6 +111,8 @@ pub struct Spring {
     pub between: [Option<usize>; 2],
     pub ends: [[f64; 2]; 2],
     pub(crate) glyph: Glyph,
+    /// How far its sign lies to the right of the line between the ends, seen along it in the picture [pins]: others have the same ends.
+    pub(crate) beside: f64,
 }
 
 #[derive(Clone, Debug, PartialEq)]

@@ -84,7 +84,9 @@ impl Drawing {
             if self.bodies[index].shape.is_some() {
                 symbols::plate(svg, index, &outline);
             }
-            self.draw_centre(index, view, svg, labels);
+            if !self.is_covered(self.bodies[index].centre, view) {
+                self.draw_centre(index, view, svg, labels);
+            }
             labels.obstruct(&outline, 1.5 * view.pin);
             if let Some((at, axis)) = block {
                 let ends = [-1.0, 1.0].map(|side| shapes::along(at, 2.0 * side * view.pin, axis));
@@ -97,13 +99,11 @@ impl Drawing {
         }
     }
 
-    /// The mass centre, unless a joint covers it.
+    /// The mass centre, around the joint that covers it if one does.
     fn draw_centre(&self, index: usize, view: &View, svg: &mut Svg, labels: &mut Labels) {
-        let centre = view.pixel(self.bodies[index].centre);
-        if !self.is_covered(self.bodies[index].centre, view) {
-            symbols::centre(svg, view, index, centre);
-            labels.cover(centre, view.pin);
-        }
+        let (centre, radius) = (view.pixel(self.bodies[index].centre), self.mark(index, view));
+        symbols::centre(svg, view, index, centre, radius);
+        labels.cover(centre, radius * view.pin);
     }
 
     pub(super) fn draw_loads(&self, view: &View, svg: &mut Svg, labels: &mut Labels) {
@@ -112,7 +112,9 @@ impl Drawing {
         for (index, spring) in springs.filter(|(_, spring)| spring.ends.iter().all(is_finite)) {
             svg.carry(Carrier::Spring(index));
             let ends = self.spring_ends(spring, view);
-            symbols::glyph(svg, view, ends, spring.glyph);
+            symbols::spring(svg, view, ends, spring);
+            let side = shapes::normal(shapes::unit(shapes::difference(ends[1], ends[0])));
+            let ends = ends.map(|end| shapes::along(end, spring.beside * view.pin, side));
             labels.obstruct(&ends, 1.3 * view.pin);
             if named {
                 labels.load(&spring.name, shapes::middle(&ends), 1.8 * view.pin, symbols::SPRING);
@@ -142,6 +144,14 @@ impl Drawing {
     }
 
     pub(super) fn draw_joints(&self, view: &View, svg: &mut Svg, labels: &mut Labels) {
+        let covered = |body: &usize| self.is_covered(self.bodies[*body].centre, view);
+        // The larger ones first: what lies around others is behind them.
+        let mut covered: Vec<usize> = self.drawing_order(view).into_iter().filter(covered).collect();
+        covered.sort_by(|a, b| self.mark(*b, view).total_cmp(&self.mark(*a, view)));
+        for body in covered {
+            svg.carry(Carrier::Body(body));
+            self.draw_centre(body, view, svg, labels);
+        }
         for (index, coupling) in self.couplings.iter().enumerate().filter(|(_, coupling)| coupling.is_finite()) {
             coupling.draw_front(index, view, svg);
         }

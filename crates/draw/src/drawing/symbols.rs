@@ -1,10 +1,10 @@
 //! The signs of the trade: pins, pedestals, sliders, springs, arrows.
 
-use cotree::component::{Glyph, RoundGlyph, Stroke};
+use cotree::component::{RoundGlyph, Stroke};
 
 use super::shapes::{along, difference, dot, extent, norm, normal, unit};
 use super::view::View;
-use super::{Hold, Joint};
+use super::{Hold, Joint, Spring};
 use crate::svg::{Pixel, Svg, number, polyline};
 
 pub const SPRING: &str = "#3d7a4a";
@@ -73,10 +73,10 @@ fn block_corners(view: &View, at: Pixel, axis: Pixel) -> [Pixel; 4] {
         .map(|(x, y)| along(along(at, x * length, axis), y * height, normal(axis)))
 }
 
-/// A mass centre: a circle in quarters.
-pub fn centre(svg: &mut Svg, view: &View, index: usize, at: Pixel) {
+/// A mass centre: a circle in quarters, of a radius in pins.
+pub fn centre(svg: &mut Svg, view: &View, index: usize, at: Pixel, radius: f64) {
     let (_, edge) = colour(index);
-    let radius = 0.72 * view.pin;
+    let radius = radius * view.pin;
     svg.circle(at, radius, &format!(r##"fill="#ffffff" stroke="{edge}" stroke-width="1.1""##));
     let ([x, y], r) = (at.map(number), number(radius));
     let quarter = |sweep: &str| format!("M{x} {y}{sweep}Z");
@@ -206,14 +206,14 @@ fn rail(svg: &mut Svg, view: &View, body: usize, ends: [Pixel; 2]) {
     }
 }
 
-pub fn glyph(svg: &mut Svg, view: &View, ends: [Pixel; 2], glyph: Glyph) {
+pub fn spring(svg: &mut Svg, view: &View, ends: [Pixel; 2], spring: &Spring) {
     let length = norm(difference(ends[1], ends[0]));
     if length < view.pin {
         return; // its ends coincide: nothing to see
     }
     let axis = unit(difference(ends[1], ends[0]));
     let place = |[x, y]: &[f64; 2]| along(along(ends[0], x * view.pin, axis), y * view.pin, normal(axis));
-    strokes(svg, &glyph(length / view.pin), &place);
+    strokes(svg, &spring.strokes(length / view.pin), &place);
 }
 
 /// A sign around a point.

@@ -35,6 +35,7 @@ fn slider_crank() -> Drawing {
             between: [Some(2), None],
             ends: [wrist, wall],
             glyph: |length| vec![Stroke::open(vec![[0.0, 0.0], [length, 0.0]])],
+            beside: 0.0,
         }],
         forces: vec![Force { name: "gas".into(), on: Some(2), at: wrist, direction: [-5.0, 0.0] }],
         turns: vec![Turn { name: "motor".into(), on: None, at: bearing, glyph: None }],
@@ -85,6 +86,66 @@ fn nothing_is_still_a_picture() {
     elements(&Drawing::default().svg());
     let body = Body { name: "mass".into(), points: vec![], centre: [3.0, 3.0], ..Body::default() };
     elements(&Drawing { bodies: vec![body], ..Drawing::default() }.svg());
+}
+
+/// Radii of circles in the picture, in order.
+fn radii(svg: &str) -> Vec<f64> {
+    let circles = svg.split("<circle ").skip(1);
+    circles.map(|circle| circle.split(" r=\"").nth(1).unwrap().split('"').next().unwrap().parse().unwrap()).collect()
+}
+
+/// Mass centre of the crank in its bearing, of the slider in the wrist, which is a weld: their marks lie around the pin, under it.
+#[test]
+fn a_mass_centre_in_a_joint_is_seen_around_it() {
+    let mut drawing = slider_crank();
+    let pin = View::fit(&drawing).pin;
+    let count =
+        |drawing: &Drawing, pins: f64| radii(&drawing.svg()).iter().filter(|r| (*r - pins * pin).abs() < 0.02).count();
+    assert_eq!((count(&drawing, 0.72), count(&drawing, 1.45)), (2, 1));
+    drawing.bodies[0].centre = drawing.bodies[0].points[0];
+    assert_eq!((count(&drawing, 0.72), count(&drawing, 1.45)), (1, 2));
+    let radii = radii(&drawing.svg());
+    let [mark, joint] = [1.45, 0.85].map(|pins| radii.iter().position(|r| (r - pins * pin).abs() < 0.02).unwrap());
+    assert!(mark < joint, "the pin covers the middle of the mark: {radii:?}");
+    // Two in one place: the second lies around the first.
+    drawing.bodies[1].centre = drawing.bodies[0].centre;
+    assert_eq!((count(&drawing, 1.45), count(&drawing, 2.05)), (2, 1));
+    let covered = |drawing: &Drawing| drawing.geometry(&[[0.0; 3]; 3]).covered();
+    assert_eq!(covered(&drawing), [true, true, true]);
+    // A slide has no sign that could cover it.
+    drawing.joints.retain(|joint| matches!(joint.kind, Hold::Slider(_)));
+    assert_eq!(covered(&drawing), [false; 3]);
+}
+
+#[test]
+fn a_spring_and_a_damper_between_the_same_points_lie_side_by_side() {
+    let mut drawing = slider_crank();
+    let [a, b] = drawing.springs[0].ends;
+    let other = |ends, name: &str| Spring { name: name.into(), ends, ..drawing.springs[0].clone() };
+    let others = [other([a, b], "damper"), other([b, a], "rubber"), other([a, [0.0, 3.0]], "alone")];
+    drawing.springs.extend(others);
+    drawing.part_springs();
+    // What goes from b to a has its left where the others have their right.
+    let sides: Vec<f64> = drawing.springs.iter().map(|spring| spring.beside).collect();
+    assert_eq!(sides, [-4.4, 0.0, -4.4, 0.0]);
+    let sign = drawing.springs[0].strokes(20.0).swap_remove(0);
+    assert!(sign.points.iter().all(|point| point[1] == -4.4), "{sign:?}");
+    let ends: Vec<[f64; 2]> =
+        drawing.springs[0].strokes(20.0).iter().flat_map(|stroke| stroke.points.clone()).collect();
+    assert!(ends.contains(&[0.0, 0.0]) && ends.contains(&[20.0, 0.0]), "the feet stand at the points: {ends:?}");
+    assert!(drawing.svg().contains(">damper</text>"));
+}
+
+#[test]
+fn nodes_of_a_graph_are_marked_and_those_in_one_place_share_their_mark() {
+    let mut drawing = slider_crank();
+    let at = drawing.joints[0].at[0];
+    let node = |at, name: &str| Mark::Node { at, name: name.into() };
+    drawing.marks =
+        vec![node(at, "O"), node(at, "A"), node([1.5, 0.0], "D"), node([f64::NAN, 0.0], "X"), node([90.0, 0.0], "Y")];
+    let svg = drawing.svg();
+    assert!(svg.contains(">O, A</text>") && svg.contains(">D</text>") && !svg.contains(">X</text>"));
+    assert!(!svg.contains(">Y</text>"), "too far away");
 }
 
 #[test]

@@ -29,8 +29,18 @@ impl View {
         [(x - self.origin[0]) * self.scale, (self.origin[1] - y) * self.scale]
     }
 
+    /// Is it in the picture, or not far from it?
+    pub fn holds(at: Pixel) -> bool {
+        at.iter().zip(SIZE).all(|(&x, size)| x > -0.5 * size && x < 1.5 * size)
+    }
+
     pub fn length(&self, length: f64) -> f64 {
         length * self.scale
+    }
+
+    /// How far two places of the world lie apart in the picture.
+    pub fn distance(&self, a: [f64; 2], b: [f64; 2]) -> f64 {
+        shapes::norm(shapes::difference(self.pixel(a), self.pixel(b)))
     }
 
     /// A direction of the world in the picture, of length 1.

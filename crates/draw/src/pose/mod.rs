@@ -61,6 +61,7 @@ fn drawn(mut pose: Pose) -> Drawing {
         drawing.forces.extend(pushed);
         line::lay_out(&mut drawing);
     }
+    drawing.part_springs();
     drawing
 }
 
@@ -176,7 +177,7 @@ impl<'a, 'm> Pose<'a, 'm> {
             }
             Icon::Line(glyph) => {
                 let ends = part.between.map(|place| self.at(place));
-                drawing.springs.push(Spring { name, between, ends, glyph: *glyph });
+                drawing.springs.push(Spring { name, between, ends, glyph: *glyph, beside: 0.0 });
             }
             Icon::Arrow { vector, in_body } => {
                 let direction = self.arrow(vector, part.between[1].body().filter(|_| *in_body));

@@ -61,32 +61,54 @@ function range({ start, min, max, unit, initial }) {
 const knobs = [];
 function makeSliders() {
   for (const { variable, index, start, range } of settable()) {
-    const box = document.createElement("div"), label = document.createElement("label"), output = document.createElement("output"), track = document.createElement("div"), input = document.createElement("input"), tick = document.createElement("i");
+    const box = document.createElement("div"), label = document.createElement("label"), typed = document.createElement("input"), output = document.createElement("output"), track = document.createElement("div"), input = document.createElement("input"), tick = document.createElement("i");
     const { name, factor } = shown(variable), id = `set-${index}`;
     box.className = "slider"; track.className = "track";
     input.type = "range"; input.id = label.htmlFor = id; input.step = "any";
     label.textContent = variable.kind === "output" || variable.initial ? `${variable.name} at the start` : variable.name.replaceAll("_", " ");
     label.title = variable.text;
+    typed.className = "typed"; typed.inputMode = "decimal"; typed.autocomplete = "off"; typed.title = "Type a value, also beyond the slider";
+    typed.setAttribute("aria-label", `${label.textContent}${name ? ` in ${pretty(name)}` : ""}`);
+    output.textContent = pretty(name);
     track.append(input, tick);
-    box.append(label, output, track);
+    box.append(label, typed, output, track);
     $("sliders").append(box);
-    const knob = { index, start, low: range[0], high: range[1], value: start, isInput: variable.kind === "input", moves: [] };
+    const knob = { index, start, low: range[0], high: range[1], value: start, isInput: variable.kind === "input", moves: [], label };
     knob.show = () => {
-      // An arrow that is dragged may go further than the slider would.
+      // An arrow that is dragged, or a value that is typed, may go further than the slider would.
       knob.low = Math.min(knob.low, knob.value); knob.high = Math.max(knob.high, knob.value);
       const part = value => (value - knob.low) / (knob.high - knob.low);
       input.min = knob.low; input.max = knob.high;
       tick.style.left = `calc(8px + (100% - 16px) * ${part(start)})`;
-      output.textContent = `${three(knob.value / factor)} ${pretty(name)}`;
-      input.setAttribute("aria-valuetext", output.textContent);
+      typed.value = three(knob.value / factor);
+      input.setAttribute("aria-valuetext", `${typed.value} ${pretty(name)}`.trim());
       input.value = knob.value;
       input.style.setProperty("--p", `${100 * part(knob.value)}%`);
       box.classList.toggle("changed", knob.value !== start || knob.moves.length > 0);
     };
-    input.addEventListener("input", () => { turn(knob, +input.value); knob.show(); askAgain(); });
+    const set = value => { turn(knob, value); knob.show(); askAgain(); };
+    input.addEventListener("input", () => set(+input.value));
+    // All digits, to be changed.
+    typed.addEventListener("focus", () => { typed.value = +(knob.value / factor).toPrecision(12); typed.select(); });
+    typed.addEventListener("blur", knob.show);
+    typed.addEventListener("keydown", event => { if (event.key === "Escape") typed.value = +(knob.value / factor).toPrecision(12); });
+    typed.addEventListener("change", () => {
+      const { value, fault } = read(typed.value, variable);
+      if (fault) { tell(`${label.textContent}: ${fault}`); knob.show(); return; }
+      if (value !== +(knob.value / factor).toPrecision(12) * factor) set(value);
+    });
     knob.show();
     knobs.push(knob);
   }
+}
+/** The value in SI units of what was typed in the unit that is shown, or what is wrong with it. */
+function read(text, variable) {
+  const { name, factor } = shown(variable), { min, max } = variable, unit = pretty(name), plain = text.trim().replaceAll("−", "-").replace(",", ".");
+  const number = (unit && plain.endsWith(unit) ? plain.slice(0, -unit.length) : plain).trim(), value = +number * factor, limit = bound => `${+(bound / factor).toPrecision(6)} ${unit}`.trim();
+  if (number === "" || !Number.isFinite(value)) return { fault: `"${text}" is no number` };
+  if (min !== null && value < min) return { fault: `at least ${limit(min)}` };
+  if (max !== null && value > max) return { fault: `at most ${limit(max)}` };
+  return { value };
 }
 /** An input that is moved while the mechanism runs changes from then on; everything else holds from the start. */
 function turn(knob, value) {
@@ -123,8 +145,9 @@ function measure() {
   const see = ([x, y]) => { if (Number.isFinite(x + y)) [x0, x1, y0, y1] = [Math.min(x0, x), Math.max(x1, x), Math.min(y0, y), Math.max(y1, y)]; };
   const anchors = [...G.joints, ...G.springs].flatMap(part => part.ends);
   eachPose(() => {
-    G.bodies.forEach((body, index) => forms[index].concat([body.centre]).forEach(at => see(pixel(add(pose[index], 1, turned(index, at))))));
+    G.bodies.forEach((body, index) => forms[index].concat([body.centre], body.rim).forEach(at => see(pixel(add(pose[index], 1, turned(index, at))))));
     anchors.forEach(anchor => see(spot(anchor)));
+    for (const { rim, wheels: [hub] } of G.couplings.filter(coupling => coupling.rim)) rim.forEach(at => see(spot({ body: hub.centre.body, at, point: null })));
     for (const wheel of wheels) { const [x, y] = spot(wheel.centre), r = S * wheel.radius; see([x - r, y - r]); see([x + r, y + r]); }
   });
   const room = 5 * PIN;
@@ -216,7 +239,7 @@ function listenToStage() {
 function listenToKeys() {
   const faster = by => setSpeed(SPEEDS[Math.min(Math.max(SPEEDS.indexOf(transport.speed) + by, 0), SPEEDS.length - 1)]);
   addEventListener("keydown", event => {
-    if (event.ctrlKey || event.metaKey || event.altKey || $("keys").open || event.target.closest("select")) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || $("keys").open || event.target.closest("select,.typed")) return;
     const slider = event.target.matches("input[type=range]") && event.target.id !== "scrub", step = (event.shiftKey ? 10 : 1) * STEP, go = by => () => { pause(); seek(by); };
     const action = {
       " ": event.target.closest("button,summary") ? null : () => transport.playing ? pause() : play(),

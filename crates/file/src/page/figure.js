@@ -101,10 +101,10 @@ const move = (group, [x, y], angle) => group.isConnected ? group.setAttribute("t
 const carried = (group, body) => body !== null && frames.push(() => move(group, pixel(pose[body]), pose[body][2]));
 
 /** A mass centre: a ring and two quarters of it. */
-const MARK = (() => {
-  const r = .72 * PIN, ring = (radius, way) => `M${radius} 0A${radius} ${radius} 0 0 ${way} ${-radius} 0A${radius} ${radius} 0 0 ${way} ${radius} 0Z`;
+const markData = radius => {
+  const r = radius * PIN, ring = (radius, way) => `M${radius} 0A${radius} ${radius} 0 0 ${way} ${-radius} 0A${radius} ${radius} 0 0 ${way} ${radius} 0Z`;
   return `${ring(r + .55, 1)}${ring(r - .55, 0)}M0 0V${-r}A${r} ${r} 0 0 1 ${r} 0ZM0 0V${r}A${r} ${r} 0 0 1 ${-r} 0Z`;
-})();
+};
 
 /** Few elements: each costs style, layout and painting in every frame. */
 function drawBody(index) {
@@ -119,11 +119,17 @@ function drawBody(index) {
   }
   if (body.rim.length) element("path", { d: outlineData(body.rim.map(pixel)), style: `fill:${fill};fill-opacity:.9;stroke:${edge}`, "stroke-width": 1.3 }, group);
   if (body.block) drawBlock(body.block, fill, edge);
-  if (body.marked) element("path", { class: "mark", d: MARK, style: `fill:${edge}`, transform: `translate(${pixel(body.centre).map(round)})` }, group);
+  if (!body.covered) element("path", { class: "mark", d: markData(body.mark), style: `fill:${edge}`, transform: `translate(${pixel(body.centre).map(round)})` }, group);
   carried(group, index);
   group.addEventListener("pointerenter", () => pointAt(index));
   group.addEventListener("pointerleave", () => pointAt(null));
   return { group, index };
+}
+
+/** The mark of a mass centre that a joint covers: around it, over all bodies. */
+function drawMark(index) {
+  const { centre, mark } = G.bodies[index], path = element("path", { class: "around", d: markData(mark), style: `fill:${colours(index)[1]}` }, $("pins"));
+  frames.push(() => move(path, spot({ body: index, at: centre, point: null }), pose[index][2]));
 }
 
 function drawBlock(block, fill, edge) {
@@ -326,6 +332,7 @@ function drawMechanism() {
   for (const coupling of G.couplings) ({ gears: c => [...c.wheels].sort((a, b) => b.radius - a.radius).forEach(wheel => drawWheel(wheel)), band: drawBand, rack: drawRack, rolling: drawRolling, link: drawLink, cam: drawCam })[coupling.kind](coupling);
   const bodies = G.order.map(drawBody);
   G.springs.forEach(drawSpring);
+  G.order.filter(index => G.bodies[index].covered).sort((a, b) => G.bodies[b].mark - G.bodies[a].mark).forEach(drawMark);
   G.joints.forEach(drawJoint);
   drawPins();
   return bodies;

@@ -27,7 +27,8 @@ function makeHandles() {
 
 function handle(source, inputs) {
   const grip = element("circle", { class: "grip" }, $("grips")), made = { source, inputs, grip };
-  element("title", {}, grip, `Drag: ${inputs.map(({ knob }) => VARIABLES[knob.index].name).join(", ")}`);
+  element("title", {}, grip, `Drag: ${inputs.map(({ knob }) => VARIABLES[knob.index].name).join(", ")}, a force on ${source.on}`);
+  for (const { knob } of inputs) if (!knob.label.textContent.includes(" on ")) knob.label.textContent += `, on ${source.on}`;
   let held = null;
   grip.addEventListener("pointerdown", event => { event.stopPropagation(); held = event.pointerId; grip.setPointerCapture(held); });
   grip.addEventListener("pointermove", event => { if (event.pointerId === held) pull(made, inScene(event)); });

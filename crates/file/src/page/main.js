@@ -96,7 +96,9 @@ async function begin() {
     $("status").textContent = `solved in ${state.first.ms.toFixed(0)}\u202fms`;
   } else {
     state.first = storedRun(stored);
-    $("status").textContent = "a stored run: this page has no solver";
+    const command = text => Object.assign(document.createElement("code"), { textContent: text });
+    $("stored").append("This page plays a stored run: it has no solver. To try values, take a release of cotree, which brings the solver for browsers along, or build that in its source with ", command("tools/build-runtimes.sh web"), ", and make the page again: ", command(MODEL.renew), ".");
+    $("stored").hidden = false;
   }
   state.run = state.first;
   if (state.first.last < 0) throw new Error(state.first.error);
@@ -112,6 +114,9 @@ function open() {
   makeSpeeds();
   listenToButtons();
   if (state.solver) makeSliders();
+  // Nothing to try: no panel for it.
+  $("try").hidden = !knobs.length;
+  document.querySelector("aside").classList.toggle("alone", !knobs.length);
   if (MODEL.recorded.length) firstPlots();
   const span = STOP - START;
   setSpeed(span <= 1 ? .25 : span <= 3 ? .5 : span >= 20 ? 2 : 1);

@@ -22,23 +22,26 @@ function reader(name) {
 /** What is set every frame but seldom changes. */
 function write(text, value) { if ((text.told ?? text.textContent) !== value) text.textContent = text.told = value; }
 function draw(path, data) { if (path.drawn !== data) { path.drawn = data; path.setAttribute("d", data); } }
-/** Where forces act, and which columns they are: force(run, at) gives newtons in the world at the present pose. */
+/** The body that a side of a part belongs to, by its name. */
+const bodyOf = anchor => anchor.body === null ? "ground" : G.bodies[anchor.body].name;
+/** Where forces act, on which body, and which columns they are: force(run, at) gives newtons in the world at the present pose. */
 function forceSources() {
   const has = name => MODEL.recorded.includes(name), out = [];
-  const pair = (name, anchor, load) => { const fx = reader(`${name}.fx`), fy = reader(`${name}.fy`); out.push({ name, anchor, load, force: at => [fx(at), fy(at)] }); };
-  const along = (name, word, anchor, direction) => { const size = reader(`${name}.${word}`); out.push({ name, anchor, force: at => { const f = size(at), [u, v] = direction(); return [f * u, f * v]; } }); };
+  const pair = (name, anchor, on, load) => { const fx = reader(`${name}.fx`), fy = reader(`${name}.fy`); out.push({ name, anchor, on, load, force: at => [fx(at), fy(at)] }); };
+  const along = (name, word, anchor, on, direction) => { const size = reader(`${name}.${word}`); out.push({ name, anchor, on, force: at => { const f = size(at), [u, v] = direction(); return [f * u, f * v]; } }); };
   for (const joint of G.joints) {
     const moving = joint.ends[1].body === null ? joint.ends[0] : joint.ends[1];
-    if (has(`${joint.name}.fx`)) pair(joint.name, moving);
-    else if (joint.axis && has(`${joint.name}.fn`)) along(joint.name, "fn", moving, () => normal(turned(joint.ends[0].body, joint.axis)));
+    const on = bodyOf(joint.ends[1]);
+    if (has(`${joint.name}.fx`)) pair(joint.name, moving, on);
+    else if (joint.axis && has(`${joint.name}.fn`)) along(joint.name, "fn", moving, on, () => normal(turned(joint.ends[0].body, joint.axis)));
   }
   for (const spring of G.springs) if (has(`${spring.name}.force`)) {
     const end = spring.ends[1].body === null ? 0 : 1;
-    along(spring.name, "force", spring.ends[end], () => unit(minus(world(spring.ends[end]), world(spring.ends[1 - end]))));
+    along(spring.name, "force", spring.ends[end], bodyOf(spring.ends[end]), () => unit(minus(world(spring.ends[end]), world(spring.ends[1 - end]))));
   }
   for (const mark of [...G.forces, ...G.targets]) {
-    if (has(`${mark.name}.fx`)) pair(mark.name, mark.at, true);
-    else if (has(`${mark.name}.force`) && mark.direction) along(mark.name, "force", mark.at, () => unit(mark.direction));
+    if (has(`${mark.name}.fx`)) pair(mark.name, mark.at, bodyOf(mark.at), true);
+    else if (has(`${mark.name}.force`) && mark.direction) along(mark.name, "force", mark.at, bodyOf(mark.at), () => unit(mark.direction));
   }
   return out;
 }
@@ -81,12 +84,18 @@ function chooseScales(fit) {
 
 /** Room for texts: each is a rectangle by its middle, half width and half height, and none covers another. */
 const MOST_LABELS = 40, CHARACTER = 3.9, LINE = 8.5;
-const taken = [];
+const taken = [], halfWidth = (letters, size, height) => (letters * CHARACTER + 3) * size * height / 13;
 function claim([x, y], letters, size, height) {
-  const wide = (letters * CHARACTER + 3) * size * height / 13, high = LINE * size;
+  const wide = halfWidth(letters, size, height), high = LINE * size;
   if (taken.length >= MOST_LABELS || taken.some(([u, v, w, h]) => Math.abs(u - x) < w + wide && Math.abs(v - y) < h + high)) return false;
   taken.push([x, y, wide, high]);
   return true;
+}
+/** A place for a text within what is seen, clear of the buttons above and the scales below, if what it belongs to is seen. */
+function within(place, owner, letters, size, height) {
+  const wide = halfWidth(letters, size, height), low = [view[0] + wide, view[1] + 56 * size], high = [view[0] + view[2] - wide, view[1] + view[3] - 40 * size];
+  if (owner.some((value, axis) => value < view[axis] || value > view[axis] + view[axis + 2])) return place;
+  return place.map((value, axis) => Math.max(low[axis], Math.min(value, high[axis])));
 }
 /** A transform moves a text without setting it anew. */
 function put(text, place) { move(text, place); }
@@ -101,14 +110,17 @@ function ageDigits() {
 
 function paintForces(at, size) {
   let drawn = "";
-  for (const { anchor, force, text } of layers.forces ? forces : []) {
+  for (const { anchor, on, force, text } of layers.forces ? forces : []) {
     const [fx, fy] = force(at), strength = Math.hypot(fx, fy), tip = [fx * scales.newton, -fy * scales.newton], length = Math.hypot(...tip), from = spot(anchor);
     if (Number.isFinite(length)) drawn += arrowData(from, tip, size);
     if (!(length > 24 * size)) { write(text, ""); continue; }
-    const value = !digits.due && text.told || `${three(strength >= 1e3 ? strength / 1e3 : strength)}\u202f${strength >= 1e3 ? "kN" : "N"}`;
-    const place = add(from, (length + 15 * size) / length, tip), free = claim(place, value.length, size, 11.5);
-    write(text, free ? value : "");
-    if (free) put(text, place);
+    const value = digits.due || !text.value ? `${three(strength >= 1e3 ? strength / 1e3 : strength)}\u202f${strength >= 1e3 ? "kN" : "N"}` : text.value;
+    text.value = value;
+    // With the body that feels it where there is room for both.
+    const beyond = add(from, (length + 15 * size) / length, tip), place = words => within(beyond, from, words.length, size, 11.5);
+    const free = [`${value} on ${on}`, value].find(words => claim(place(words), words.length, size, 11.5));
+    write(text, free ?? "");
+    if (free) put(text, place(free));
   }
   draw(arrows, drawn);
   if (!layers.forces) forces.forEach(({ text }) => write(text, ""));

@@ -3,7 +3,7 @@
 mod facts;
 mod pack;
 
-use cotree::mechanism::{Experiment, Mechanism, Unit};
+use cotree::mechanism::{DisplayUnit, Experiment, Mechanism};
 use cotree_draw::drawing::Geometry;
 use cotree_draw::svg::escape;
 use serde::Serialize;
@@ -85,6 +85,8 @@ pub struct Model {
     pub cut: Option<String>,
     /// What the stored run warns of.
     pub warning: Option<String>,
+    /// The command that makes the page anew, with the solver inside.
+    pub renew: String,
     /// Times and tolerance.
     pub experiment: Times,
 }
@@ -155,13 +157,9 @@ pub enum Motion {
     },
 }
 
-impl From<&Unit> for Display {
-    fn from(unit: &Unit) -> Self {
-        let shown = unit.display.as_ref();
-        Display {
-            name: shown.map_or_else(|| unit.si.clone(), |display| display.name.clone()),
-            factor: shown.map_or(1.0, |display| display.factor),
-        }
+impl From<DisplayUnit> for Display {
+    fn from(DisplayUnit { name, factor }: DisplayUnit) -> Self {
+        Display { name, factor }
     }
 }
 

@@ -178,7 +178,7 @@ impl Lesson<'_, '_, '_> {
         });
         let head = std::iter::once(Piece::words("element")).chain(head).chain([Piece::words("the rest")]);
         rows.insert(0, head.collect());
-        let mut blocks = vec![Block::Table(Vec::new(), rows)];
+        let mut blocks = vec![Block::captioned("The terms of this row, element by element", Vec::new(), rows)];
         blocks.extend(with(new));
         blocks
     }

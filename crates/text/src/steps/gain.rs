@@ -24,6 +24,9 @@ impl Lesson<'_, '_, '_> {
             [(*text).to_owned(), n.to_string(), m.to_string(), (n + m).to_string()].map(Piece::words).to_vec()
         };
         let head = ["trees", "coordinates", "loop equations", "together"].map(str::to_owned);
-        vec![heading("12. What was gained?"), Block::Table(head.into(), rows.iter().map(row).collect())]
+        vec![
+            heading("12. What was gained?"),
+            Block::captioned("What other trees would cost", head.into(), rows.iter().map(row).collect()),
+        ]
     }
 }

@@ -151,7 +151,12 @@ fn incidence<D>(title: &str, view: &View<D>, letter: Letter) -> Vec<Block> {
     });
     let rows: Vec<(String, Vec<i8>)> = rows.collect();
     if edges.len() <= WIDEST {
-        return table(title, edges.iter().map(|edge| edge.label.clone()).collect(), rows);
+        return table(
+            &format!("Incidence of nodes and edges in {title}"),
+            title,
+            edges.iter().map(|edge| edge.label.clone()).collect(),
+            rows,
+        );
     }
     let sums = rows.iter().map(|(_, signs)| {
         let row: Row =
@@ -188,7 +193,8 @@ fn matrix<D>(title: &str, view: &View<D>, letter: Letter) -> Vec<Block> {
     }
     let sign = |row: &Row, column: &String| row.iter().find(|(label, _)| label == column).map_or(0, |(_, sign)| *sign);
     let rows = cutsets.map(|(branch, row)| (branch.label.clone(), chords.iter().map(|c| sign(&row, c)).collect()));
-    table(title, chords.clone(), rows.collect())
+    let caption = format!("The matrix {title}: branches by chords");
+    table(&caption, title, chords.clone(), rows.collect())
 }
 
 /// The paths that chords equal: the longest of each kind where they are many.
@@ -207,7 +213,7 @@ fn circuits<D>(view: &View<D>, letter: Letter, kind: impl Fn(&Edge<D>) -> String
 }
 
 /// A matrix of signs with names beside the rows and above the columns.
-pub fn table(title: &str, columns: Vec<String>, rows: Vec<(String, Vec<i8>)>) -> Vec<Block> {
+pub fn table(caption: &str, title: &str, columns: Vec<String>, rows: Vec<(String, Vec<i8>)>) -> Vec<Block> {
     if rows.is_empty() || columns.is_empty() {
         return Vec::new();
     }
@@ -220,5 +226,5 @@ pub fn table(title: &str, columns: Vec<String>, rows: Vec<(String, Vec<i8>)>) ->
         .into_iter()
         .map(|(name, signs)| std::iter::once(Piece::words(name)).chain(signs.into_iter().map(cell)).collect());
     let head = std::iter::once(title.to_owned()).chain(columns).collect();
-    vec![Block::Table(head, rows.collect())]
+    vec![Block::captioned(caption, head, rows.collect())]
 }

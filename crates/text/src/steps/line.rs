@@ -45,7 +45,7 @@ pub fn matrices(lesson: &mut Lesson) -> Vec<Block> {
             let sign = |row: &Row, name: &String| row.iter().find(|(own, _)| own == name).map_or(0, |(_, sign)| *sign);
             let signs = rows.iter().map(|(own, row)| (own.clone(), names.iter().map(|name| sign(row, name)).collect()));
             let signs: Vec<(String, Vec<i8>)> = signs.collect();
-            blocks.extend(table(kind.title, names, signs));
+            blocks.extend(table(&format!("The part {} of the cutset matrix", kind.title), kind.title, names, signs));
         }
     }
     blocks.extend(products(&kinds));

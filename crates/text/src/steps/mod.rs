@@ -142,11 +142,11 @@ fn check(what: &str, holds: bool) -> Block {
 }
 
 /// A table with rows of some kinds: where they are many, the first two of each kind, and the others folded.
-fn thinned(head: &[&str], rows: Vec<(String, Vec<Piece>)>) -> Vec<Block> {
+fn thinned(caption: &str, head: &[&str], rows: Vec<(String, Vec<Piece>)>) -> Vec<Block> {
     const MOST: usize = 26;
     let head: Vec<String> = head.iter().map(|&word| word.to_owned()).collect();
     if rows.len() <= MOST {
-        return vec![Block::Table(head, rows.into_iter().map(|(_, row)| row).collect())];
+        return vec![Block::captioned(caption, head, rows.into_iter().map(|(_, row)| row).collect())];
     }
     let mut seen = std::collections::BTreeMap::<String, usize>::new();
     let (mut first, mut rest) = (Vec::new(), Vec::new());
@@ -156,5 +156,5 @@ fn thinned(head: &[&str], rows: Vec<(String, Vec<Piece>)>) -> Vec<Block> {
         if *count <= 2 { first.push(row) } else { rest.push(row) }
     }
     let text = format!("{} more rows of these kinds", rest.len());
-    vec![Block::Table(head.clone(), first), folded(text, vec![Block::Table(head, rest)])]
+    vec![Block::captioned(caption, head.clone(), first), folded(text, vec![Block::table(head, rest)])]
 }

@@ -28,7 +28,7 @@ fn trees(block: &mut Block, visit: &mut dyn FnMut(&mut Tree)) {
         Block::Heading(_) | Block::Picture(..) => {}
         Block::Text(pieces) => pieces.iter_mut().for_each(|piece| math(piece, visit)),
         Block::Equations(rows) => rows.iter_mut().flat_map(|(left, right)| [left, right]).for_each(visit),
-        Block::Table(_, rows) => rows.iter_mut().flatten().for_each(|piece| math(piece, visit)),
+        Block::Table(table) => table.rows.iter_mut().flatten().for_each(|piece| math(piece, visit)),
         Block::Folded(_, blocks) => blocks.iter_mut().for_each(|block| trees(block, visit)),
     }
 }

@@ -25,7 +25,7 @@ impl Lesson<'_, '_, '_> {
         let rows = ids.into_iter().map(|id| (kind(self.equations.system.element(id)).to_owned(), self.part(id)));
         let rows: Vec<_> = rows.collect();
         let head = ["edge", "name", "kind", "T graph", "R graph", "data", "value"];
-        blocks.extend(thinned(&head, rows));
+        blocks.extend(thinned("Edges of both graphs", &head, rows));
         blocks.push(words(self.sizes()));
         blocks
     }

@@ -1,4 +1,4 @@
-//! Pictures of the lesson: the mechanism with its angles, a free body, a circuit.
+//! Pictures of the lesson: the mechanism with its angles and the nodes of its graph, a free body, a circuit.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,9 +12,11 @@ use crate::document::Block;
 
 /// Of larger mechanisms a circuit could not be followed.
 const BODIES: usize = 30;
+/// The names of more nodes would cover the mechanism.
+const NODES: usize = 60;
 
 impl Lesson<'_, '_, '_> {
-    /// The mechanism, with the angles of bodies that are coordinates.
+    /// The mechanism, with the angles of bodies that are coordinates, and with its nodes.
     pub fn mechanism(&mut self) -> Block {
         let mut drawing = draw(self.source);
         if self.is_plane() && self.equations.coordinates.len() <= BODIES {
@@ -27,8 +29,24 @@ impl Lesson<'_, '_, '_> {
                 _ => None,
             };
             drawing.marks = self.equations.coordinates.iter().filter_map(angle).collect();
+            drawing.marks.extend(self.nodes());
         }
         Block::Picture(drawing.svg(), "--drawing")
+    }
+
+    /// Where the nodes of the translational graph are, by their names in it.
+    fn nodes(&mut self) -> Vec<Mark> {
+        let names = self.translation.nodes.clone();
+        if names.len() > NODES {
+            return Vec::new();
+        }
+        let places = self.places().into_iter().zip(names);
+        places.map(|(place, name)| Mark::Node { at: self.place(place), name }).collect()
+    }
+
+    /// Where a node is; one without a place is the datum.
+    fn place(&mut self, place: Option<Place>) -> [f64; 2] {
+        place.map_or([0.0; 2], |place| position(self.source, place))
     }
 
     /// The free body of a cutset, by its nodes: a line around each of its bodies.
@@ -52,7 +70,7 @@ impl Lesson<'_, '_, '_> {
         };
         let (label, walk) = (chord.label.clone(), self.translation.walk(chord));
         let places = self.places();
-        let corners = walk.into_iter().map(|node| places[node].map_or([0.0; 2], |place| position(self.source, place)));
+        let corners = walk.into_iter().map(|node| self.place(places[node]));
         let corners: Vec<[f64; 2]> = corners.collect();
         let picture = self.marked(vec![Mark::Circuit(corners)]);
         picture.map_or_else(Vec::new, |picture| {

@@ -193,7 +193,11 @@ fn table<D>(title: &str, view: &View<D>, order: Vec<ElementId>, facts: &dyn Fn(E
         add(&mut decisions, decision, own.is_fixed || edges.len() > 24);
     }
     let head = [title, "unknowns", "verdict", "reason", "pieces left"].map(str::to_owned);
-    vec![Block::Table(head.into(), decisions.iter().map(row).collect())]
+    vec![Block::captioned(
+        format!("The tree of {title}, edge by edge"),
+        head.into(),
+        decisions.iter().map(row).collect(),
+    )]
 }
 
 /// Edges that are decided alike share a row.

@@ -60,7 +60,7 @@ impl Lesson<'_, '_, '_> {
         }
         let mut blocks = vec![heading("5. What does each part say by itself? Terminal equations (Table 1)")];
         blocks.push(words("Nothing is eliminated yet; u and n are unit vectors along and across an axis, R turns by an angle, k is out of the plane."));
-        blocks.extend(thinned(&["edge", "equations", "unknown"], rows));
+        blocks.extend(thinned("Terminal equations", &["edge", "equations", "unknown"], rows));
         blocks.extend(self.gravity());
         if self.letters.has_two_components() {
             blocks.push(words("What is fixed in a body, arms and axes, turns with it:"));
