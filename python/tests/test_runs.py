@@ -74,8 +74,14 @@ def test_results_are_drawn_one_pair_of_axes_for_each_unit(pendulum):
 
 
 def test_without_matplotlib_a_plot_says_so(pendulum, monkeypatch):
-    monkeypatch.setitem(sys.modules, "matplotlib", None)
-    monkeypatch.delitem(sys.modules, "matplotlib.pyplot", raising=False)
+    class Missing:
+        def find_spec(self, name, *_):
+            if name == "matplotlib":
+                raise ModuleNotFoundError("No module named 'matplotlib'", name=name)
+
+    for name in [name for name in sys.modules if name.partition(".")[0] == "matplotlib"]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setattr(sys, "meta_path", [Missing(), *sys.meta_path])
     with pytest.raises(ImportError, match="pip install matplotlib"):
         pendulum.simulate(stop="0.1 s").plot()
 
