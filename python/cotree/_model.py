@@ -38,7 +38,7 @@ class Variable:
 def load(path: str | os.PathLike[str]) -> Model:
     """Reads a scene file, TOML or JSON.
 
-    Raises OSError if it cannot be read, SceneError with everything that is wrong with its form.
+    Raises OSError if it cannot be read, SceneError with everything that is wrong with the scene.
     """
     return Model(Path(path).read_bytes(), os.fspath(path))
 
@@ -46,7 +46,7 @@ def load(path: str | os.PathLike[str]) -> Model:
 def loads(text: str, name: str = "scene") -> Model:
     """Reads a scene from a text in TOML or JSON; `name` stands for the file in messages.
 
-    Raises SceneError with everything that is wrong with its form.
+    Raises SceneError with everything that is wrong with the scene.
     """
     return Model(text, name)
 
@@ -54,7 +54,7 @@ def loads(text: str, name: str = "scene") -> Model:
 def from_dict(scene: Mapping[str, Any]) -> Model:
     """Makes a scene of nested dictionaries with the keys of the scene file.
 
-    Raises SceneError with everything that is wrong with its form, TypeError for what JSON cannot hold.
+    Raises SceneError with everything that is wrong with the scene, TypeError for what JSON cannot hold.
     """
     return Model(json.dumps(scene, indent=2, default=_plain), "scene.json")
 
@@ -78,6 +78,8 @@ class Model:
         self._name = name
         with raised():
             self._core = _cotree.Core(self._text, name)
+            # What is wrong with bodies and loops, beyond the form of the text. What is compiled for it is kept for the first run.
+            self._core.check()
 
     def __reduce__(self):
         return Model, (self._text, self._name)
@@ -108,7 +110,7 @@ class Model:
         return {variable["name"]: Variable(**variable) for variable in listed}
 
     def check(self) -> tuple[Fault, ...]:
-        """What is odd about the scene. Raises SceneError with everything that is wrong."""
+        """What is odd about the scene: its warnings."""
         with raised():
             report = self._core.check()
         return faults(report)[0] if report else ()

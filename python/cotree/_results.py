@@ -10,8 +10,12 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 
 if TYPE_CHECKING:
+    import matplotlib.axes
     import pandas
     import polars
+
+#: How many variables a notebook lists, and how many points their lines have.
+MOST_ROWS, MOST_POINTS = 30, 100
 
 
 def _columns(results: Results) -> dict[str, np.ndarray]:
@@ -74,10 +78,72 @@ class Results(Mapping[str, np.ndarray]):
 
         return polars.DataFrame(_columns(self))
 
+    def plot(self, *names: str, x: str = "time") -> Sequence[matplotlib.axes.Axes]:
+        """Draws these variables [default: all] over time, or over another one: a pair of axes for each unit, one below the other.
+
+        Raises ImportError if matplotlib is not installed, KeyError for what was not reported.
+        """
+        pyplot = _pyplot()
+        along, across = self[x], self._unit(x)
+        units: dict[str, list[str]] = {}
+        for name in names or self:
+            units.setdefault(self._unit(name), []).append(name)
+        if not units:
+            raise ValueError("plot: there are no variables; name some in `outputs`")
+        _, grid = pyplot.subplots(len(units), 1, sharex=True, squeeze=False, layout="constrained")
+        axes = list(grid[:, 0])
+        for own, (unit, group) in zip(axes, units.items(), strict=True):
+            for name in group:
+                own.plot(along, self[name], label=name)
+            own.set_ylabel(unit)
+            own.legend()
+        axes[-1].set_xlabel(f"{x} [{across}]" if across else x)
+        return axes
+
+    def _repr_html_(self) -> str:
+        """A line for each variable: its course in small, its range, its end."""
+        heads = "".join(f"<th>{head}</th>" for head in ("variable", "unit", "course", "min", "max", "end"))
+        rows = "".join(self._row(name) for name in list(self)[:MOST_ROWS])
+        more = f"<p>and {len(self) - MOST_ROWS} more</p>" if len(self) > MOST_ROWS else ""
+        return f"<p>{html.escape(repr(self)[1:-1])}</p><table><thead><tr>{heads}</tr></thead><tbody>{rows}</tbody></table>{more}"
+
+    def _unit(self, name: str) -> str:
+        """The unit of what can be asked for by `[]`; raises KeyError for the rest as that does."""
+        _ = self[name]
+        return self.units.get(name, "s")
+
+    def _row(self, name: str) -> str:
+        values = self[name]
+        figures = [f"{value:.6g}" for value in (values.min(), values.max(), values[-1])] if len(values) else [""] * 3
+        cells = [html.escape(name), html.escape(self.units[name]), _sparkline(values), *figures]
+        return "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
+
     def __repr__(self) -> str:
         ended = f", ended early: {self.failure}" if self.failure else ""
         span = f"{self.time[0]:g} s to {self.time[-1]:g} s" if len(self.time) else "no time"
         return f"<Results of {len(self)} variables at {len(self.time)} times, {span}{ended}>"
+
+
+def _pyplot() -> Any:
+    """matplotlib's pyplot, or an error that says how to get it."""
+    try:
+        import matplotlib.pyplot
+    except ModuleNotFoundError as missing:
+        if missing.name != "matplotlib":
+            raise
+        raise ImportError("plot: matplotlib is not installed: pip install matplotlib", name="matplotlib") from None
+    return matplotlib.pyplot
+
+
+def _sparkline(values: np.ndarray) -> str:
+    """A line of a few points from left to right, between the smallest and the largest value."""
+    points = values[np.linspace(0, len(values) - 1, min(len(values), MOST_POINTS)).astype(int)]
+    if len(points) < 2 or not np.isfinite(points).all():
+        return ""
+    height = np.ptp(points)
+    heights = 19 - 18 * (points - points.min()) / height if height > 0 else np.full(len(points), 10.0)
+    line = " ".join(f"{across:.0f},{up:.1f}" for across, up in zip(np.linspace(1, 119, len(points)), heights, strict=True))
+    return f'<svg width="120" height="20"><polyline points="{line}" fill="none" stroke="currentColor"/></svg>'
 
 
 class ResultsList(Sequence[Results]):

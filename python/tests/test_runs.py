@@ -1,12 +1,15 @@
 """Runs: numbers, units, settings, inputs, many at once."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
 import threading
 import time
 
+import matplotlib
+import matplotlib.pyplot
 import numpy as np
 import pytest
 
@@ -53,6 +56,50 @@ def test_settings_are_numbers_or_texts_with_units(pendulum):
     for times in [{"stop": -1}, {"step": 0}, {"tolerance": 2}, {"step": 1e-12}]:
         with pytest.raises(ValueError):
             pendulum.simulate(**times)
+
+
+def test_results_are_drawn_one_pair_of_axes_for_each_unit(pendulum):
+    matplotlib.use("Agg")
+    results = pendulum.simulate(outputs=["bob.angle", "hinge.fx", "hinge.fy"], step="10 ms")
+    axes = results.plot()
+    assert [own.get_ylabel() for own in axes] == ["rad", "N"] and axes[-1].get_xlabel() == "time [s]"
+    angle, forces = axes[0].lines, axes[1].lines
+    assert np.array_equal(angle[0].get_xdata(), results.time) and np.array_equal(angle[0].get_ydata(), results["bob.angle"])
+    assert [line.get_label() for line in forces] == ["hinge.fx", "hinge.fy"]
+    [own] = results.plot("hinge.fy", x="bob.angle")
+    assert own.get_xlabel() == "bob.angle [rad]" and np.array_equal(own.lines[0].get_xdata(), results["bob.angle"])
+    with pytest.raises(KeyError, match="was not reported"):
+        results.plot("bob.x")
+    matplotlib.pyplot.close("all")
+
+
+def test_without_matplotlib_a_plot_says_so(pendulum, monkeypatch):
+    class Missing:
+        def find_spec(self, name, *_):
+            if name == "matplotlib":
+                raise ModuleNotFoundError("No module named 'matplotlib'", name=name)
+
+    for name in [name for name in sys.modules if name.partition(".")[0] == "matplotlib"]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setattr(sys, "meta_path", [Missing(), *sys.meta_path])
+    with pytest.raises(ImportError, match="pip install matplotlib"):
+        pendulum.simulate(stop="0.1 s").plot()
+
+
+def test_a_notebook_shows_ranges_and_courses(pendulum):
+    results = pendulum.simulate(stop="2 s", step="0.1 ms")
+    page = results._repr_html_()
+    assert len(page) < 5000 and page.count("<svg") == 2
+    row = re.search(r"<tr><td>bob\.angle</td><td>rad</td><td>.*?</td>(.*?)</tr>", page).group(1)
+    shown = [float(cell) for cell in re.findall(r"<td>(.*?)</td>", row)]
+    angle = results["bob.angle"]
+    assert np.allclose(shown, [angle.min(), angle.max(), angle[-1]], rtol=1e-5)
+    heights = [float(pair.split(",")[1]) for pair in re.search(r'points="(.*?)"', page).group(1).split()]
+    assert heights[0] == min(heights) == 1.0 and 18.0 < max(heights) <= 19.0
+    odd = cotree.Results(np.zeros(1), ["<b>"], ["<i>"], np.array([[np.nan]]), "so & so")._repr_html_()
+    assert "<b>" not in odd and "<i>" not in odd and "so &amp; so" in odd and "<svg" not in odd
+    many = cotree.Results(np.zeros(0), [f"v{index}" for index in range(40)], [""] * 40, np.zeros((0, 40)))._repr_html_()
+    assert "and 10 more" in many and many.count("<tr>") == 31
 
 
 def test_other_outputs_are_computed_on_request(pendulum):

@@ -2,6 +2,8 @@
 
 import json
 import pickle
+import subprocess
+import sys
 import tomllib
 
 import numpy as np
@@ -33,7 +35,7 @@ def test_every_model_is_read(root):
 def test_all_faults_come_at_once_with_their_places():
     text = "name = 'a'\n[bodies.bar]\nmas = 2\npoints = { end = [1, 0] }\n[joints.hinge]\ntype = 'revolut'\nbetween = ['ground', 'bar.ende']\n"
     with pytest.raises(cotree.SceneError) as caught:
-        cotree.loads(text, "bar.toml").check()
+        cotree.loads(text, "bar.toml")
     faults = caught.value.faults
     assert len(faults) >= 2 and caught.value.file == "bar.toml"
     key = next(fault for fault in faults if "mas" in fault.message)
@@ -41,6 +43,28 @@ def test_all_faults_come_at_once_with_their_places():
     assert "did you mean" in str(caught.value)
     again = pickle.loads(pickle.dumps(caught.value))
     assert again.faults == faults and str(again) == str(caught.value)
+
+
+def test_what_is_wrong_with_bodies_and_loops_is_raised_by_reading(root, tmp_path):
+    """As by the command: the same faults, from text, file, dictionary and builder."""
+    text = (root / "models/four_bar/scene.toml").read_text().replace('base_length    = "0.5 m"', 'base_length = "5 m"').replace("0.017", "-1")
+    (tmp_path / "long.toml").write_text(text)
+    report = subprocess.run(
+        [sys.executable, "-m", "cotree._command", "check", "long.toml", "--message-format", "json"], cwd=tmp_path, capture_output=True
+    )
+    told = [fault["code"] for fault in json.loads(report.stdout)["faults"] if fault["severity"] == "error"]
+    assert told
+    for read in (
+        lambda: cotree.loads(text),
+        lambda: cotree.load(tmp_path / "long.toml"),
+        lambda: cotree.from_dict(tomllib.loads(text)),
+    ):
+        with pytest.raises(cotree.SceneError) as caught:
+            read()
+        assert [fault.code for fault in caught.value.faults if fault.severity == "error"] == told
+    open_loop = text.replace("-1", "0.017")
+    with pytest.raises(cotree.SceneError, match="loop"):
+        cotree.loads(open_loop)
 
 
 def test_warnings_are_objects():
