@@ -36,24 +36,6 @@ pub fn blocks(equations: &[(u32, Vec<u32>)], coordinates: usize) -> Vec<Block> {
     blocks
 }
 
-/// Equations with all their coordinates that share none with others.
-pub fn pieces(equations: &[(u32, Vec<u32>)]) -> Vec<Block> {
-    let mut pieces: Vec<Block> = Vec::new();
-    for (row, columns) in equations {
-        let touches = |piece: &mut Block| piece.columns.iter().any(|column| columns.contains(column));
-        let mut own = Block { rows: vec![*row], columns: columns.clone() };
-        for piece in pieces.extract_if(.., touches) {
-            own.rows.extend(piece.rows);
-            own.columns.extend(piece.columns);
-        }
-        own.rows.sort_unstable();
-        own.columns.sort_unstable();
-        own.columns.dedup();
-        pieces.push(own);
-    }
-    pieces
-}
-
 /// The equation of each coordinate, by augmenting paths; `None` if not every coordinate can have its own.
 fn matching(equations: &[(u32, Vec<u32>)], coordinates: usize) -> Option<Vec<usize>> {
     let mut owner: Vec<Option<usize>> = vec![None; coordinates];

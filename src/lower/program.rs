@@ -11,7 +11,7 @@ use cotree_fmu::taylor::Jet;
 use cotree_fmu::taylor::form::ArmForm;
 
 use super::arms::{arm_form, mass_form};
-use super::blocks::{blocks, pieces};
+use super::blocks::blocks;
 use super::cost::Cost;
 use super::dependencies::{Beginning, Moving};
 use super::domains::{domains, ranges};
