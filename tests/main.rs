@@ -84,6 +84,7 @@ mod series;
 mod short_forces;
 mod simulate_command;
 mod simulate_hand_made;
+mod single_faults;
 mod slips;
 mod stored_programs;
 mod sweep;
