@@ -82,6 +82,7 @@ mod sensitivities;
 mod sensitivity_features;
 mod series;
 mod short_forces;
+mod signals;
 mod simulate_command;
 mod simulate_hand_made;
 mod single_faults;
