@@ -179,3 +179,35 @@ fn particles_without_inertia_are_told_of_together() {
         assert!((one - other).abs() < 1e-9, "{one} {other}");
     }
 }
+
+/// Drivers that keep the loops open are named first, whether they are more than the freedoms or the same one twice; a single one is out of its reach.
+#[test]
+fn drivers_that_contradict_each_other_are_named() {
+    let four_bar =
+        std::fs::read_to_string(Path::new(ROOT).join("tests/faults/equations/two_drivers_one_freedom.toml")).unwrap();
+    let first = |text: String| {
+        let faults = faults("four_bar.toml", text).unwrap();
+        let [fault] = &faults.list[..] else { panic!("{}", faults.render(false, 100)) };
+        format!("{} {}", fault.code, fault.message)
+    };
+    let open = "at best, 12.89 mm are missing at `rocker_pin`";
+    let said = first(four_bar.clone());
+    let why = "the joints leave 1 freedom, but 2 motions are prescribed";
+    assert_eq!(said, format!("assembly::conflict drivers `motor`, `brake` conflict: {why}; {open}"));
+    let pendulum =
+        "[bodies.bob]\nmass = 1\ninertia = 1\n[joints.swing]\ntype = \"revolute\"\nbetween = [\"ground\", \"bob\"]\n";
+    let said = first(format!("{pendulum}{four_bar}").replacen("name = \"four_bar\"\n", "", 1).replacen(
+        "[bodies.bob]",
+        "name = \"x\"\n[bodies.bob]",
+        1,
+    ));
+    assert_eq!(
+        said,
+        format!("assembly::conflict drivers `motor`, `brake` conflict: without one of them the loops close; {open}")
+    );
+    let (rest, _) = four_bar.split_once("[drivers.motor]").unwrap();
+    let said = first(format!("{rest}[drivers.path]\non = \"crank.pin\"\nposition = [0.3, 0.3]\n"));
+    assert!(said.starts_with(&format!("assembly::conflict driver `path` prescribes too much: {why}")), "{said}");
+    let said = first(format!("{rest}[drivers.motor]\njoint = \"rocker_pivot\"\nangle = \"10 deg\"\n"));
+    assert!(said.starts_with("assembly::open_loop the loops cannot be closed"), "{said}");
+}

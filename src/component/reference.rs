@@ -24,6 +24,9 @@ pub fn reference() -> String {
     let named = "A number, or a table with these keys. The name is the entry's key.";
     table(&mut text, "`parameters`", named, tables::PARAMETER);
     table(&mut text, "`inputs`", named, tables::INPUT);
+    let signals = "Laws that loads, drivers, outputs and other signals use by their names: a number or an expression, or a table with these keys. \
+                   [expressions.md](expressions.md#signals) explains them.";
+    table(&mut text, "`signals`", signals, tables::SIGNAL);
     table(&mut text, "`ground`", "Its bare name `ground` is its origin.", tables::GROUND);
     bodies(&mut text);
     shapes(&mut text);

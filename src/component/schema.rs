@@ -36,6 +36,7 @@ fn definitions() -> Value {
         "name": { "pattern": "^[A-Za-z_][A-Za-z0-9_]*$" },
         "parameter": either(tables::PARAMETER),
         "input": either(tables::INPUT),
+        "signal": either(tables::SIGNAL),
         "output": either(tables::OUTPUT),
         "initial": {
             "anyOf": [
@@ -188,6 +189,7 @@ fn section(name: &str) -> Value {
     match name {
         "parameters" => named("parameter"),
         "inputs" => named("input"),
+        "signals" => named("signal"),
         "ground" => object(tables::GROUND),
         "bodies" => named("body"),
         "joints" => named("joint"),

@@ -12,7 +12,7 @@ use cotree_fmu::program::{Condition, Program};
 use nalgebra::{DMatrix, DVector};
 
 use super::jumps;
-use super::suspect::{suspect, too_many_drivers};
+use super::suspect::{rivals, suspect};
 use crate::columns::rounded;
 use crate::component::{Held, Origin};
 use crate::diagnostic::{Fault, Span, suggest};
@@ -102,6 +102,9 @@ fn open_loop(equations: &Equations, gap: &Gap, length: f64) -> Fault {
     if let Some(suspect) = suspect(equations, length) {
         return suspect.fault("assembly::open_loop", &message);
     }
+    if let Some(fault) = rivals(equations, length, &format!("at best, {missing} are missing at `{}`", gap.owner)) {
+        return fault;
+    }
     let mut others = loop_of(equations, gap);
     others.retain(|name| !drivers(equations).contains(name));
     let check = match drivers(equations).as_slice() {
@@ -109,10 +112,9 @@ fn open_loop(equations: &Equations, gap: &Gap, length: f64) -> Fault {
         drivers => format!("check the lengths and the prescribed motion ({})", list(drivers)),
     };
     let within = if others.is_empty() { String::new() } else { format!(" of its loop with {}", list(&others)) };
-    let too_many = too_many_drivers(equations).map(|why| format!("{why}; or ")).unwrap_or_default();
     Fault::new("assembly::open_loop", message, owner_span(equations, &gap.owner))
         .label("does not meet")
-        .help(format!("{too_many}{check}{within}, or give a better guess of the initial pose"))
+        .help(format!("{check}{within}, or give a better guess of the initial pose"))
 }
 
 fn locked(equations: &Equations, time: f64, gap: &Gap) -> Fault {

@@ -1,4 +1,4 @@
-//! Which joint is one too many where loops cannot be closed: a second one between the same bodies, or one that leaves no freedom.
+//! What is one too many where loops cannot be closed: a second joint between the same bodies, a joint that leaves no freedom, or a driver among others.
 
 use crate::component::Angle;
 use crate::component::Origin;
@@ -7,10 +7,12 @@ use crate::equations::Equations;
 use crate::formulate::assembly::list;
 use crate::formulate::start::Start;
 use crate::graph::ElementId;
-use crate::mechanism::{Coordinates, JointId, Mechanism, Owner, Part, Value};
+use crate::mechanism::{Coordinates, DriverId, JointId, Mechanism, Owner, Part, Value};
 
 /// Beyond so many joints no single one is looked for.
 const MOST_JOINTS: usize = 60;
+/// Nor is a driver beyond so many.
+const MOST_DRIVERS: usize = 12;
 
 /// A joint without which the loops close.
 pub struct Suspect {
@@ -65,15 +67,50 @@ pub fn suspect(equations: &Equations, length: f64) -> Option<Suspect> {
     )
 }
 
-/// That there are more drivers than freedoms.
-pub fn too_many_drivers(equations: &Equations) -> Option<String> {
-    let drivers: Vec<String> = equations.system.mechanism.drivers.iter().map(|driver| driver.name.clone()).collect();
-    let freedoms = freedoms(equations);
-    let is_more = freedoms > 0 && i64::try_from(drivers.len()).is_ok_and(|count| count > freedoms);
-    is_more.then(|| {
-        let freedoms = if freedoms == 1 { "1 freedom".to_string() } else { format!("{freedoms} freedoms") };
-        format!("the joints leave {freedoms}, but {} prescribe motion: remove one", list(&drivers))
-    })
+/// The fault of drivers that do not go together, if they are what keeps the loops open: they prescribe more than the joints leave free, or without
+/// either of several the loops close. `missing` says how far they are open.
+pub fn rivals(equations: &Equations, length: f64, missing: &str) -> Option<Fault> {
+    let drivers = &equations.system.mechanism.drivers;
+    let (freedoms, prescribed) = (freedoms(equations), prescribed(equations));
+    let is_more = freedoms > 0 && prescribed > freedoms;
+    let mut rivals = opened_by(equations.system.mechanism, length);
+    if rivals.len() < 2 {
+        rivals = if is_more { drivers.iter().collect() } else { Vec::new() };
+    }
+    let (last, others) = rivals.split_last()?;
+    let names = list(&rivals.iter().map(|driver| driver.name.clone()).collect::<Vec<_>>());
+    let who = if others.is_empty() {
+        format!("driver {names} prescribes too much")
+    } else {
+        format!("drivers {names} conflict")
+    };
+    let why = match is_more {
+        true => {
+            let freedoms = if freedoms == 1 { "1 freedom".to_string() } else { format!("{freedoms} freedoms") };
+            format!("the joints leave {freedoms}, but {prescribed} motions are prescribed")
+        }
+        false => "without one of them the loops close".to_string(),
+    };
+    let fault = Fault::new("assembly::conflict", format!("{who}: {why}; {missing}"), last.span);
+    let also = others.iter().map(|driver| driver.span).collect();
+    let help = "remove a driver, or let what they prescribe go together; if it should, check the lengths and give a better guess of the initial pose";
+    Some(Fault { also, ..fault.label("prescribes what the rest does not permit").help(help) })
+}
+
+/// The drivers without each of which, alone, the loops close; none where there are many.
+fn opened_by(mechanism: &Mechanism, length: f64) -> Vec<&Part> {
+    let count = mechanism.drivers.len();
+    if !(2..=MOST_DRIVERS).contains(&count) {
+        return Vec::new();
+    }
+    let closes = |index: &usize| Start::find(&without_driver(mechanism, *index), length).is_some();
+    (0..count).filter(closes).map(|index| &mechanism.drivers[index]).collect()
+}
+
+/// How many motions the drivers prescribe.
+fn prescribed(equations: &Equations) -> i64 {
+    let drivers = equations.system.mechanism.drivers.iter();
+    drivers.map(|driver| if driver.is_angular() || driver.joint().is_some() { 1 } else { 2 }).sum()
 }
 
 /// How many freedoms the joints leave, by counting, as if there were no drivers.
@@ -86,8 +123,7 @@ fn freedoms(equations: &Equations) -> i64 {
     };
     let held = equations.constraints.iter().filter(|row| row.is_trivial() && is_held(row.element)).count();
     let rows = (equations.constraints.len() - held) as i64;
-    let driven: i64 = drivers.map(|driver| if driver.is_angular() || driver.joint().is_some() { 1 } else { 2 }).sum();
-    equations.coordinates.len() as i64 - rows + driven
+    equations.coordinates.len() as i64 - rows + prescribed(equations)
 }
 
 /// Does a joint hold its bodies together in every direction?
@@ -124,6 +160,21 @@ fn without(mechanism: &Mechanism, joint: JointId) -> Mechanism {
             renumber(id);
         }
     }
-    (rest.loads, rest.outputs, rest.coordinates) = (Vec::new(), Vec::new(), Coordinates::Recommended);
-    rest
+    kinematic(rest)
+}
+
+/// The mechanism without a driver, as far as its positions need it.
+fn without_driver(mechanism: &Mechanism, driver: usize) -> Mechanism {
+    let mut rest = mechanism.clone();
+    rest.drivers.remove(driver);
+    for (index, driver) in rest.drivers.iter_mut().enumerate() {
+        driver.owner = Owner::Driver(DriverId(index));
+    }
+    rest.initial.retain(|initial| matches!(initial.variable.owner, Owner::Place(_) | Owner::Joint(_)));
+    kinematic(rest)
+}
+
+fn kinematic(mut mechanism: Mechanism) -> Mechanism {
+    (mechanism.loads, mechanism.outputs, mechanism.coordinates) = (Vec::new(), Vec::new(), Coordinates::Recommended);
+    mechanism
 }

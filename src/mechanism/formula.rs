@@ -54,6 +54,11 @@ impl Formula {
         count
     }
 
+    /// How many of them lie within each other.
+    pub fn depth(&self) -> usize {
+        1 + self.parts().iter().map(Formula::depth).max().unwrap_or(0)
+    }
+
     /// Calls `visit` with every parameter that occurs.
     pub fn visit_parameters(&self, visit: &mut dyn FnMut(ParameterId)) {
         self.visit(&mut |part| {

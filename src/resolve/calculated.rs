@@ -1,26 +1,17 @@
 //! Parameters that are expressions of others: in the place of each stands what it is calculated from, so that everything follows what is set.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeSet, HashMap};
 
 use cotree_fmu::program::domain::Limit;
 
-use super::names::Named;
+use super::order::{Pending, Uses, sorted};
 use super::parameters::hertz;
 use super::{Resolver, UNKNOWN};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
 use crate::mechanism::{Calculated, Formula, Parameter, ParameterId, Unit};
 use crate::scene::dimension::PURE;
-use crate::scene::expression::{self, Tree, TreeKind};
-use crate::scene::quantity::{Quantity, Reading, Value, read};
 use crate::scene::unit::{self, Exponents};
-
-/// A value that is given by an expression, and the parameters that it uses.
-pub(super) struct Pending {
-    text: Text,
-    tree: Tree,
-    uses: HashSet<usize>,
-}
 
 /// More operations than a calculated parameter may take when all that it uses is written out.
 const LONGEST: usize = 10_000;
@@ -37,17 +28,11 @@ pub(super) struct Meaning {
 }
 
 impl Resolver<'_> {
-    /// The values that are given by expressions, by their places in the scene.
-    pub(super) fn expressions(&self) -> HashMap<usize, Pending> {
-        let values = self.scene.parameters.iter().map(|parameter| &parameter.value).enumerate();
-        values.filter_map(|(index, value)| Some((index, self.pending(value)?))).collect()
-    }
-
     /// Gives the names of all parameters their meanings, still without values.
-    pub(super) fn introduce_parameters(&mut self, declared: &[Option<Unit>], expressions: &HashMap<usize, Pending>) {
+    pub(super) fn introduce_parameters(&mut self, declared: &[Option<Unit>], uses: &Uses) {
         let mut own = 0..;
         for (index, unit) in declared.iter().enumerate() {
-            let follows = expressions.get(&index).is_some_and(|expression| !expression.uses.is_empty());
+            let follows = uses.get(&index).is_some_and(|uses| !uses.is_empty());
             let id = if follows { None } else { own.next().map(ParameterId) };
             let hertz = hertz(unit.as_ref(), None, self.scene.parameters[index].unit.as_ref());
             let unit = unit.as_ref().map(|unit| unit.exponents);
@@ -80,61 +65,24 @@ impl Resolver<'_> {
         Calculated { parameter: Parameter { tunable, ..parameter }, formula }
     }
 
-    /// The parsed value of a parameter that is an expression, if it is one that can be parsed.
-    fn pending(&self, quantity: &Quantity) -> Option<Pending> {
-        let Value::Text(text) = &quantity.value else {
-            return None;
-        };
-        let text = Text::new(text.as_str(), quantity.span);
-        if !matches!(read(&text), Ok(Reading::Expression)) {
-            return None;
+    /// Gives the values of expressions to the parameters, each after those that it uses.
+    pub(super) fn evaluate_in_order(
+        &mut self,
+        pending: &HashMap<usize, Pending>,
+        uses: &Uses,
+        units: &mut [Option<Unit>],
+    ) {
+        let scene = self.scene;
+        let (order, circle) = sorted(uses);
+        for index in order {
+            self.evaluate(index, &pending[&index], &uses[&index], units);
         }
-        let tree = expression::parse(&text).ok()?;
-        let mut uses = HashSet::new();
-        self.parameters_in(&tree, &mut uses);
-        Some(Pending { text, tree, uses })
+        let own = circle.iter().map(|&index| &scene.parameters[index]);
+        let circle: Vec<_> = own.map(|own| (own.name.text.as_str(), own.value.span)).collect();
+        self.refuse_circle(&circle, "parameters", "give one of them a number");
     }
 
-    fn parameters_in(&self, tree: &Tree, uses: &mut HashSet<usize>) {
-        match &tree.kind {
-            TreeKind::Name(name) => {
-                if let Some(Named::Parameter(index)) = self.names.get(name) {
-                    uses.insert(index);
-                }
-            }
-            kind => kind.parts().iter().for_each(|part| self.parameters_in(part, uses)),
-        }
-    }
-
-    /// Evaluates the expressions in topological order; the rest is a cycle.
-    pub(super) fn evaluate_in_order(&mut self, pending: HashMap<usize, Pending>, units: &mut [Option<Unit>]) {
-        let mut waiting: HashMap<usize, usize> = HashMap::new();
-        let mut users: HashMap<usize, Vec<usize>> = HashMap::new();
-        for (&index, expression) in &pending {
-            let uses = expression.uses.iter().filter(|used| pending.contains_key(used));
-            waiting.insert(index, uses.clone().count());
-            uses.for_each(|&used| users.entry(used).or_default().push(index));
-        }
-        let mut ready: Vec<usize> = waiting.iter().filter(|(_, count)| **count == 0).map(|(index, _)| *index).collect();
-        ready.sort_unstable();
-        let mut done = 0;
-        while let Some(&index) = ready.get(done) {
-            done += 1;
-            waiting.remove(&index);
-            self.evaluate(index, &pending[&index], units);
-            for user in users.get(&index).into_iter().flatten() {
-                if let Some(count) = waiting.get_mut(user) {
-                    *count -= 1;
-                    if *count == 0 {
-                        ready.push(*user);
-                    }
-                }
-            }
-        }
-        self.cycle(&pending, &waiting);
-    }
-
-    fn evaluate(&mut self, index: usize, pending: &Pending, units: &mut [Option<Unit>]) {
+    fn evaluate(&mut self, index: usize, pending: &Pending, uses: &BTreeSet<usize>, units: &mut [Option<Unit>]) {
         let what = format!("parameter `{}`", self.scene.parameters[index].name.text);
         let Some((formula, known)) = self.constant_tree(&pending.tree, &pending.text, &what) else {
             return;
@@ -148,9 +96,9 @@ impl Resolver<'_> {
             let (declared, found) = (declared.clone(), found.clone());
             self.declared_mismatch(&what, &declared, &found, pending.text.span);
         }
-        self.suspect_unit(index, known, units[index].as_ref(), &pending.text);
+        self.suspect_unit(&what, known, units[index].as_ref(), &pending.text);
         let value = self.value(&formula);
-        let spoiled = pending.uses.iter().any(|used| !self.value(&self.parameters[*used].formula).is_finite());
+        let spoiled = uses.iter().any(|used| !self.value(&self.parameters[*used].formula).is_finite());
         if !value.is_finite() && !spoiled {
             let message = format!("{what} is not a finite number");
             let label = format!("this is {value}");
@@ -170,50 +118,17 @@ impl Resolver<'_> {
         }
     }
 
-    /// Warns of an expression of mere numbers whose value could be meant in the parameter's unit: only a number that stands alone is in it.
-    fn suspect_unit(&mut self, index: usize, known: Option<Exponents>, declared: Option<&Unit>, text: &Text) {
+    /// Warns of an expression of mere numbers whose value could be meant in the declared unit: only a number that stands alone is in it.
+    pub(super) fn suspect_unit(&mut self, what: &str, known: Option<Exponents>, declared: Option<&Unit>, text: &Text) {
         let is_mere = |unit: &&Unit| known.is_none_or(|known| known == PURE && unit::compatible(unit.exponents, known));
         let Some(unit) = declared.filter(is_mere) else { return };
         if unit.display.as_ref().is_some_and(|display| display.factor != 1.0) {
-            let name = &self.scene.parameters[index].name.text;
             let (written, si) = (unit.shown(), &unit.si);
-            let message = format!(
-                "parameter `{name}` is taken in `{si}`, not in `{written}`: it is an expression without a unit"
-            );
+            let message = format!("{what} is taken in `{si}`, not in `{written}`: it is an expression without a unit");
             let fault = Fault::warning("scene::unit_in_expression", message, text.span).label(format!("in `{si}`"));
             self.faults.push(fault.help(format!(
                 "write a single number for `{written}`, or give the numbers (`2[{written}]`) or parameters in it units; or remove `unit` if `{si}` is meant"
             )));
-        }
-    }
-
-    /// Reports one cycle among the parameters that wait for each other.
-    fn cycle(&mut self, pending: &HashMap<usize, Pending>, waiting: &HashMap<usize, usize>) {
-        let Some(&first) = waiting.keys().min() else {
-            return;
-        };
-        let mut path = vec![first];
-        let mut at = HashMap::from([(first, 0)]);
-        // Each waiting parameter uses another waiting one, so the walk returns to where it was.
-        while let Some(next) =
-            path.last().and_then(|last| pending[last].uses.iter().filter(|used| waiting.contains_key(used)).min())
-        {
-            if let Some(&start) = at.get(next) {
-                let names: Vec<String> = path[start..]
-                    .iter()
-                    .chain([next])
-                    .map(|index| format!("`{}`", self.scene.parameters[*index].name.text))
-                    .collect();
-                let message = format!("parameters depend on each other in a circle: {}", names.join(" -> "));
-                self.faults.push(
-                    Fault::new("scene::cycle", message, pending[next].text.span)
-                        .label("part of the circle")
-                        .help("give one of them a number"),
-                );
-                return;
-            }
-            at.insert(*next, path.len());
-            path.push(*next);
         }
     }
 }

@@ -178,7 +178,7 @@ impl Resolver<'_> {
         }
     }
 
-    fn finite(&mut self, number: f64, what: &str, span: Span) -> Formula {
+    pub(super) fn finite(&mut self, number: f64, what: &str, span: Span) -> Formula {
         if number.is_finite() {
             return Formula::Number(number);
         }

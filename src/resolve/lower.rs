@@ -4,7 +4,8 @@ use std::f64::consts::PI;
 
 use super::Resolver;
 use super::formulas::FACTOR;
-use super::names::Named;
+use super::names::{Named, one};
+use super::signals::{Signal, variables};
 use crate::component::Section;
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
@@ -21,7 +22,7 @@ use crate::scene::unit::{Exponents, from_exponents};
 pub(super) enum Context {
     Constant,
     Driver,
-    /// All that and positions and velocities; the own ones of this load by their bare names.
+    /// All that, positions, velocities, and forces and torques of other loads; the own variables of this load by their bare names.
     Law(LoadId),
     /// Numbers, parameters and the own variables of this joint.
     Curve(JointId),
@@ -59,6 +60,10 @@ impl Resolver<'_> {
 
     pub(super) fn constant_tree(&mut self, tree: &Tree, text: &Text, what: &str) -> Option<(Formula, Known)> {
         self.lower(tree, Site { text, what, context: Context::Constant, law_of: None })
+    }
+
+    pub(super) fn law_tree(&mut self, tree: &Tree, text: &Text, what: &str) -> Option<(Formula, Known)> {
+        self.lower(tree, Site { text, what, context: Context::Output, law_of: None })
     }
 
     /// The formula of a component's law, in terms of a part's keys and, as in `own.length`, its own variables.
@@ -184,14 +189,15 @@ impl Resolver<'_> {
         }
         let own = self.own_variable(name, site.context);
         match self.names.get(name) {
-            Some(Named::Parameter(_) | Named::Input(_)) if own.is_some() => self.refuse(
+            Some(named) if named.is_number() && own.is_some() => self.refuse(
                 "scene::ambiguous_name",
                 format!(
-                    "in {}, `{name}` is both the {}'s own and one in `[parameters]` or `[inputs]`",
+                    "in {}, `{name}` is both the {}'s own and {} of the scene",
                     site.what,
-                    if let Context::Curve(_) = site.context { "joint" } else { "load" }
+                    if let Context::Curve(_) = site.context { "joint" } else { "load" },
+                    one(named.word())
                 ),
-                "rename the parameter or input",
+                &format!("rename the {}", named.word()),
                 (tree, site),
             ),
             Some(Named::Parameter(index)) => {
@@ -207,6 +213,7 @@ impl Resolver<'_> {
                 let (exponents, hertz) = unit.unzip();
                 Some((Formula::Input(id), Known::moving(exponents).in_hertz(hertz.unwrap_or(0))))
             }
+            Some(Named::Signal(index)) => self.lower_signal(index, name, tree, site),
             _ => match (name, own) {
                 ("pi", _) => Some((Formula::Number(PI), Known::Number)),
                 ("t" | "time", _) if site.context.is_constant() => {
@@ -236,46 +243,31 @@ impl Resolver<'_> {
     fn lower_variable(&mut self, name: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
         let text = Text::new(name, site.text.part(tree.start, tree.end));
         let variable = self.variable(&text, site.what, "scene::unknown_variable")?;
-        let class = variable.quantity.class();
-        let refused = match (site.context, variable.owner, class) {
-            (Context::Output, ..) => return Some(formula_of(variable)),
-            (Context::Constant | Context::Curve(_), ..) => {
-                return self.not_constant(&format!("the variable `{name}`"), tree, site);
-            }
-            (Context::Driver, ..) => {
-                let message =
-                    format!("{} depends on `{name}`, but a prescribed motion cannot depend on the motion", site.what);
-                return self.refuse(
-                    "scene::driver_depends",
-                    message,
-                    "a driver may use the time `t`, parameters and inputs",
-                    (tree, site),
-                );
-            }
-            (Context::Law(_), _, Class::Position | Class::Velocity) => {
-                return Some(formula_of(variable));
-            }
-            (Context::Law(own), Owner::Load(other), _) if own == other => {
-                let message = format!("{} depends on itself: `{name}`", site.what);
-                return self.refuse(
-                    "scene::cycle",
-                    message,
-                    "a load may use positions and velocities of the scene",
-                    (tree, site),
-                );
-            }
-            (Context::Law(_), _, Class::Acceleration) => "an acceleration",
-            (Context::Law(_), Owner::Load(_), _) => "the effort of another load",
-            (Context::Law(_), _, Class::Effort) => "a reaction",
-            (Context::Law(_), _, Class::System) => "a sum over the whole system",
-        };
-        let message = format!("{} depends on `{name}`, {refused}", site.what);
-        self.refuse(
-            "scene::load_depends",
-            message,
-            "a load may use positions and velocities of the scene, the time `t`, parameters and inputs",
-            (tree, site),
-        )
+        if site.context.is_constant() {
+            return self.not_constant(&format!("the variable `{name}`"), tree, site);
+        }
+        match refusal(variable, site, &format!("`{name}`")) {
+            None => Some(formula_of(variable)),
+            Some((code, message, help)) => self.refuse(code, message, help, (tree, site)),
+        }
+    }
+
+    /// What a signal is given by; what may not stand there may not come with it.
+    fn lower_signal(&mut self, index: usize, name: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
+        self.used_signals.insert(index);
+        if site.context.is_constant() {
+            return self.not_constant(&format!("the signal `{name}`"), tree, site);
+        }
+        let Signal { formula, known, .. } = self.signals[index].clone()?;
+        let named =
+            |variable| format!("`{}` (in signal `{name}`)", self.called.get(&variable).map_or("", String::as_str));
+        let mut refused = variables(&formula).into_iter().filter_map(|own| refusal(own, site, &named(own)));
+        let Some((code, message, help)) = refused.next() else { return Some((formula, known)) };
+        let span = site.text.part(tree.start, tree.end);
+        if !self.is_reported(&Text::new(name, span), name) {
+            self.faults.push_about(name, Fault::new(code, message, span).label("not here").help(help));
+        }
+        None
     }
 
     fn not_constant(&mut self, used: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
@@ -321,7 +313,7 @@ impl Resolver<'_> {
                 .push(Fault::new("scene::not_a_number", message, span).label(format!("a {}", named.word())).help(help));
             return None;
         }
-        let mut known = self.names.all(|named| matches!(named, Named::Parameter(_) | Named::Input(_)));
+        let mut known = self.names.all(Named::is_number);
         let given = suggest::list(known.iter().copied());
         known.extend(["pi", "t", "time"]);
         known.extend(
@@ -335,10 +327,40 @@ impl Resolver<'_> {
             false => format!("the scene has {given}; a new one goes into `[parameters]`"),
         };
         let message = format!("{} uses a name that is not in the scene: `{name}`", site.what);
-        let fault = Fault::new("scene::unknown_name", message, span).label("no such parameter or input");
+        let fault = Fault::new("scene::unknown_name", message, span).label("no such parameter, input or signal");
         self.faults.push_about(name, fault.help(suggest::hint(name, known, otherwise)));
         None
     }
+}
+
+/// Why a law may not depend on a variable that is called so: a code, a message and what to do.
+fn refusal(variable: Variable, site: Site<'_>, called: &str) -> Option<(&'static str, String, &'static str)> {
+    let what = site.what;
+    let refused = match (site.context, variable.quantity.class()) {
+        (Context::Law(_), Class::Position | Class::Velocity) | (Context::Output, _) => return None,
+        (Context::Law(own), _) if variable.owner == Owner::Load(own) => {
+            let message = format!("{what} depends on itself: {called}");
+            return Some(("scene::cycle", message, "a load may use positions and velocities of the scene"));
+        }
+        (Context::Law(_), Class::Acceleration) => "an acceleration",
+        // Their laws are written out in its place.
+        (Context::Law(_), Class::Effort)
+            if matches!((variable.owner, variable.quantity), (Owner::Load(_), Quantity::Force | Quantity::Torque)) =>
+        {
+            return None;
+        }
+        (Context::Law(_), Class::Effort) if matches!(variable.owner, Owner::Load(_)) => {
+            "a component or the power of another load"
+        }
+        (Context::Law(_), Class::Effort) => "a reaction",
+        (Context::Law(_), Class::System) => "a sum over the whole system",
+        (Context::Constant | Context::Curve(_) | Context::Driver, _) => {
+            let message = format!("{what} depends on {called}, but a prescribed motion cannot depend on the motion");
+            return Some(("scene::driver_depends", message, "a driver may use the time `t`, parameters and inputs"));
+        }
+    };
+    let help = "a load may use positions and velocities of the scene, forces along springs and actuators, torques of loads, the time `t`, parameters and inputs";
+    Some(("scene::load_depends", format!("{what} depends on {called}, {refused}"), help))
 }
 
 fn name_in_law(name: &str, part: &Part) -> Formula {

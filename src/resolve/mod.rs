@@ -5,6 +5,7 @@
 
 mod bodies;
 mod calculated;
+mod efforts;
 mod everything;
 mod formulas;
 mod initial;
@@ -12,6 +13,7 @@ mod islands;
 mod laws;
 mod lower;
 mod names;
+mod order;
 mod outputs;
 mod parameters;
 mod parts;
@@ -19,6 +21,7 @@ mod places;
 mod reuse;
 mod settings;
 mod shapes;
+mod signals;
 pub mod symbolic;
 mod tables;
 mod variables;
@@ -32,7 +35,7 @@ use crate::component::{ALL, Room, Section};
 use crate::diagnostic::fault::{Fault, Faults, Sink};
 use crate::diagnostic::span::{Source, Span, Text};
 use crate::diagnostic::suggest;
-use crate::mechanism::{Bound, Dimension, Formula, Input, InputId, Mechanism, Part, Units};
+use crate::mechanism::{Bound, Dimension, Formula, Input, InputId, Mechanism, Part, Units, Variable};
 use crate::scene::unit::Exponents;
 use crate::scene::{Resolved, Scene};
 
@@ -87,6 +90,7 @@ impl Scene {
         let display = resolver.display();
         let (parameters, calculated) = resolver.parameters();
         let inputs = resolver.inputs();
+        resolver.signals();
         let mut mechanism = Mechanism {
             name: self.name.text.clone(),
             description: self.description.as_ref().map(|text| text.text.clone()).unwrap_or_default(),
@@ -99,7 +103,7 @@ impl Scene {
             bodies: resolver.bodies(),
             joints: resolver.parts(Section::Joints),
             drivers: resolver.parts(Section::Drivers),
-            loads: resolver.parts(Section::Loads),
+            loads: resolver.loads(),
             initial: resolver.initial(),
             begins: resolver.begins(),
             outputs: resolver.outputs(),
@@ -115,6 +119,7 @@ impl Scene {
         resolver.islands(&mechanism.bodies);
         if !resolver.faults.has_errors() {
             resolver.unused_inputs(&mechanism.inputs);
+            resolver.unused_signals();
             mechanism.check().into_iter().for_each(|fault| resolver.faults.push(fault));
         }
         mechanism
@@ -143,8 +148,14 @@ struct Resolver<'s> {
     parameters: Vec<calculated::Meaning>,
     /// The units of the inputs, each with how many of its seconds are written as hertz.
     input_units: Vec<Option<(Exponents, i8)>>,
+    /// What the names of the signals stand for; none if one is at fault.
+    signals: Vec<Option<signals::Signal>>,
     /// The inputs that something follows or depends on.
     used_inputs: HashSet<InputId>,
+    /// The signals that something uses.
+    used_signals: HashSet<usize>,
+    /// How the scene calls the variables that it names.
+    called: HashMap<Variable, String>,
     /// The first unit of each kind of value in the scene.
     written_in: Units,
     /// The tables that expressions use, by their files; none if one is at fault.
@@ -164,7 +175,10 @@ impl<'s> Resolver<'s> {
             values: Vec::new(),
             parameters: Vec::new(),
             input_units: Vec::new(),
+            signals: Vec::new(),
             used_inputs: HashSet::new(),
+            used_signals: HashSet::new(),
+            called: HashMap::new(),
             written_in: Units::default(),
             tables: HashMap::new(),
         }
@@ -192,10 +206,23 @@ impl Resolver<'_> {
         let unused = |(index, _): &(usize, &Input)| !self.used_inputs.contains(&InputId(*index));
         let unused: Vec<&Input> = inputs.iter().enumerate().filter(unused).map(|(_, input)| input).collect();
         for input in unused {
-            let message = format!("nothing uses input `{}`", input.name);
-            let help = "use its name in a load, a driver or an output, or remove it";
-            self.faults.push(Fault::warning("scene::unused", message, input.span).label("not used").help(help));
+            self.unused(&format!("input `{}`", input.name), input.span);
         }
+    }
+
+    /// Warns of signals that nothing uses.
+    fn unused_signals(&mut self) {
+        for (index, signal) in self.scene.signals.iter().enumerate() {
+            if !self.used_signals.contains(&index) {
+                self.unused(&format!("signal `{}`", signal.name.text), signal.name.span);
+            }
+        }
+    }
+
+    fn unused(&mut self, what: &str, span: Span) {
+        let help = "use its name in a load, a driver or an output, or remove it";
+        let fault = Fault::warning("scene::unused", format!("nothing uses {what}"), span).label("not used");
+        self.faults.push(fault.help(help));
     }
 
     fn one_dimensional(&self) -> bool {

@@ -14,6 +14,8 @@ pub(super) enum Named {
     /// Its place in the scene.
     Parameter(usize),
     Input(InputId),
+    /// Its place in the scene.
+    Signal(usize),
     Body(BodyId),
     Joint(JointId),
     Driver(DriverId),
@@ -25,11 +27,17 @@ impl Named {
         match self {
             Named::Parameter(_) => "parameter",
             Named::Input(_) => "input",
+            Named::Signal(_) => "signal",
             Named::Body(_) => "body",
             Named::Joint(_) => "joint",
             Named::Driver(_) => "driver",
             Named::Load(_) => "load",
         }
+    }
+
+    /// Does the name alone stand for a number?
+    pub fn is_number(self) -> bool {
+        matches!(self, Named::Parameter(_) | Named::Input(_) | Named::Signal(_))
     }
 }
 
@@ -62,6 +70,7 @@ impl<'s> Names<'s> {
             .collect();
         let all = (scene.parameters.iter().enumerate().map(|(i, item)| (&item.name, Named::Parameter(i))))
             .chain(scene.inputs.iter().enumerate().map(|(i, item)| (&item.name, Named::Input(InputId(i)))))
+            .chain(scene.signals.iter().enumerate().map(|(i, item)| (&item.name, Named::Signal(i))))
             .chain(scene.bodies.iter().enumerate().map(|(i, item)| (&item.name, Named::Body(BodyId(i)))))
             .chain(scene.joints.iter().enumerate().map(|(i, item)| (&item.name, Named::Joint(JointId(i)))))
             .chain(scene.drivers.iter().enumerate().map(|(i, item)| (&item.name, Named::Driver(DriverId(i)))))
@@ -81,7 +90,7 @@ impl<'s> Names<'s> {
                 name.span,
             )
             .label("second time")
-            .help("each parameter, input, body, joint, driver and load needs its own name, because the FMU's variables are named after them");
+            .help("each parameter, input, signal, body, joint, driver and load needs its own name, because the FMU's variables are named after them");
             if !first_name.span.is_nowhere() {
                 fault.also.push(first_name.span);
             }
@@ -141,7 +150,7 @@ pub(super) fn check_identifier(name: &Text, what: &str, faults: &mut Sink) {
     faults.push(Fault::new("scene::reserved_name", message, name.span).label("reserved").help("choose another name"));
 }
 
-fn one(what: &str) -> String {
+pub(super) fn one(what: &str) -> String {
     let article = if what.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
     format!("{article} {what}")
 }

@@ -4,12 +4,14 @@ use std::collections::HashSet;
 
 use super::Resolver;
 use super::lower::Context;
-use super::names::check_identifier;
+use super::names::{Named, check_identifier};
+use super::signals::Signal;
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
 use crate::mechanism::{Formula, Output, Unit};
 use crate::scene::dimension::ANYTHING;
-use crate::scene::model::OutputExpression;
+use crate::scene::model;
+use crate::scene::quantity::Quantity;
 use crate::scene::unit;
 
 impl Resolver<'_> {
@@ -40,6 +42,9 @@ impl Resolver<'_> {
     fn variable_output(&mut self, name: &Text) -> Option<Output> {
         // What is asked for beside the scene has no place in it.
         let user = if name.span.is_nowhere() { "what is asked for" } else { "`[outputs]`" };
+        if let Some(Named::Signal(index)) = self.names.get(&name.text) {
+            return self.signal_output(index, name.span);
+        }
         let variable = self.variable(name, user, "scene::unknown_output")?;
         let wanted = variable.quantity.measure();
         Some(Output {
@@ -51,8 +56,21 @@ impl Resolver<'_> {
         })
     }
 
-    fn expression_output(&mut self, output: &OutputExpression) -> Output {
-        let OutputExpression { name, value, unit, description } = output;
+    fn signal_output(&mut self, index: usize, span: Span) -> Option<Output> {
+        self.used_signals.insert(index);
+        let Signal { formula, unit, .. } = self.signals[index].clone()?;
+        let model::Signal { name, value, description, .. } = &self.scene.signals[index];
+        Some(Output {
+            name: name.text.clone(),
+            description: described(description.as_ref(), value),
+            unit: unit.unwrap_or_default(),
+            value: formula,
+            span,
+        })
+    }
+
+    fn expression_output(&mut self, output: &model::Signal) -> Output {
+        let model::Signal { name, value, unit, description } = output;
         let what = format!("output `{}`", name.text);
         let (formula, own) = self.formula_and_unit(value, &what, &ANYTHING, Context::Output);
         let declared = self.unit(unit.as_ref());
@@ -73,7 +91,7 @@ impl Resolver<'_> {
         }
         Output {
             name: name.text.clone(),
-            description: description.as_ref().map_or_else(|| Resolver::wording(value), |text| text.text.clone()),
+            description: described(description.as_ref(), value),
             unit: declared.or(own).unwrap_or_default(),
             value: formula,
             span: name.span,
@@ -87,4 +105,9 @@ impl Resolver<'_> {
                 .help("remove it or choose another name"),
         );
     }
+}
+
+/// A description, or the expression in its place.
+fn described(description: Option<&Text>, value: &Quantity) -> String {
+    description.map_or_else(|| Resolver::wording(value), |text| text.text.clone())
 }

@@ -2,6 +2,7 @@
 
 use super::Resolver;
 use super::lower::Context;
+use super::names::Named;
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
 use crate::mechanism::{Calculated, Formula, Input, Parameter, Unit};
@@ -15,8 +16,9 @@ impl Resolver<'_> {
         let scene = self.scene;
         let declared: Vec<Option<Unit>> =
             scene.parameters.iter().map(|parameter| self.unit(parameter.unit.as_ref())).collect();
-        let expressions = self.expressions();
-        self.introduce_parameters(&declared, &expressions);
+        let place = |named| if let Named::Parameter(index) = named { Some(index) } else { None };
+        let (expressions, uses) = self.expressions(scene.parameters.iter().map(|parameter| &parameter.value), place);
+        self.introduce_parameters(&declared, &uses);
         let mut units = declared.clone();
         for (index, parameter) in scene.parameters.iter().enumerate() {
             if expressions.contains_key(&index) {
@@ -29,7 +31,7 @@ impl Resolver<'_> {
             self.parameters[index].hertz = hertz(unit.as_ref(), Some(&parameter.value), parameter.unit.as_ref());
             units[index] = unit;
         }
-        self.evaluate_in_order(expressions, &mut units);
+        self.evaluate_in_order(&expressions, &uses, &mut units);
         let (mut own, mut others) = (Vec::new(), Vec::new());
         for (index, (declared, unit)) in declared.iter().zip(units).enumerate() {
             let parameter = self.parameter(index, declared.as_ref(), unit);
@@ -157,7 +159,7 @@ impl Resolver<'_> {
 }
 
 /// Is this a number without a unit, in a text or not?
-fn is_bare(quantity: &Quantity) -> bool {
+pub(super) fn is_bare(quantity: &Quantity) -> bool {
     match &quantity.value {
         Value::Number(_) => true,
         Value::Text(text) => matches!(read(&Text::from(text.as_str())), Ok(Reading::Number(_))),

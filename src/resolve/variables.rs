@@ -35,7 +35,9 @@ impl Resolver<'_> {
         let one_dimensional = self.one_dimensional();
         let mut has = found.has.iter().copied().filter(|quantity| !one_dimensional || quantity.is_on_a_line());
         if let Some(quantity) = has.clone().find(|quantity| quantity.word() == last) {
-            return Some(Variable { owner: found.owner, quantity });
+            let variable = Variable { owner: found.owner, quantity };
+            self.called.entry(variable).or_insert_with(|| name.text.clone());
+            return Some(variable);
         }
         if self.is_reported(name, &name.text) {
             return None;
@@ -98,7 +100,7 @@ impl Resolver<'_> {
             Named::Joint(id) => part(Owner::Joint(id), &self.scene.joints[id.0], Section::Joints),
             Named::Driver(id) => part(Owner::Driver(id), &self.scene.drivers[id.0], Section::Drivers),
             Named::Load(id) => part(Owner::Load(id), &self.scene.loads[id.0], Section::Loads),
-            Named::Parameter(_) | Named::Input(_) => None,
+            Named::Parameter(_) | Named::Input(_) | Named::Signal(_) => None,
         }
     }
 
@@ -120,8 +122,9 @@ impl Resolver<'_> {
             Some(Named::Parameter(_)) => {
                 format!("`{first}` is a parameter: it is a variable of the FMU anyway")
             }
+            Some(Named::Signal(_)) => format!("`{first}` is a signal, a number: write `{first}` alone"),
             _ => {
-                let known = self.names.all(|named| !matches!(named, Named::Parameter(_) | Named::Input(_)));
+                let known = self.names.all(|named| !named.is_number());
                 let otherwise =
                     "variables are named like `crank.angle`, `rod.small_end.x`, `wrist_pin.fx`, `energy.total`";
                 suggest::hint(first, known.into_iter().chain(["energy", "constraint", "ground"]), otherwise.to_string())

@@ -1,8 +1,7 @@
 //! Builds scenes in Rust, with the words of the scene file.
 
 use super::model::{
-    Coordinates, Experiment, Initial, Input, InputAs, Motion, OutputExpression, Outputs, Parameter, Point, Scene,
-    Solver, Vector,
+    Coordinates, Experiment, Initial, Input, InputAs, Motion, Outputs, Parameter, Point, Scene, Signal, Solver, Vector,
 };
 use super::part::{Body, Driver, Joint, Load};
 use super::quantity::Quantity;
@@ -19,6 +18,7 @@ impl Scene {
             gravity: None,
             parameters: Vec::new(),
             inputs: Vec::new(),
+            signals: Vec::new(),
             ground: Vec::new(),
             bodies: Vec::new(),
             joints: Vec::new(),
@@ -98,6 +98,13 @@ impl Scene {
         self
     }
 
+    /// Adds a law that others use by its name: an expression, or a [`Signal`] with unit and description.
+    #[must_use]
+    pub fn signal(mut self, name: &str, signal: impl Into<Signal>) -> Scene {
+        self.signals.push(Signal { name: Text::from(name), ..signal.into() });
+        self
+    }
+
     /// Adds a point of the ground \[m\].
     #[must_use]
     pub fn ground_point(mut self, name: &str, at: impl Into<Vector>) -> Scene {
@@ -157,8 +164,7 @@ impl Scene {
     /// Reports an expression under a name of its own.
     #[must_use]
     pub fn output_expression(mut self, name: &str, expression: impl Into<Quantity>) -> Scene {
-        let (name, value) = (Text::from(name), expression.into());
-        self.outputs.expressions.push(OutputExpression { name, value, ..OutputExpression::default() });
+        self.outputs.expressions.push(Signal { name: Text::from(name), ..Signal::new(expression) });
         self
     }
 
@@ -340,6 +346,33 @@ impl Input {
     #[must_use]
     pub fn max(mut self, max: impl Into<Quantity>) -> Input {
         self.max = Some(max.into());
+        self
+    }
+}
+
+impl<T: Into<Quantity>> From<T> for Signal {
+    fn from(value: T) -> Signal {
+        Signal { value: value.into(), ..Signal::default() }
+    }
+}
+
+impl Signal {
+    /// A law.
+    pub fn new(value: impl Into<Quantity>) -> Signal {
+        Signal::from(value)
+    }
+
+    /// Its unit.
+    #[must_use]
+    pub fn unit(mut self, unit: &str) -> Signal {
+        self.unit = Some(Text::from(unit));
+        self
+    }
+
+    /// One line about it.
+    #[must_use]
+    pub fn description(mut self, text: &str) -> Signal {
+        self.description = Some(Text::from(text));
         self
     }
 }

@@ -21,7 +21,7 @@ pub(crate) mod unit;
 
 pub use crate::diagnostic::{Fault, Faults, Severity, Source, Span, Text};
 pub use model::{
-    Coordinates, Experiment, Initial, Input, InputAs, Motion, Outputs, Parameter, Point, Scene, Solver, Vector,
+    Coordinates, Experiment, Initial, Input, InputAs, Motion, Outputs, Parameter, Point, Scene, Signal, Solver, Vector,
 };
 pub use part::{Body, Corner, Driver, Joint, Load, Part, Shape, Side};
 pub use quantity::{Quantity, Value};

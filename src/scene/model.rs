@@ -54,6 +54,8 @@ pub struct Scene {
     pub parameters: Vec<Parameter>,
     /// Become FMU inputs.
     pub inputs: Vec<Input>,
+    /// Laws that others use by their names.
+    pub signals: Vec<Signal>,
     /// Points of the ground.
     pub ground: Vec<Point>,
     /// Rigid bodies.
@@ -150,6 +152,19 @@ pub struct Input {
     pub max: Option<Quantity>,
 }
 
+/// An expression with a name: a law that is written once, or an output.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Signal {
+    /// The name.
+    pub name: Text,
+    /// The expression, in SI units.
+    pub value: Quantity,
+    /// The unit that it is shown in; without one what its variables make of it.
+    pub unit: Option<Text>,
+    /// One line; without one the expression.
+    pub description: Option<Text>,
+}
+
 /// A named point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Point {
@@ -200,21 +215,8 @@ pub struct Initial {
 pub struct Outputs {
     /// Variables of the scene.
     pub variables: Vec<Text>,
-    /// Expressions of variables.
-    pub expressions: Vec<OutputExpression>,
-}
-
-/// An expression that is reported under a name of its own.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct OutputExpression {
-    /// Its name.
-    pub name: Text,
-    /// The expression, in SI units.
-    pub value: Quantity,
-    /// The unit that it is shown in; without one what its variables make of it.
-    pub unit: Option<Text>,
-    /// One line; without one the expression.
-    pub description: Option<Text>,
+    /// Expressions that are reported under names of their own.
+    pub expressions: Vec<Signal>,
 }
 
 /// Default experiment; what is absent is start 0 s, stop 10 s after the start, a thousand steps, tolerance 1e-6.

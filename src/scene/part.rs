@@ -4,6 +4,7 @@ use super::document::{Kind, Node};
 use super::model::{InputAs, Motion, Vector};
 use super::quantity::{Quantity, Value};
 use crate::diagnostic::span::{Span, Text};
+use crate::diagnostic::suggest;
 
 /// A body, joint, driver or load.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,7 +63,16 @@ impl Part {
 
     /// The entries of a table with names, if it is one.
     pub fn entries(&self, key: &str) -> &[(Text, Node)] {
-        if let Some(Node { kind: Kind::Table(entries), .. }) = self.get(key) { entries } else { &[] }
+        match self.get(key).or_else(|| self.meant(key)) {
+            Some(Node { kind: Kind::Table(entries), .. }) => entries,
+            _ => &[],
+        }
+    }
+
+    /// What a key says that is nearly this one.
+    fn meant(&self, key: &str) -> Option<&Node> {
+        let Kind::Table(entries) = &self.node.kind else { return None };
+        entries.iter().find(|(other, _)| suggest::nearest(&other.text, [key]).is_some()).map(|(_, node)| node)
     }
 
     /// What a key says, if it is there.

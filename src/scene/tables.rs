@@ -15,6 +15,7 @@ pub(crate) const SCENE: &[Key] = &[
     Key::default("gravity", Form::ConstantVector(ACCELERATION), "the acceleration of gravity", "none"),
     Key::default("parameters", Form::Table, "[named constants](#parameters) that become parameters of the FMU", "none"),
     Key::default("inputs", Form::Table, "[named inputs](#inputs) of the FMU", "none"),
+    Key::default("signals", Form::Table, "[laws that others use by name](#signals)", "none"),
     Key::default("ground", Form::Table, "[points of the ground](#ground)", "none"),
     Key::default("bodies", Form::Table, "the [bodies](#bodies)", "none"),
     Key::default("joints", Form::Table, "the [joints](#joints)", "none"),
@@ -58,6 +59,23 @@ pub(crate) const INPUT: &[Key] = &[
     DESCRIPTION,
     MIN,
     MAX,
+];
+
+/// A law with a name.
+pub(crate) const SIGNAL: &[Key] = &[
+    Key::required(
+        "value",
+        Form::Law(ANYTHING),
+        "an expression of parameters, inputs, the time, variables and other signals, in SI units",
+        "give its expression: `value = \"k*(guide.s - reach)\"`",
+    ),
+    Key::default(
+        "unit",
+        Form::Text,
+        "its unit: the law must have it, and of numbers that stand alone it is the unit",
+        "the one that follows from the law",
+    ),
+    DESCRIPTION,
 ];
 
 /// The ground.

@@ -3,14 +3,16 @@
 
 use super::placed::Placing;
 use crate::component::{Component, Section, change_both, shape, sum, within_a_turn};
-use crate::diagnostic::span::{Span, Text};
+use crate::diagnostic::span::Text;
+use crate::mechanism::Quantity as Variable;
 use crate::mechanism::measure::LENGTH;
 use crate::scene::document::{Kind, Node};
 use crate::scene::expression::substituted;
 use crate::scene::key::Form;
-use crate::scene::model::Scene;
+use crate::scene::model::{Scene, Signal};
 use crate::scene::operand::Operand;
 use crate::scene::part::Part;
+use crate::scene::quantity::{Quantity, Reading, Value, read};
 
 impl Placing<'_> {
     pub(super) fn elements(&mut self, part: &mut Scene) {
@@ -27,6 +29,13 @@ impl Placing<'_> {
                 if let Some(component) = element.component(section) {
                     self.element(element, component);
                 }
+            }
+        }
+        for Signal { name, value, .. } in &mut part.signals {
+            let Quantity { value: Value::Text(text), span } = value else { continue };
+            if self.law(text, &[], &name.text) | has_direction(text) {
+                let help = "let it depend on positions and velocities of joints and springs only";
+                self.refuse(&format!("signal `{}`", name.text), *span, help);
             }
         }
     }
@@ -47,28 +56,32 @@ impl Placing<'_> {
     /// Laws say what a part's variables are in the part; the scene's are others.
     fn substitute(&mut self, node: &mut Node, form: Form, component: &Component, owner: &str) {
         let span = node.span;
-        match (form, &mut node.kind) {
-            (Form::Law(_) | Form::Motion(_), Kind::Text(text)) => self.law(text, component, owner, span),
+        let unknown = match (form, &mut node.kind) {
+            (Form::Law(_) | Form::Motion(_), Kind::Text(text)) => self.law(text, component.own, owner),
             (Form::Vector(_), Kind::Array(items)) => {
-                for item in items {
-                    if let Kind::Text(text) = &mut item.kind {
-                        self.law(text, component, owner, span);
-                    }
-                }
+                let law = |item: &mut Node| match &mut item.kind {
+                    Kind::Text(text) => self.law(text, component.own, owner),
+                    _ => false,
+                };
+                items.iter_mut().map(law).fold(false, |any, unknown| any | unknown)
             }
-            _ => {}
+            _ => false,
+        };
+        if unknown {
+            let help = "let it depend on variables of joints and springs only";
+            self.refuse(&format!("the law of `{owner}`"), span, help);
         }
     }
 
-    fn law(&mut self, text: &mut String, component: &Component, owner: &str, span: Span) {
-        let whole = Text::from(text.as_str());
-        if !matches!(crate::scene::quantity::read(&whole), Ok(crate::scene::quantity::Reading::Expression)) {
-            return;
+    /// Writes a law in the scene's variables; true if it uses what is not known where the part is.
+    fn law(&self, text: &mut String, own: &[Variable], owner: &str) -> bool {
+        if !is_expression(text) {
+            return false;
         }
         let unknown = std::cell::Cell::new(false);
         *text = substituted(text, |name| {
             let (of, word) = name.rsplit_once('.').unwrap_or((owner, name));
-            let is_own = component.own.iter().any(|own| own.word() == name);
+            let is_own = own.iter().any(|own| own.word() == name);
             let is_element = self.turned.contains_key(of) && (name.contains('.') || is_own);
             if is_element {
                 // Where a load is, as its coordinates say, depends on both of its ends.
@@ -80,17 +93,14 @@ impl Placing<'_> {
             unknown.set(unknown.get() || of_place && self.on.is_some());
             if of_place { self.of_place(name, word) } else { None }
         });
-        if unknown.get() {
-            let help = "let it depend on variables of joints and springs only";
-            self.refuse(&format!("the law of `{owner}`"), span, help);
-        }
+        unknown.get()
     }
 
     /// What the variable of an element is in terms of the scene's.
     fn of_element(&self, name: &str, word: &str, element: &str) -> Option<String> {
         let itself = Operand::Text(name.to_owned());
         let local = match word {
-            "omega" | "pressure_angle" => self.frame.signed(itself).text(),
+            "omega" | "pressure_angle" | "torque" => self.frame.signed(itself).text(),
             "angle" => {
                 let (turned, within) = self.turned.get(element).cloned()?;
                 let angle = self.frame.signed(sum(itself, turned.map(Operand::negated))).text();
@@ -186,6 +196,24 @@ impl Placing<'_> {
             }
         }
     }
+}
+
+fn is_expression(text: &str) -> bool {
+    matches!(read(&Text::from(text)), Ok(Reading::Expression))
+}
+
+/// Does an expression use what has a direction in the scene, and none in the part: a component of a reaction or of an acceleration?
+fn has_direction(text: &str) -> bool {
+    let found = std::cell::Cell::new(false);
+    let is_one = |name: &str| {
+        let (_, word) = name.rsplit_once('.').unwrap_or_default();
+        found.set(found.get() || matches!(word, "fx" | "fy" | "fn" | "ft" | "ax" | "ay" | "alpha"));
+        None
+    };
+    if is_expression(text) {
+        substituted(text, is_one);
+    }
+    found.get()
 }
 
 pub(super) fn sections(scene: &mut Scene) -> [(Section, &mut Vec<Part>); 3] {

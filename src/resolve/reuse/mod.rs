@@ -167,6 +167,7 @@ impl Library<'_> {
         placed::place(used, self.faults, &mut part, scene);
         scene.parameters.append(&mut part.parameters);
         scene.inputs.append(&mut part.inputs);
+        scene.signals.append(&mut part.signals);
         scene.ground.append(&mut part.ground);
         scene.bodies.append(&mut part.bodies);
         scene.joints.append(&mut part.joints);

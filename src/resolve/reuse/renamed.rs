@@ -28,7 +28,8 @@ pub(super) fn names(scene: &Scene) -> HashSet<String> {
     let parts = parts.map(|part| &part.name);
     let parameters = scene.parameters.iter().map(|parameter| &parameter.name);
     let inputs = scene.inputs.iter().map(|input| &input.name);
-    parts.chain(parameters).chain(inputs).map(|name| name.text.clone()).collect()
+    let signals = scene.signals.iter().map(|signal| &signal.name);
+    parts.chain(parameters).chain(inputs).chain(signals).map(|name| name.text.clone()).collect()
 }
 
 /// Writes `left_arm` wherever a scene says `left.arm` of its part `left`.
@@ -75,6 +76,7 @@ pub(super) fn with_prefix(scene: &mut Scene, prefix: &str) {
     let add = |name: &mut Text| name.text.insert_str(0, &format!("{prefix}_"));
     scene.parameters.iter_mut().for_each(|parameter| add(&mut parameter.name));
     scene.inputs.iter_mut().for_each(|input| add(&mut input.name));
+    scene.signals.iter_mut().for_each(|signal| add(&mut signal.name));
     scene.ground.iter_mut().for_each(|point| add(&mut point.name));
     let parts = [&mut scene.bodies, &mut scene.joints, &mut scene.drivers, &mut scene.loads];
     parts.into_iter().flatten().for_each(|part| add(&mut part.name));
@@ -130,7 +132,8 @@ impl Walk<'_> {
             self.quantity(&mut initial.value);
         }
         scene.outputs.variables.iter_mut().for_each(|variable| (self.name)(&mut variable.text));
-        scene.outputs.expressions.iter_mut().for_each(|output| self.quantity(&mut output.value));
+        let signals = scene.signals.iter_mut().chain(&mut scene.outputs.expressions);
+        signals.for_each(|signal| self.quantity(&mut signal.value));
     }
 
     /// The values of a table with these keys.

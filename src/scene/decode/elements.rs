@@ -5,8 +5,8 @@ use super::fields::Fields;
 use crate::diagnostic::span::Text;
 use crate::scene::document::{Kind, Node};
 use crate::scene::key::names;
-use crate::scene::model::{Input, Parameter, Point, Use};
-use crate::scene::tables::{GROUND, INPUT, PARAMETER, PART};
+use crate::scene::model::{Input, Parameter, Point, Signal, Use};
+use crate::scene::tables::{GROUND, INPUT, PARAMETER, PART, SIGNAL};
 
 impl Decoder {
     pub(super) fn parameter(&mut self, name: &Text, node: &Node, owner: &str) -> Option<Parameter> {
@@ -41,6 +41,22 @@ impl Decoder {
             description: self.faults.optional_text(&fields, "description"),
             min: self.faults.optional_quantity(&fields, "min"),
             max: self.faults.optional_quantity(&fields, "max"),
+        })
+    }
+
+    /// A law that is used by its name, or an output that is an expression.
+    pub(super) fn signal(&mut self, name: &Text, node: &Node, owner: &str) -> Option<Signal> {
+        if !matches!(node.kind, Kind::Table(_)) {
+            let value = self.faults.quantity(node, owner)?;
+            return Some(Signal { name: name.clone(), value, ..Signal::default() });
+        }
+        let fields = Fields::open(node, owner, name.span, &names(SIGNAL), &mut self.faults)?;
+        let value = self.faults.required_quantity(&fields, "value", SIGNAL[0].help());
+        Some(Signal {
+            name: name.clone(),
+            unit: self.faults.optional_text(&fields, "unit"),
+            description: self.faults.optional_text(&fields, "description"),
+            value: value?,
         })
     }
 

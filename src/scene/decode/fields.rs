@@ -14,13 +14,16 @@ pub(crate) struct Fields<'n> {
     /// Where its owner is named.
     pub span: Span,
     entries: &'n [(Text, Node)],
+    /// Entries whose keys are not known, with the keys that may be meant: they are read as these, so that a slip is one fault.
+    meant: Vec<(String, &'n (Text, Node))>,
 }
 
 impl<'n> Fields<'n> {
     /// The fields of a table; unknown keys and what is no table are faults.
     pub fn open(node: &'n Node, owner: &str, span: Span, keys: &[&str], faults: &mut Sink) -> Option<Fields<'n>> {
-        let fields = Fields::open_any(node, owner, span, faults)?;
-        for (key, _) in fields.entries {
+        let mut fields = Fields::open_any(node, owner, span, faults)?;
+        for entry in fields.entries {
+            let key = &entry.0;
             // Editors find the schema of a JSON file by this key.
             if !keys.contains(&key.text.as_str()) && key.text != "$schema" {
                 let otherwise = format!("the keys of {owner} are {}", suggest::list(keys.iter().copied()));
@@ -29,6 +32,8 @@ impl<'n> Fields<'n> {
                         .label("unknown key")
                         .help(suggest::hint(&key.text, keys.iter().copied(), otherwise)),
                 );
+                let near = suggest::nearest(&key.text, keys.iter().copied());
+                fields.meant.extend(near.map(|near| (near.to_string(), entry)));
             }
         }
         Some(fields)
@@ -40,15 +45,21 @@ impl<'n> Fields<'n> {
             faults.push(wrong_type(node, owner, "a table"));
             return None;
         };
-        Some(Fields { owner: owner.to_string(), span, entries })
+        Some(Fields { owner: owner.to_string(), span, entries, meant: Vec::new() })
     }
 
     pub fn get(&self, key: &str) -> Option<&'n Node> {
-        self.entries.iter().find(|(other, _)| other.text == key).map(|(_, node)| node)
+        self.all(key).next().map(|(_, node)| node)
     }
 
     pub fn key_span(&self, key: &str) -> Option<Span> {
-        self.entries.iter().find(|(other, _)| other.text == key).map(|(other, _)| other.span)
+        self.all(key).next().map(|(other, _)| other.span)
+    }
+
+    /// What is written for a key, and then for what may be meant by it.
+    pub fn all(&self, key: &str) -> impl Iterator<Item = &'n (Text, Node)> {
+        let own = self.entries.iter().filter(move |(other, _)| other.text == key);
+        own.chain(self.meant.iter().filter(move |(meant, _)| meant == key).map(|(_, entry)| *entry))
     }
 
     /// The value of a key; a fault with the advice `help` if it is not there.

@@ -160,6 +160,7 @@ impl Decoder {
         scene.gravity = top.get("gravity").and_then(|node| self.faults.vector(node, "`gravity`"));
         scene.parameters = self.section(&top, "parameters", "parameter", Decoder::parameter);
         scene.inputs = self.section(&top, "inputs", "input", Decoder::input);
+        scene.signals = self.section(&top, "signals", "signal", Decoder::signal);
         scene.ground = self.ground(&top);
         scene.bodies = self.parts(&top, "bodies");
         scene.joints = self.parts(&top, "joints");
@@ -200,9 +201,13 @@ impl Decoder {
 
     /// The named tables of a section whose keys their components know.
     fn parts(&mut self, top: &Fields<'_>, key: &'static str) -> Vec<Part> {
-        let entries = top.get(key).and_then(|node| self.faults.entries(node, &format!("`{key}`")));
         let part = |(name, node): &(Text, Node)| Part { name: name.clone(), node: node.clone() };
-        entries.unwrap_or_default().iter().map(part).collect()
+        self.entries(top, key).into_iter().map(part).collect()
+    }
+
+    fn entries<'n>(&mut self, top: &Fields<'n>, key: &str) -> Vec<&'n (Text, Node)> {
+        let tables = top.all(key).filter_map(|(_, node)| self.faults.entries(node, &format!("`{key}`")));
+        tables.flatten().collect()
     }
 
     /// The named tables of a section; what cannot be read is noted as broken.
@@ -213,14 +218,8 @@ impl Decoder {
         what: &str,
         read: fn(&mut Decoder, &Text, &Node, &str) -> Option<T>,
     ) -> Vec<T> {
-        let Some(node) = top.get(key) else {
-            return Vec::new();
-        };
-        let Some(entries) = self.faults.entries(node, &format!("`{key}`")) else {
-            return Vec::new();
-        };
         let mut elements = Vec::new();
-        for (name, node) in entries {
+        for (name, node) in self.entries(top, key) {
             let owner = format!("{what} `{}`", name.text);
             match read(self, name, node, &owner) {
                 Some(element) => elements.push(element),

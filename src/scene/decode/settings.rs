@@ -5,8 +5,8 @@ use super::fields::Fields;
 use crate::diagnostic::span::Text;
 use crate::scene::document::{Kind, Node};
 use crate::scene::key::{Form, Key, names};
-use crate::scene::model::{Coordinates, Experiment, Initial, OutputExpression, Outputs, Scene, Solver};
-use crate::scene::tables::{COORDINATES, DISPLAY, EXPERIMENT, GUESS, OUTPUT, OUTPUTS, SOLVER};
+use crate::scene::model::{Coordinates, Experiment, Initial, Outputs, Scene, Solver};
+use crate::scene::tables::{COORDINATES, DISPLAY, EXPERIMENT, GUESS, OUTPUTS, SOLVER};
 
 impl Decoder {
     pub(super) fn settings(&mut self, top: &Fields<'_>, scene: &mut Scene) {
@@ -101,25 +101,9 @@ impl Decoder {
             if key.text == OUTPUTS[0].name {
                 outputs.variables = self.faults.texts(node, "`variables` of `[outputs]`").unwrap_or_default();
             } else {
-                outputs.expressions.extend(self.output(key, node));
+                outputs.expressions.extend(self.signal(key, node, &format!("output `{}`", key.text)));
             }
         }
         outputs
-    }
-
-    fn output(&mut self, name: &Text, node: &Node) -> Option<OutputExpression> {
-        let what = format!("output `{}`", name.text);
-        let plain = OutputExpression { name: name.clone(), ..OutputExpression::default() };
-        if !matches!(node.kind, Kind::Table(_)) {
-            return Some(OutputExpression { value: self.faults.quantity(node, &what)?, ..plain });
-        }
-        let fields = Fields::open(node, &what, name.span, &names(OUTPUT), &mut self.faults)?;
-        let value = self.faults.required_quantity(&fields, "value", OUTPUT[0].help());
-        Some(OutputExpression {
-            unit: self.faults.optional_text(&fields, "unit"),
-            description: self.faults.optional_text(&fields, "description"),
-            value: value?,
-            ..plain
-        })
     }
 }

@@ -1,0 +1,108 @@
+//! Signals: laws that are written once under a name. For the name stands what it is given by, as if that were written there.
+
+use super::Resolver;
+use super::lower::Context;
+use super::names::Named;
+use super::order::{Pending, sorted};
+use super::parameters::{hertz, is_bare};
+use crate::diagnostic::fault::Fault;
+use crate::diagnostic::span::Span;
+use crate::mechanism::{Formula, Unit, Variable};
+use crate::scene::constant;
+use crate::scene::dimension::{ANYTHING, Known};
+use crate::scene::model;
+use crate::scene::unit::{compatible, from_exponents};
+
+/// What the name of a signal stands for.
+#[derive(Clone)]
+pub(super) struct Signal {
+    pub formula: Formula,
+    pub known: Known,
+    /// What it is shown in.
+    pub unit: Option<Unit>,
+}
+
+/// Longer or deeper laws with all that they use written out are refused: each signal may use others twice, and so on.
+const LONGEST: usize = 100_000;
+const DEEPEST: usize = 1000;
+
+impl Resolver<'_> {
+    /// Gives the names of the signals their meanings.
+    pub(super) fn signals(&mut self) {
+        let scene = self.scene;
+        let place = |named| if let Named::Signal(index) = named { Some(index) } else { None };
+        let (pending, uses) = self.expressions(scene.signals.iter().map(|signal| &signal.value), place);
+        let (order, circle) = sorted(&uses);
+        self.signals = vec![None; scene.signals.len()];
+        let others = (0..scene.signals.len()).filter(|index| !pending.contains_key(index));
+        for index in others.chain(order) {
+            self.signals[index] = self.signal(&scene.signals[index], pending.get(&index));
+        }
+        let own = circle.iter().map(|&index| &scene.signals[index]);
+        let circle: Vec<_> = own.map(|own| (own.name.text.as_str(), own.value.span)).collect();
+        self.refuse_circle(&circle, "signals", "let one of them depend on none of the others");
+    }
+
+    fn signal(&mut self, signal: &model::Signal, pending: Option<&Pending>) -> Option<Signal> {
+        let what = format!("signal `{}`", signal.name.text);
+        let declared = self.unit(signal.unit.as_ref());
+        let (formula, known) = match pending {
+            Some(Pending { text, tree }) => {
+                let (formula, known) = self.law_tree(tree, text, &what)?;
+                let has_variables = !variables(&formula).is_empty();
+                if !has_variables {
+                    self.suspect_unit(&what, known.unit(), declared.as_ref(), text);
+                }
+                let number = constant::number(&formula);
+                (number.map_or(formula, |number| self.finite(number, &what, text.span)), known)
+            }
+            None => {
+                let (formula, own) = self.formula_and_unit(&signal.value, &what, &ANYTHING, Context::Output);
+                let display = declared.as_ref().and_then(|unit| unit.display.as_ref());
+                let factor = display.filter(|_| is_bare(&signal.value)).map_or(1.0, |display| display.factor);
+                let hertz = hertz(own.as_ref(), Some(&signal.value), None);
+                let known = own.map_or(Known::Number, |unit| Known::constant(Some(unit.exponents)).in_hertz(hertz));
+                (formula * Formula::Number(factor), known)
+            }
+        };
+        if constant::number(&formula).is_some_and(f64::is_nan) {
+            return None;
+        }
+        if is_too_long(&formula) {
+            self.faults.push(too_long(&what, "signals", signal.value.span));
+            return None;
+        }
+        let own = known.unit().map(from_exponents);
+        if let (Some(declared), Some(own)) = (&declared, &own)
+            && !compatible(declared.exponents, own.exponents)
+        {
+            self.declared_mismatch(&what, declared, own, signal.value.span);
+        }
+        let known = match &declared {
+            Some(unit) => Known::moving(Some(unit.exponents)).in_hertz(hertz(Some(unit), None, signal.unit.as_ref())),
+            None => known,
+        };
+        Some(Signal { formula, known, unit: declared.or(own) })
+    }
+}
+
+pub(super) fn is_too_long(formula: &Formula) -> bool {
+    formula.operations() > LONGEST || formula.depth() > DEEPEST
+}
+
+pub(super) fn too_long(what: &str, others: &str, span: Span) -> Fault {
+    let message = format!("the scene is too large: {what} is too long with the {others} that it uses");
+    let fault = Fault::new("scene::too_large", message, span).label("too long when written out");
+    fault.help(format!("let it use fewer of the other {others}"))
+}
+
+/// The variables of a formula.
+pub(super) fn variables(formula: &Formula) -> Vec<Variable> {
+    let mut found = Vec::new();
+    formula.visit(&mut |part| {
+        if let Formula::Variable(variable) = part {
+            found.push(*variable);
+        }
+    });
+    found
+}
