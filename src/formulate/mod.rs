@@ -334,8 +334,8 @@ fn particles(equations: &mut Equations) -> Vec<(usize, BodyId)> {
     let mechanism = equations.system.mechanism;
     let dynamics = equations.dynamics().clone();
     let nothing_turns = |&row: &usize| {
-        let still = dynamics.load[row].is_zero() && dynamics.reactions[row].is_empty();
-        still && dynamics.mass[row].iter().all(|(_, entry)| entry.is_zero())
+        let still = dynamics.load[row] == Expr::ZERO && dynamics.reactions[row].is_empty();
+        still && dynamics.mass[row].iter().all(|(_, entry)| *entry == Expr::ZERO)
     };
     let is_particle = |body: &BodyId| {
         let own = &mechanism.bodies[body.0];
