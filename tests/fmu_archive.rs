@@ -77,6 +77,8 @@ fn pendulum() -> Description {
         exchange: Some(2),
         exchange_with_rates: true,
         indicators: 2,
+        own_steps: true,
+        followed: Vec::new(),
         moves_states: false,
         variables: vec![
             variable("time", unit("s", [0, 0, 1, 0], None), Causality::Independent),

@@ -92,6 +92,8 @@ fn description() -> Description {
         exchange: None,
         exchange_with_rates: false,
         indicators: 0,
+        own_steps: true,
+        followed: Vec::new(),
         moves_states: false,
         variables: variables.collect(),
         terminals: vec![],

@@ -23,7 +23,11 @@ pub struct Description {
     pub indicators: usize,
     /// May an event of Model Exchange move the states? It closes the loops.
     pub moves_states: bool,
-    /// Every variable; its place is its value reference.
+    /// Has Co-Simulation steps of its own, at the ends of which a communication step may end?
+    pub own_steps: bool,
+    /// Places of the inputs that a driver follows: their rates are needed, too.
+    pub followed: Vec<usize>,
+    /// Every variable; its place is its value reference in FMI 2.0, and one less than that in FMI 3.0.
     pub variables: Vec<ScalarVariable>,
     /// What can be connected together.
     pub terminals: Vec<Terminal>,
