@@ -88,6 +88,7 @@ fn description() -> Description {
         identifier: "mass".into(),
         guid: "mass".into(),
         description: String::new(),
+        credits: Vec::new(),
         experiment: Experiment { start: 0.0, stop: 1.0, step: 0.1, tolerance: 1e-9 },
         exchange: None,
         exchange_with_rates: false,

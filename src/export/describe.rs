@@ -22,6 +22,7 @@ pub fn describe(formulated: &Formulated, guid: &str) -> Description {
         identifier: identifier(&mechanism.name),
         guid: guid.to_string(),
         description: mechanism.description.clone(),
+        credits: mechanism.credits.clone(),
         experiment: mechanism.experiment,
         exchange: program.offers_exchange().then_some(program.tapes.indicators.results.len()),
         exchange_with_rates: program.offers_exchange_with_rates(),

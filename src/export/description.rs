@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::mechanism::{Experiment, Unit};
+use crate::mechanism::{Credits, Experiment, Unit};
 
 /// An FMU's description.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,6 +15,8 @@ pub struct Description {
     pub guid: String,
     /// One line; may be empty.
     pub description: String,
+    /// Who made the model, and how it may be used.
+    pub credits: Credits,
     pub experiment: Experiment,
     /// Number of event indicators, if somebody else can integrate the model: Model Exchange.
     pub exchange: Option<usize>,

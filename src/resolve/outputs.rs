@@ -8,7 +8,7 @@ use super::names::check_identifier;
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
 use crate::mechanism::{Formula, Output, Unit};
-use crate::scene::dimension::ANYTHING;
+use crate::scene::dimension::{ANYTHING, Known};
 use crate::scene::model::OutputExpression;
 use crate::scene::unit;
 
@@ -46,6 +46,7 @@ impl Resolver<'_> {
             name: name.text.clone(),
             description: Resolver::describe(variable, &name.text),
             unit: Unit { exponents: wanted.exponents.unwrap_or_default(), si: wanted.si.to_string(), display: None },
+            is_open: false,
             value: Formula::Variable(variable),
             span: name.span,
         })
@@ -54,7 +55,7 @@ impl Resolver<'_> {
     fn expression_output(&mut self, output: &OutputExpression) -> Output {
         let OutputExpression { name, value, unit, description } = output;
         let what = format!("output `{}`", name.text);
-        let (formula, own) = self.formula_and_unit(value, &what, &ANYTHING, Context::Output);
+        let (formula, own, known) = self.formula_and_known(value, &what, &ANYTHING, Context::Output);
         let declared = self.unit(unit.as_ref());
         if let (Some(declared), Some(own)) = (&declared, &own)
             && !unit::compatible(declared.exponents, own.exponents)
@@ -74,6 +75,7 @@ impl Resolver<'_> {
         Output {
             name: name.text.clone(),
             description: description.as_ref().map_or_else(|| Resolver::wording(value), |text| text.text.clone()),
+            is_open: declared.is_none() && own.is_none() && known != Known::Number,
             unit: declared.or(own).unwrap_or_default(),
             value: formula,
             span: name.span,

@@ -163,9 +163,9 @@ impl<'a> Model<'a> {
             return vec![self.time];
         }
         let followed = self.description.followed.iter().position(|&input| input == place);
-        let derivatives = followed.into_iter().flat_map(|input| {
-            (1..=INPUT_ORDERS).map(move |order| self.references.input_derivative(input, order))
-        });
+        let derivatives = followed
+            .into_iter()
+            .flat_map(|input| (1..=INPUT_ORDERS).map(move |order| self.references.input_derivative(input, order)));
         std::iter::once(reference(place)).chain(derivatives).collect()
     }
 }
