@@ -179,6 +179,17 @@ fn every_model() -> Vec<String> {
     folders.map(|folder| folder.file_name().into_string().expect("UTF-8")).collect()
 }
 
+/// Somebody must set the derivatives of an input, and some importers warn where nobody does: only drivers need them.
+#[test]
+fn inputs_have_derivatives_where_a_driver_follows_them() {
+    let work = tempfile::tempdir().expect("a folder");
+    for (model, wanted) in [("cart_pole", vec!["push"]), (DRIVEN, vec!["turn", "der(turn)", "der(turn,2)"])] {
+        let fmu = Fmu::open(&unpacked(model, FmiVersion::V3, work.path()));
+        let inputs: Vec<&str> = fmu.of_causality("input").iter().map(|&input| &*fmu.variable(input).name).collect();
+        assert_eq!(inputs, wanted, "{model}");
+    }
+}
+
 /// Both versions of an FMU hold the same program: all outputs of FMI 2.0 take the same values in FMI 3.0. fmpy finds no fault in its description, and
 /// Model Exchange gives the same motion.
 #[test]

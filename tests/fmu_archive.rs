@@ -2,7 +2,9 @@
 
 use crate::support::ROOT;
 use std::collections::BTreeSet;
+use std::fs;
 use std::io::{Cursor, Read};
+use std::path::Path;
 
 use cotree::export::archive::{Package, SceneText, pack, write};
 use cotree::export::description::{Causality, Description, ScalarVariable, Start};
@@ -10,7 +12,7 @@ use cotree::export::runtime::{LIBRARY, Platform, Runtime};
 use cotree::export::xml::fmi2 as xml;
 use cotree::export::{ExportError, FmiVersion};
 use cotree::mechanism::{DisplayUnit, Experiment, Unit};
-use cotree::scene::Source;
+use cotree::scene::{Scene, Source};
 use cotree_draw::drawing::{Body, Drawing};
 use cotree_file::accuracy::{Accuracy, Measurement};
 use cotree_file::documentation::{Page, preformatted};
@@ -73,10 +75,13 @@ fn pendulum() -> Description {
         identifier: "pendulum".into(),
         guid: "{0123}".into(),
         description: "A \"pendulum\" & its <arm>".into(),
+        credits: Vec::new(),
         experiment: Experiment { start: 0.0, stop: 10.0, step: 1e-3, tolerance: 1e-6 },
         exchange: Some(2),
         exchange_with_rates: true,
         indicators: 2,
+        own_steps: true,
+        followed: Vec::new(),
         moves_states: false,
         variables: vec![
             variable("time", unit("s", [0, 0, 1, 0], None), Causality::Independent),
@@ -338,6 +343,7 @@ fn the_archive_is_plain_and_complete() {
         "documentation/licenses/apache-2.0.txt",
         "documentation/licenses/license.txt",
         "documentation/licenses/sbom.cdx.json",
+        "extra/org.fmi-standard.fmi-ls-ref/fmi-ls-manifest.xml",
         "model.png",
         "modelDescription.xml",
         "resources/program.bin",
@@ -350,6 +356,55 @@ fn the_archive_is_plain_and_complete() {
         assert!(!file.is_symlink() && !file.encrypted());
     }
     assert!(content(&mut archive, &library) == LIBRARY);
+}
+
+/// The manifest of FMI-LS-REF: its files are there, each with its role.
+#[test]
+fn other_tools_find_the_scene_and_the_page_by_their_roles() {
+    let mut archive = packed(&Parts::new());
+    let place = "extra/org.fmi-standard.fmi-ls-ref";
+    let manifest = content(&mut archive, &format!("{place}/fmi-ls-manifest.xml"));
+    let head = &below(&manifest, "fmiReferences")[0];
+    assert_eq!(get(head, "fmi-ls:fmi-ls-name"), Some("org.fmi-standard.fmi-ls-ref"));
+    let related = below(&manifest, "fmiReferences/Related");
+    let roles: Vec<[&str; 2]> = related.iter().map(|tag| ["role", "type"].map(|key| get(tag, key).unwrap())).collect();
+    assert_eq!(roles, [["model", "application/toml"], ["report", "text/html"]]);
+    for tag in related {
+        let name = get(&tag, "source").unwrap().strip_prefix("../../").unwrap().to_owned();
+        assert!(!content(&mut archive, &name).is_empty(), "{name}");
+    }
+}
+
+#[test]
+fn a_scene_says_who_made_it_and_how_it_may_be_used() {
+    let given =
+        [("author", "A. <Watt>"), ("version", "1.2"), ("license", "CC-BY-4.0"), ("copyright", "2026 Watt & Co")];
+    let keys: String = given.iter().map(|(key, text)| format!("{key} = \"{text}\"\n")).collect();
+    let text = fs::read_to_string(Path::new(ROOT).join("models/pendulum/scene.toml")).unwrap();
+    let scene =
+        Scene::from_toml(&format!("{keys}{text}")).unwrap_or_else(|faults| panic!("{}", faults.render(false, 100)));
+    let built = Scene::new("built")
+        .author("nobody")
+        .author(given[0].1)
+        .version("1.2")
+        .license("CC-BY-4.0")
+        .copyright(given[3].1);
+    assert_eq!(built.credits, scene.credits);
+    let folder = tempfile::tempdir().unwrap();
+    for version in [FmiVersion::V2, FmiVersion::V3] {
+        let file = folder.path().join("model.fmu");
+        cotree_file::export_fmu(&scene, version, &file).unwrap();
+        let mut archive = Archive::new(Cursor::new(fs::read(&file).unwrap())).unwrap();
+        let document = content(&mut archive, "modelDescription.xml");
+        let head = &below(&document, "fmiModelDescription")[0];
+        for (key, text) in given {
+            assert_eq!(get(head, key), Some(text));
+        }
+        let page = String::from_utf8(content(&mut archive, "documentation/index.html")).unwrap();
+        assert!(page.contains("<td>author</td><td>A. &lt;Watt&gt;</td>"), "{page}");
+        let contents = cotree::export::inspect::Contents::read(&file).unwrap();
+        assert!(contents.to_string().contains("  copyright   2026 Watt & Co\n"), "{contents}");
+    }
 }
 
 #[test]
@@ -401,6 +456,7 @@ fn the_page_says_what_a_user_wants_to_know() {
         "a &lt; b\n  Q[2]",
         "documentation/licenses/",
         "give it 1e-8 or",
+        "fmpy (0.3.32) holds them from one output interval",
         "stands still: it is &lt; too large.",
         "freedoms 1",
     ]) {

@@ -58,12 +58,34 @@ fn a_search_for_trees_that_is_gone() {
     assert_eq!(said("[coordinates]\npreset = \"joint\"\n"), [""; 0]);
 }
 
+/// What is assumed of a scene.
+fn assumed(scene: &str) -> Vec<String> {
+    let scene = Scene::from_toml(scene).unwrap();
+    compile_with(&scene, |formulated| assumptions(formulated, &scene)).unwrap().1
+}
+
+#[test]
+fn an_output_whose_unit_nobody_can_tell() {
+    let open = |value: &str| {
+        let text = format!("{CRANK}[parameters]\nstiff = 3\n[outputs]\nmoment = {value}\n");
+        assumed(&text).iter().any(|sentence| sentence.starts_with("output `moment` is a number without a unit"))
+    };
+    for value in ["\"3*rod.omega\"", "\"stiff*rod.angle\"", "\"200*rod.angle + 2*rod.omega\""] {
+        assert!(open(value), "{value}");
+    }
+    for value in [
+        "\"3[N.m.s/rad]*rod.omega\"",
+        "{ value = \"3*rod.omega\", unit = \"N.m\" }",
+        "\"rod.omega/rod.omega\"",
+        "\"2*3\"",
+        "\"sin(rod.angle)\"",
+    ] {
+        assert!(!open(value), "{value}");
+    }
+}
+
 #[test]
 fn a_mass_centre_that_nobody_has_placed() {
-    let assumed = |scene: &str| {
-        let scene = Scene::from_toml(scene).unwrap();
-        compile_with(&scene, |formulated| assumptions(formulated, &scene)).unwrap().1
-    };
     let wanted = "the mass centre of `rod` is its origin, at its point `o`";
     assert!(assumed(CRANK).iter().any(|sentence| sentence == wanted), "{:?}", assumed(CRANK));
     for placed in [

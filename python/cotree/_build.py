@@ -26,12 +26,28 @@ class Builder:
     ... )
     """
 
-    def __init__(self, name: str, *, dimension: int = 2, description: str | None = None) -> None:
+    def __init__(
+        self,
+        name: str,
+        *,
+        dimension: int = 2,
+        description: str | None = None,
+        author: str | None = None,
+        version: str | None = None,
+        license: str | None = None,
+        copyright: str | None = None,
+    ) -> None:
+        about = {
+            "description": description,
+            "author": author,
+            "version": version,
+            "license": license,
+            "copyright": copyright,
+        }
         self._scene: dict[str, Any] = {"name": name}
         if dimension != 2:
             self._scene["dimension"] = dimension
-        if description is not None:
-            self._scene["description"] = description
+        self._scene |= {key: text for key, text in about.items() if text is not None}
 
     def _table(self, name: str) -> dict[str, Any]:
         return self._scene.setdefault(name, {})

@@ -12,6 +12,7 @@ use zip::{CompressionMethod, DateTime, System, ZipArchive, ZipWriter};
 
 use super::description::Description;
 use super::runtime::{LIBRARY, Platform, Runtime};
+use super::xml::related::Related;
 use super::{ExportError, FmiVersion, libraries, xml};
 use crate::diagnostic::Source;
 use crate::files;
@@ -159,10 +160,26 @@ fn entries<'a>(package: &'a Package) -> Result<BTreeMap<String, Content<'a>>, Ex
         let content = if runtime.is_own() { Content::OwnRuntime } else { Content::Bytes((&*runtime.library).into()) };
         entries.insert(name, content);
     }
-    if let Some(scene) = package.scene {
-        entries.extend(scene.files().into_iter().map(|(name, text)| (name, Content::Bytes(text.as_bytes().into()))));
+    let scene = package.scene.map(SceneText::files).unwrap_or_default();
+    let related = related(&scene, extras);
+    if !related.is_empty() {
+        let text = xml::related::manifest(&related).map_err(ExportError::Description)?;
+        entries.insert(xml::related::PLACE.to_owned(), Content::Bytes(text.into()));
     }
+    entries.extend(scene.into_iter().map(|(name, text)| (name, Content::Bytes(text.as_bytes().into()))));
     Ok(entries)
+}
+
+/// The files that others may want to know the role of.
+fn related<'a>(scene: &'a [(String, &str)], extras: &'a [Extra]) -> Vec<Related<'a>> {
+    let source = scene.iter().enumerate().map(|(index, (name, _))| {
+        let description =
+            if index == 0 { "the scene that the FMU was made from" } else { "a file that the scene uses" };
+        Related { name, role: "model", description }
+    });
+    let page = extras.iter().filter(|extra| extra.name.ends_with(".html"));
+    let report = "the model in motion, its equations and variables, and what its accuracy was measured to be";
+    source.chain(page.map(|extra| Related { name: extra.name, role: "report", description: report })).collect()
 }
 
 /// The descriptions, of which each version has its own.

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use cotree_fmu::program::{Motion, Source};
+use cotree_fmu::program::{Motion, Program, Source};
 
 use super::description::{Causality, Description, ScalarVariable, Start};
 use super::terminals::terminals;
@@ -22,15 +22,24 @@ pub fn describe(formulated: &Formulated, guid: &str) -> Description {
         identifier: identifier(&mechanism.name),
         guid: guid.to_string(),
         description: mechanism.description.clone(),
+        credits: mechanism.credits.clone(),
         experiment: mechanism.experiment,
         exchange: program.offers_exchange().then_some(program.tapes.indicators.results.len()),
         exchange_with_rates: program.offers_exchange_with_rates(),
         indicators: program.tapes.indicators.results.len(),
         moves_states: program.motion == Motion::Dynamic
             && program.constraints.iter().any(|constraint| constraint.active),
+        own_steps: program.has_own_steps(),
+        followed: followed(program, rows),
         variables: rows.iter().map(|row| variable(mechanism, &mut changing, row)).collect(),
         terminals: terminals(mechanism, rows),
     }
+}
+
+/// The places of the inputs that a driver follows.
+fn followed(program: &Program, rows: &[Row]) -> Vec<usize> {
+    let inputs = program.followed_inputs().into_iter().map(|input| Source::Input(input as u32));
+    inputs.filter_map(|source| rows.iter().position(|row| row.source == source)).collect()
 }
 
 /// Is its value at the start given from outside?

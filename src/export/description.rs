@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::mechanism::{Experiment, Unit};
+use crate::mechanism::{Credits, Experiment, Unit};
 
 /// An FMU's description.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,6 +15,8 @@ pub struct Description {
     pub guid: String,
     /// One line; may be empty.
     pub description: String,
+    /// Who made the model, and how it may be used.
+    pub credits: Credits,
     pub experiment: Experiment,
     /// Number of event indicators, if somebody else can integrate the model: Model Exchange.
     pub exchange: Option<usize>,
@@ -23,7 +25,11 @@ pub struct Description {
     pub indicators: usize,
     /// May an event of Model Exchange move the states? It closes the loops.
     pub moves_states: bool,
-    /// Every variable; its place is its value reference.
+    /// Has Co-Simulation steps of its own, at the ends of which a communication step may end?
+    pub own_steps: bool,
+    /// Places of the inputs that a driver follows: their rates are needed, too.
+    pub followed: Vec<usize>,
+    /// Every variable; its place is its value reference in FMI 2.0, and one less than that in FMI 3.0.
     pub variables: Vec<ScalarVariable>,
     /// What can be connected together.
     pub terminals: Vec<Terminal>,

@@ -14,6 +14,7 @@ use zip::ZipArchive;
 use zip::result::ZipError;
 
 use crate::diagnostic::visible::on_one_line;
+use crate::mechanism::{CREDITS, Credits};
 
 /// No file inside an FMU of cotree is larger than this [bytes].
 const LARGEST: u64 = 1 << 28;
@@ -25,6 +26,8 @@ pub struct Contents {
     pub name: String,
     /// One line; may be empty.
     pub description: String,
+    /// Who made the model, and how it may be used.
+    pub credits: Credits,
     /// The version of FMI, such as `2.0`.
     pub version: String,
     /// The program that made it.
@@ -142,6 +145,7 @@ impl Contents {
             guid: program.guid,
             name: header.name,
             description: header.description,
+            credits: header.credits,
             version: header.version,
             tool: header.tool,
             interfaces: header.interfaces,
@@ -195,6 +199,7 @@ fn platforms(archive: &mut Archive) -> Result<Vec<(String, u64)>, InspectError> 
 struct Header {
     name: String,
     description: String,
+    credits: Credits,
     version: String,
     tool: String,
     guid: String,
@@ -233,6 +238,9 @@ impl Header {
         match tag.name().as_ref() {
             "fmiModelDescription" => {
                 (self.name, self.description) = (text("modelName")?, text("description")?);
+                for key in CREDITS {
+                    self.credits.extend(get(key)?.map(|text| (key, text)));
+                }
                 (self.tool, self.version) = (text("generationTool")?, text("fmiVersion")?);
                 self.guid = text(if self.version.starts_with('2') { "guid" } else { "instantiationToken" })?;
             }
@@ -296,6 +304,9 @@ impl fmt::Display for Contents {
             on_one_line(&self.name),
             if description.is_empty() { String::new() } else { format!(": {description}") }
         )?;
+        for (key, text) in &self.credits {
+            writeln!(f, "  {key:11} {}", on_one_line(text))?;
+        }
         writeln!(f, "  made by     {}", on_one_line(&self.tool))?;
         writeln!(f, "  guid        {}", on_one_line(&self.guid))?;
         writeln!(f, "  interfaces  FMI {} {}", on_one_line(&self.version), self.interfaces.join(", "))?;

@@ -52,6 +52,12 @@ index! {
     LoadId,
 }
 
+/// What a scene may say of its origin and of its use; FMI has attributes of these names.
+pub const CREDITS: [&str; 4] = ["author", "version", "license", "copyright"];
+
+/// Those of [`CREDITS`] that are given, with their texts.
+pub type Credits = Vec<(&'static str, String)>;
+
 /// A resolved scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mechanism {
@@ -59,6 +65,8 @@ pub struct Mechanism {
     pub name: String,
     /// One line about it; may be empty.
     pub description: String,
+    /// Who made it, and how it may be used.
+    pub credits: Credits,
     pub dimension: Dimension,
     /// Acceleration of gravity [m/s2]; constants and parameters only.
     pub gravity: [Formula; 2],
@@ -152,6 +160,8 @@ pub struct Output {
     pub description: String,
     /// Its unit; the empty unit if it is not known.
     pub unit: Unit,
+    /// Is its unit unknown, because something in its expression has none?
+    pub is_open: bool,
     /// Its value: any variable of the naming table may occur.
     pub value: Formula,
     /// Where it stands in the file.

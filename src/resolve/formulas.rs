@@ -102,10 +102,22 @@ impl Resolver<'_> {
         wanted: &Wanted,
         context: Context,
     ) -> (Formula, Option<Unit>) {
+        let (formula, unit, _) = self.formula_and_known(quantity, what, wanted, context);
+        (formula, unit)
+    }
+
+    /// A formula, its unit if that is known, and if not, whether it is made of numbers alone.
+    pub(super) fn formula_and_known(
+        &mut self,
+        quantity: &Quantity,
+        what: &str,
+        wanted: &Wanted,
+        context: Context,
+    ) -> (Formula, Option<Unit>, Known) {
         let text = match &quantity.value {
             Value::Number(number) => {
                 self.suspect_degrees(*number, what, wanted, quantity.span);
-                return (self.finite(*number, what, quantity.span), None);
+                return (self.finite(*number, what, quantity.span), None, Known::Number);
             }
             Value::Text(text) => Text::new(text.as_str(), quantity.span),
         };
@@ -114,25 +126,26 @@ impl Resolver<'_> {
                 Fault::new("scene::bad_expression", format!("{what} is empty"), quantity.span)
                     .label("a number, a number with a unit, or an expression is wanted"),
             );
-            return (UNKNOWN, None);
+            return (UNKNOWN, None, Known::Nothing);
         }
         match read(&text) {
             Err(fault) => {
                 self.faults.push(fault);
-                (UNKNOWN, None)
+                (UNKNOWN, None, Known::Nothing)
             }
             Ok(Reading::Number(number)) => {
                 self.suspect_degrees(number, what, wanted, quantity.span);
-                (self.finite(number, what, quantity.span), None)
+                (self.finite(number, what, quantity.span), None, Known::Number)
             }
             Ok(Reading::Measure(value, unit)) => {
                 self.check_measure(&unit, &text, what, wanted);
                 self.written_in.add(unit.clone());
-                (self.finite(value, what, quantity.span), Some(unit))
+                let known = Known::constant(Some(unit.exponents));
+                (self.finite(value, what, quantity.span), Some(unit), known)
             }
             Ok(Reading::Expression) => {
                 let Some((formula, known)) = self.expression(&text, what, context) else {
-                    return (UNKNOWN, None);
+                    return (UNKNOWN, None, Known::Nothing);
                 };
                 self.check_unit(known, what, wanted, quantity.span, context);
                 let formula = match constant::number(&formula) {
@@ -142,7 +155,7 @@ impl Resolver<'_> {
                 if let (Formula::Parameter(_), Known::Nothing) = (&formula, known) {
                     self.suspect_degrees(self.value(&formula), what, wanted, quantity.span);
                 }
-                (formula, known.unit().map(from_exponents))
+                (formula, known.unit().map(from_exponents), known)
             }
         }
     }

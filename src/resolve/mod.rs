@@ -94,6 +94,7 @@ impl Scene {
         let mut mechanism = Mechanism {
             name: self.name.text.clone(),
             description: self.description.as_ref().map(|text| text.text.clone()).unwrap_or_default(),
+            credits: self.credits.clone(),
             dimension: self.dimension,
             gravity: resolver.gravity(),
             parameters,

@@ -9,7 +9,7 @@ use super::signals::Signal;
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
 use crate::mechanism::{Formula, Output, Unit};
-use crate::scene::dimension::ANYTHING;
+use crate::scene::dimension::{ANYTHING, Known};
 use crate::scene::model;
 use crate::scene::quantity::Quantity;
 use crate::scene::unit;
@@ -51,6 +51,7 @@ impl Resolver<'_> {
             name: name.text.clone(),
             description: Resolver::describe(variable, &name.text),
             unit: Unit { exponents: wanted.exponents.unwrap_or_default(), si: wanted.si.to_string(), display: None },
+            is_open: false,
             value: Formula::Variable(variable),
             span: name.span,
         })
@@ -58,11 +59,12 @@ impl Resolver<'_> {
 
     fn signal_output(&mut self, index: usize, span: Span) -> Option<Output> {
         self.used_signals.insert(index);
-        let Signal { formula, unit, .. } = self.signals[index].clone()?;
+        let Signal { formula, known, unit } = self.signals[index].clone()?;
         let model::Signal { name, value, description, .. } = &self.scene.signals[index];
         Some(Output {
             name: name.text.clone(),
             description: described(description.as_ref(), value),
+            is_open: unit.is_none() && known != Known::Number,
             unit: unit.unwrap_or_default(),
             value: formula,
             span,
@@ -72,7 +74,7 @@ impl Resolver<'_> {
     fn expression_output(&mut self, output: &model::Signal) -> Output {
         let model::Signal { name, value, unit, description } = output;
         let what = format!("output `{}`", name.text);
-        let (formula, own) = self.formula_and_unit(value, &what, &ANYTHING, Context::Output);
+        let (formula, own, known) = self.formula_and_known(value, &what, &ANYTHING, Context::Output);
         let declared = self.unit(unit.as_ref());
         if let (Some(declared), Some(own)) = (&declared, &own)
             && !unit::compatible(declared.exponents, own.exponents)
@@ -92,6 +94,7 @@ impl Resolver<'_> {
         Output {
             name: name.text.clone(),
             description: described(description.as_ref(), value),
+            is_open: declared.is_none() && own.is_none() && known != Known::Number,
             unit: declared.or(own).unwrap_or_default(),
             value: formula,
             span: name.span,

@@ -14,6 +14,7 @@ impl Scene {
         Scene {
             name: Text::from(name),
             description: None,
+            credits: Vec::new(),
             dimension: Dimension::Two,
             gravity: None,
             parameters: Vec::new(),
@@ -60,6 +61,36 @@ impl Scene {
     #[must_use]
     pub fn description(mut self, text: &str) -> Scene {
         self.description = Some(Text::from(text));
+        self
+    }
+
+    /// Who made it.
+    #[must_use]
+    pub fn author(self, text: &str) -> Scene {
+        self.credit("author", text)
+    }
+
+    /// The version of the model, such as `1.2`.
+    #[must_use]
+    pub fn version(self, text: &str) -> Scene {
+        self.credit("version", text)
+    }
+
+    /// The licence that the model may be used under.
+    #[must_use]
+    pub fn license(self, text: &str) -> Scene {
+        self.credit("license", text)
+    }
+
+    /// Whose the rights to the model are, and since when.
+    #[must_use]
+    pub fn copyright(self, text: &str) -> Scene {
+        self.credit("copyright", text)
+    }
+
+    fn credit(mut self, key: &'static str, text: &str) -> Scene {
+        self.credits.retain(|(known, _)| *known != key);
+        self.credits.push((key, text.to_owned()));
         self
     }
 

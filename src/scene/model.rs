@@ -3,7 +3,7 @@
 use super::part::Part;
 use super::quantity::Quantity;
 use crate::diagnostic::span::{Source, Span, Text};
-use crate::mechanism::Dimension;
+use crate::mechanism::{Credits, Dimension};
 
 /// A mechanism as the user describes it: the scene file in Rust, field by field.
 ///
@@ -46,6 +46,8 @@ pub struct Scene {
     pub name: Text,
     /// One line about it.
     pub description: Option<Text>,
+    /// Who made it, and how it may be used.
+    pub credits: Credits,
     /// Plane or line.
     pub dimension: Dimension,
     /// Acceleration of gravity [m/s2]; none if absent.

@@ -72,7 +72,9 @@ pub const CASES: &[Case] = &[
         }
     }),
     ("3X02", "a step ends early where a law changes over", |fmu| {
-        if nothing(&fmu.structure("EventIndicator"), "law in pieces") {
+        let pieces = fmu.structure("EventIndicator");
+        assert_eq!(fmu.flag("CoSimulation", "mightReturnEarlyFromDoStep"), !pieces.is_empty());
+        if nothing(&pieces, "law in pieces") {
             return;
         }
         let instance = fmu.make(&Making { events: true, early_return: true, ..logged() }).expect("instantiates");
@@ -90,9 +92,11 @@ pub const CASES: &[Case] = &[
         assert_eq!(instance.all(), undivided.all());
     }),
     ("3X01", "inputs with their derivatives beat held ones", |fmu| {
-        let inputs = fmu.inputs();
+        let rates =
+            |input| fmu.references(|variable| variable.derivative == Some(input) && variable.causality == "input");
+        let inputs: Vec<u32> = fmu.inputs().into_iter().filter(|&input| !rates(input).is_empty()).collect();
         let outputs = fmu.of_causality("output");
-        if nothing(&inputs, "inputs") {
+        if nothing(&inputs, "input that a driver follows") {
             return;
         }
         // u = sin(3 t) with its derivatives, in long steps and in short ones.
@@ -104,9 +108,8 @@ pub const CASES: &[Case] = &[
                 let t = h * f64::from(step);
                 let values = [0.3 * (3.0 * t).sin(), 0.9 * (3.0 * t).cos(), -2.7 * (3.0 * t).sin()];
                 for &input in &inputs {
-                    let first =
-                        fmu.references(|variable| variable.derivative == Some(input) && variable.causality == "input");
-                    let second = fmu.references(|variable| variable.derivative == Some(first[0]));
+                    let first = rates(input);
+                    let second = rates(first[0]);
                     for (reference, value) in [input, first[0], second[0]].into_iter().zip(values).take(orders + 1) {
                         assert_eq!(instance.put(reference, value), fmi3OK);
                     }

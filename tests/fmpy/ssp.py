@@ -5,6 +5,8 @@ usage: ssp.py WHOLE.fmu BOTH.ssp        with crank.fmu and load.fmu beside WHOLE
 
 import sys
 from pathlib import Path
+from xml.etree import ElementTree as Xml
+from zipfile import ZipFile
 
 from fmpy import read_model_description, simulate_fmu
 from fmpy.ssp.simulation import simulate_ssp
@@ -31,7 +33,20 @@ def starts_fit(folder):
         assert abs(starts[start] - values[output]) < 1e-9, (start, starts[start], values[output])
 
 
+def units_fit(folder, ssp):
+    """Importers compare the units of connectors with those of the FMU's variables."""
+    with ZipFile(ssp) as archive:
+        structure = Xml.fromstring(archive.read("SystemStructure.ssd"))
+    for component in structure.findall(".//{*}Component"):
+        name = component.get("name")
+        units = {v.name: v.unit for v in read_model_description(str(folder / f"{name}.fmu")).modelVariables}
+        for connector in component.findall(".//{*}Connector"):
+            wanted, given = connector.find("{*}Real").get("unit"), units[connector.get("name")]
+            assert wanted == given, (name, connector.get("name"), wanted, given)
+
+
 def main(whole, ssp):
+    units_fit(Path(whole).parent, ssp)
     starts_fit(Path(whole).parent)
     exact = simulate_fmu(whole, fmi_type="CoSimulation", stop_time=STOP, output_interval=0.1)["cylinder.s"][-1]
     errors = [abs(position(ssp, step) - exact) for step in (0.01, 0.0025)]

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use cotree::export::archive::Extra;
 use cotree::export::description::{Causality, Description, ScalarVariable, Start};
 use cotree::export::{ExportError, FmiVersion};
-use cotree::mechanism::Unit;
+use cotree::mechanism::{Credits, Unit};
 use cotree_draw::drawing::Drawing;
 use cotree_draw::svg::escape;
 use cotree_fmu::context::Statistics;
@@ -99,6 +99,7 @@ impl Page<'_> {
         text.push_str(&initial_values(&description.variables));
         text.push_str(&accuracy(self.accuracy, description.experiment.tolerance));
         text.push_str(LICENCES);
+        text.push_str(&credits(&description.credits));
         text
     }
 }
@@ -123,6 +124,13 @@ const SECTIONS: [Section; 4] = [
 const LICENCES: &str = "<h2>Licences</h2>\n<p>The shared libraries in <code>binaries/</code> are the cotree runtime, under the MIT \
 or the Apache 2.0 licence. The texts, and those of the libraries in it, are in <code>documentation/licenses/</code>. The model itself \
 belongs to whoever wrote its scene.</p>\n";
+
+/// Who made the model, and how it may be used.
+fn credits(given: &Credits) -> String {
+    let rows: Vec<String> =
+        given.iter().map(|(key, text)| format!("<tr><td>{key}</td><td>{}</td></tr>\n", escape(text))).collect();
+    if rows.is_empty() { String::new() } else { format!("<table>\n{}</table>\n", rows.concat()) }
+}
 
 /// How to use it, and what it cannot do.
 fn about(description: &Description, version: FmiVersion) -> String {
@@ -161,20 +169,26 @@ fn about(description: &Description, version: FmiVersion) -> String {
         experiment.step,
         experiment.tolerance,
         preformatted(&fmpy(description)),
-        if exchange { importers_tolerance(experiment.tolerance) } else { String::new() }
+        if exchange { importers_tolerance(description) } else { String::new() }
     )
 }
 
 /// The tolerance recommended for the integrator of an importer.
-fn importers_tolerance(default: f64) -> String {
+fn importers_tolerance(description: &Description) -> String {
     /// Coarser than this the energy of a pendulum grows visibly within seconds: see docs/fmu.md.
     const COARSEST: f64 = 1e-8;
-    let tolerance = default.min(COARSEST);
+    let tolerance = description.experiment.tolerance.min(COARSEST);
+    let has_inputs = description.variables.iter().any(|variable| matches!(variable.causality, Causality::Input { .. }));
+    let inputs = if has_inputs { FMPY_INPUTS } else { "" };
     format!(
         "<li>In Model Exchange the importer integrates, and the motion and the loops are as good as its tolerance: give it {tolerance:e} or \
-         less, relative and absolute. It must handle events: there the loops are closed again.</li>\n         "
+         less, relative and absolute. It must handle events: there the loops are closed again.{inputs}</li>\n         "
     )
 }
+
+/// What its simulator does with inputs: see docs/fmu.md.
+const FMPY_INPUTS: &str = " Inputs that change all the time are better served by Co-Simulation: fmpy (0.3.32) holds them from one output interval \
+to the next, and in Model Exchange with tolerances below 1e-8 its integrator may stop there (<code>error test failed repeatedly</code>).";
 
 /// A script that runs the FMU, with one of its parameters and one of its results.
 fn fmpy(description: &Description) -> String {

@@ -21,7 +21,18 @@ pub fn assumptions(formulated: &mut Formulated, scene: &Scene) -> Vec<String> {
     sentences.extend(start(formulated));
     sentences.extend(one_of_several(formulated));
     sentences.extend(experiment(formulated.equations.system.mechanism, scene));
+    sentences.extend(open_units(formulated.equations.system.mechanism));
     sentences
+}
+
+/// Outputs whose units nobody can tell.
+fn open_units(mechanism: &Mechanism) -> Vec<String> {
+    let sentence = |name: &String| {
+        format!(
+            "output `{name}` is a number without a unit, for importers too: its expression contains numbers, parameters or inputs that have none; write              `unit`, or the units of its numbers as in `200[N/m]`"
+        )
+    };
+    mechanism.outputs.iter().filter(|output| output.is_open).map(|output| sentence(&output.name)).collect()
 }
 
 /// Bodies that no joint and no driver touches.

@@ -97,6 +97,11 @@ pub trait Version: Sized {
     /// What a refused call returns, and what becomes of the component.
     fn refuse(component: &mut Component<Self>, refusal: &Refusal) -> Self::Status;
 
+    /// The variable of the program that a value reference stands for.
+    fn variable(_component: &Component<Self>, reference: u32) -> Result<usize, InstanceError> {
+        Ok(reference as usize)
+    }
+
     /// The value of a variable.
     fn get(component: &mut Component<Self>, reference: u32) -> Result<f64, InstanceError> {
         component.instance.get(reference as usize)
@@ -282,7 +287,7 @@ impl<V: Version> Component<V> {
         let differentiated = self.instance.differentiate();
         self.trial(differentiated)?;
         for (derivative, &reference) in derivatives.iter_mut().zip(unknowns) {
-            let found = self.instance.derivative(reference as usize);
+            let found = V::variable(self, reference).and_then(|variable| self.instance.derivative(variable));
             *derivative = self.trial(found)?;
         }
         Ok(())
@@ -300,7 +305,8 @@ impl<V: Version> Component<V> {
         let Some(&highest) = orders.iter().max() else { return Ok(()) };
         self.instance.differentiate_motion(highest)?;
         for ((value, &reference), &order) in values.iter_mut().zip(references).zip(orders) {
-            *value = self.instance.motion_derivative(reference as usize, order)?;
+            let variable = V::variable(self, reference)?;
+            *value = self.instance.motion_derivative(variable, order)?;
         }
         Ok(())
     }

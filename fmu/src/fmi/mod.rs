@@ -4,7 +4,7 @@
 //! [`crate::instance::Instance`], `logging`, `resource` and `states` are what their names say. What the versions differ in is in [`component::Version`], a few
 //! methods of the component, and their tables of functions: [`crate::fmi2`], [`crate::fmi3`].
 //!
-//! Value references are places in [`crate::program::Program::variables`]. A change of an input acts from its communication point on.
+//! Value references are places in [`crate::program::Program::variables`], in FMI 3.0 counted from 1. A change of an input acts from its communication point on.
 
 pub(crate) mod boundary;
 pub(crate) mod component;

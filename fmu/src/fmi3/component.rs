@@ -98,6 +98,13 @@ impl Version for Fmi3 {
         status
     }
 
+    fn variable(component: &Component, reference: u32) -> Result<usize, InstanceError> {
+        match component.version.references.find(reference) {
+            Some(Referent::Variable(variable)) => Ok(variable),
+            _ => Err(unknown(reference)),
+        }
+    }
+
     fn get(component: &mut Component, reference: u32) -> Result<f64, InstanceError> {
         let instance = &mut component.instance;
         match component.version.references.find(reference) {

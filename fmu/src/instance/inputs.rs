@@ -1,7 +1,7 @@
 //! Inputs with their derivatives as values of their own, initial values, and steps in parts: what FMI 3.0 asks for.
 
 use super::{Instance, InstanceError};
-use crate::program::{Motion, Source};
+use crate::program::Source;
 
 impl Instance {
     /// The input that a variable is.
@@ -71,7 +71,7 @@ impl Instance {
     pub fn step_towards(&mut self, time: f64) -> Result<bool, InstanceError> {
         let (from, run) = (self.time(), &self.now.run);
         // A driven mechanism has no steps of its own; and steps that end at communication points are not cut.
-        if self.model.program().motion == Motion::Kinematic || run.ends_at_communication_points() {
+        if !self.model.program().has_own_steps() || run.ends_at_communication_points() {
             self.step_to(time)?;
             return Ok(false);
         }

@@ -9,6 +9,8 @@ pub mod domain;
 pub(crate) mod seal;
 pub mod storage;
 
+use std::collections::BTreeSet;
+
 use serde::{Deserialize, Serialize};
 
 use crate::events::Steep;
@@ -207,7 +209,7 @@ pub enum Source {
     Acceleration(u32),
 }
 
-/// A readable variable. Its value reference is its place in [`Program::variables`].
+/// A readable variable. Its place in [`Program::variables`] is its value reference in FMI 2.0, and one less than that in FMI 3.0.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Variable {
     /// The structured name, unique.
@@ -387,15 +389,31 @@ impl Program {
     /// Can somebody else integrate it? Not if a driver follows an input: loops, accelerations or outputs then need its rates, which nobody
     /// tells.
     pub fn offers_exchange(&self) -> bool {
+        self.followed_inputs().is_empty()
+    }
+
+    /// The inputs that a driver follows, in order: those whose rates something needs.
+    pub fn followed_inputs(&self) -> Vec<usize> {
         let layout = self.layout();
-        let [inputs, rates, end] =
-            [layout.inputs(), layout.input_rates(), layout.followers()].map(|place| place as u32);
         let tapes = &self.tapes;
         let loops = [&tapes.constraint, &tapes.jacobian.tape, &tapes.constraint_rate, &tapes.gamma];
         let others = [&tapes.acceleration, &tapes.outputs].into_iter().chain(&tapes.inverse);
-        self.followers.is_empty()
-            && !loops.into_iter().any(|tape| reads(tape, inputs..end))
-            && !others.into_iter().any(|tape| reads(tape, rates..end))
+        let loops = loops.into_iter().map(|tape| (tape, layout.inputs()));
+        let read = loops.chain(others.map(|tape| (tape, layout.input_rates()))).flat_map(|(tape, first)| {
+            let operands = tape.instructions().iter().flat_map(|instruction| instruction.operands());
+            let registers = operands.chain(tape.results.iter().copied()).map(|register| register as usize);
+            // Inputs, their rates and their accelerations follow each other.
+            registers
+                .filter(move |register| (first..layout.followers()).contains(register))
+                .map(move |register| (register - layout.inputs()) % self.inputs.len())
+        });
+        let integrated = self.followers.iter().map(|follower| follower.input as usize);
+        read.chain(integrated).collect::<BTreeSet<usize>>().into_iter().collect()
+    }
+
+    /// Has its integrator steps of its own, at the ends of which a communication step may end as well?
+    pub fn has_own_steps(&self) -> bool {
+        self.motion == Motion::Dynamic
     }
 
     /// Can somebody else integrate it who tells the rates of inputs? Not if a driver integrates an input.
@@ -413,10 +431,4 @@ impl Program {
             self.constraints.len(),
         )
     }
-}
-
-/// Does a tape read one of these registers?
-fn reads(tape: &Tape, registers: std::ops::Range<u32>) -> bool {
-    let operands = tape.instructions().iter().flat_map(|instruction| instruction.operands());
-    operands.chain(tape.results.iter().copied()).any(|register| registers.contains(&register))
 }

@@ -1,12 +1,12 @@
 //! `modelDescription.xml` of FMI 3.0 for Co-Simulation and Model Exchange.
 //!
-//! After the variables of the program come those of this version alone: derivatives of inputs, time, event indicators. Everything is named by its
-//! value reference, and what depends on what counts time and parameters among what is known (2.4.8).
+//! After the variables of the program come those of this version alone: derivatives of the inputs that a driver follows, event indicators, time. Everything
+//! is named by its value reference, which is its place counted from 1, and what depends on what counts time and parameters among what is known (2.4.8).
 
 use std::collections::HashSet;
 use std::io;
 
-use cotree_fmu::fmi3::references::{INPUT_ORDERS, References};
+use cotree_fmu::fmi3::references::{INPUT_ORDERS, References, reference};
 use cotree_fmu::fmi3::token;
 use cotree_fmu::instance::DERIVATIVE_ORDER;
 
@@ -46,30 +46,25 @@ pub fn model_description(description: &Description) -> io::Result<Vec<u8>> {
 struct Model<'a> {
     description: &'a Description,
     references: References,
-    /// Inputs, in the order of the program.
-    inputs: Vec<usize>,
     /// Variables of this version alone, in the order of their value references.
     own: Vec<ScalarVariable>,
     /// The value reference of time.
     time: usize,
-    /// States that an event may move.
+    /// Places of the states that an event may move.
     moved: HashSet<usize>,
 }
 
 impl<'a> Model<'a> {
     fn new(description: &'a Description) -> Self {
-        let variables = &description.variables;
-        let inputs: Vec<usize> = (0..variables.len())
-            .filter(|&index| matches!(variables[index].causality, Causality::Input { .. }))
-            .collect();
-        let references = References::new(variables.len(), inputs.len(), description.indicators);
-        let mut own: Vec<ScalarVariable> = inputs.iter().flat_map(|&input| derivatives(&variables[input])).collect();
-        let time = variables.iter().position(|variable| variable.causality == Causality::Independent);
-        own.push(plain("time", "time", Unit::time(), Causality::Independent));
-        own.extend((1..=description.indicators).map(|number| {
+        let Description { variables, followed, indicators, .. } = description;
+        let references = References::new(variables.len(), followed.clone(), *indicators);
+        let mut own: Vec<ScalarVariable> = followed.iter().flat_map(|&input| derivatives(&variables[input])).collect();
+        own.extend((1..=*indicators).map(|number| {
             let about = "changes its sign where a law changes over to another piece";
             plain(&format!("event_indicator_{number}"), about, Unit::default(), Causality::Local)
         }));
+        let time = variables.iter().position(|variable| variable.causality == Causality::Independent);
+        own.extend(time.is_none().then(|| plain("time", "time", Unit::time(), Causality::Independent)));
         for variable in &mut own {
             // Names of the scene come first.
             while variables.iter().any(|other| other.name == variable.name) {
@@ -78,10 +73,9 @@ impl<'a> Model<'a> {
         }
         Self {
             description,
-            references,
-            inputs,
             own,
-            time: time.unwrap_or(references.time()),
+            time: time.map_or(references.time(), reference),
+            references,
             moved: moved(description, description.exchange_with_rates),
         }
     }
@@ -100,80 +94,65 @@ impl<'a> Model<'a> {
     }
 
     fn capabilities(&self) -> Attributes {
+        let Description { own_steps, indicators, .. } = *self.description;
         let can = [
-            "canHandleVariableCommunicationStepSize",
-            "providesIntermediateUpdate",
-            "mightReturnEarlyFromDoStep",
-            "canReturnEarlyAfterIntermediateUpdate",
-            "hasEventMode",
+            ("canHandleVariableCommunicationStepSize", true),
+            ("providesIntermediateUpdate", true),
+            ("mightReturnEarlyFromDoStep", own_steps && indicators > 0),
+            ("canReturnEarlyAfterIntermediateUpdate", own_steps),
+            ("hasEventMode", true),
         ];
         let mut attributes = self.common();
-        attributes.extend(can.map(|name| (name, "true".to_owned())));
+        attributes.extend(can.into_iter().filter(|(_, can)| *can).map(|(name, _)| (name, "true".to_owned())));
         attributes.push(("maxOutputDerivativeOrder", DERIVATIVE_ORDER.to_string()));
         attributes
     }
 
     fn variables(&self, out: &mut Out) -> io::Result<()> {
-        let variables = &self.description.variables;
-        for (index, variable) in variables.iter().enumerate() {
-            self.variable(out, index, variable, variable.derivative_of)?;
-        }
-        for (place, variable) in self.own.iter().enumerate() {
-            let reference = variables.len() + place;
-            match variable.causality {
-                Causality::Independent if reference != self.time => {}
-                Causality::Input { .. } => {
-                    let order = place % INPUT_ORDERS;
-                    let before = if order == 0 { self.inputs[place / INPUT_ORDERS] } else { reference - 1 };
-                    self.variable(out, reference, variable, Some(before))?;
-                }
-                _ => self.variable(out, reference, variable, None)?,
-            }
+        let Description { variables, followed, .. } = self.description;
+        for (place, variable) in variables.iter().chain(&self.own).enumerate() {
+            let own = place.checked_sub(variables.len());
+            let derivative_of = match (own, variable.causality) {
+                // The rate of an input is followed by its derivative.
+                (Some(own), Causality::Input { .. }) if own % INPUT_ORDERS == 0 => Some(followed[own / INPUT_ORDERS]),
+                (Some(_), Causality::Input { .. }) => Some(place - 1),
+                _ => variable.derivative_of,
+            };
+            let mut attributes = named(reference(place), variable);
+            attributes.extend(initial(variable));
+            // Event indicators are for Model Exchange.
+            let intermediate = variable.causality.follows_motion() && own.is_none();
+            attributes.extend(intermediate.then(|| ("intermediateUpdate", "true".into())));
+            attributes.extend(values(variable));
+            attributes.extend(derivative_of.map(|state| ("derivative", reference(state).to_string())));
+            attributes.extend(self.moved.contains(&place).then(|| ("reinit", "true".into())));
+            leaf(out, "Float64", attributes)?;
         }
         Ok(())
-    }
-
-    fn variable(
-        &self,
-        out: &mut Out,
-        reference: usize,
-        variable: &ScalarVariable,
-        derivative_of: Option<usize>,
-    ) -> io::Result<()> {
-        let mut attributes = named(reference, variable);
-        attributes.extend(initial(variable));
-        let is_indicator = reference > self.references.time();
-        attributes.extend(
-            (variable.causality.follows_motion() && !is_indicator).then(|| ("intermediateUpdate", "true".into())),
-        );
-        attributes.extend(values(variable));
-        attributes.extend(derivative_of.map(|state| ("derivative", state.to_string())));
-        attributes.extend(self.moved.contains(&reference).then(|| ("reinit", "true".into())));
-        leaf(out, "Float64", attributes)
     }
 
     fn structure(&self, out: &mut Out) -> io::Result<()> {
         let description = self.description;
         let variables = &description.variables;
-        for index in description.outputs() {
-            self.unknown(out, "Output", index, &variables[index].all_dependencies)?;
+        for place in description.outputs() {
+            self.unknown(out, "Output", place, &variables[place].all_dependencies)?;
         }
-        for index in description.derivatives() {
-            self.unknown(out, "ContinuousStateDerivative", index, &variables[index].all_dependencies)?;
+        for place in description.derivatives() {
+            self.unknown(out, "ContinuousStateDerivative", place, &variables[place].all_dependencies)?;
         }
-        for index in description.initial_unknowns() {
+        for place in description.initial_unknowns() {
             // Time is among what everything is found from.
             let known: Vec<usize> =
-                variables[index].initial_dependencies.iter().copied().chain([description.time()]).collect();
-            self.unknown(out, "InitialUnknown", index, &known)?;
+                variables[place].initial_dependencies.iter().copied().chain([description.time()]).collect();
+            self.unknown(out, "InitialUnknown", place, &known)?;
         }
         (0..description.indicators).try_for_each(|index| {
             leaf(out, "EventIndicator", vec![("valueReference", self.references.indicator(index).to_string())])
         })
     }
 
-    fn unknown(&self, out: &mut Out, element: &str, index: usize, on: &[usize]) -> io::Result<()> {
-        let mut attributes = vec![("valueReference", index.to_string())];
+    fn unknown(&self, out: &mut Out, element: &str, place: usize, on: &[usize]) -> io::Result<()> {
+        let mut attributes = vec![("valueReference", reference(place).to_string())];
         attributes.extend(dependencies(on, |place| self.known(place)));
         leaf(out, element, attributes)
     }
@@ -183,12 +162,11 @@ impl<'a> Model<'a> {
         if place == self.description.time() {
             return vec![self.time];
         }
-        let input = self.inputs.iter().position(|&input| input == place);
-        let orders = 1..=INPUT_ORDERS;
-        let derivatives = input
+        let followed = self.description.followed.iter().position(|&input| input == place);
+        let derivatives = followed
             .into_iter()
-            .flat_map(|input| orders.clone().map(move |order| self.references.input_derivative(input, order)));
-        std::iter::once(place).chain(derivatives).collect()
+            .flat_map(|input| (1..=INPUT_ORDERS).map(move |order| self.references.input_derivative(input, order)));
+        std::iter::once(reference(place)).chain(derivatives).collect()
     }
 }
 

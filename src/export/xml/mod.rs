@@ -2,6 +2,7 @@
 
 pub mod fmi2;
 pub mod fmi3;
+pub mod related;
 pub mod terminals;
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
@@ -45,6 +46,7 @@ fn header(description: &Description, version: &str, identity: (&'static str, Str
     let structured = description.variables.iter().all(|variable| is_structured(&variable.name));
     let mut attributes = vec![("fmiVersion", version.into()), ("modelName", description.model_name.clone()), identity];
     attributes.extend(about(&description.description));
+    attributes.extend(description.credits.iter().cloned());
     attributes.push(("generationTool", concat!("cotree ", env!("CARGO_PKG_VERSION")).into()));
     attributes.push(("variableNamingConvention", if structured { "structured" } else { "flat" }.into()));
     attributes

@@ -15,7 +15,7 @@ use super::tables::SCENE;
 use crate::diagnostic::fault::{Fault, Faults, Sink};
 use crate::diagnostic::span::{Source, Span, Text};
 use crate::files;
-use crate::mechanism::Dimension;
+use crate::mechanism::{CREDITS, Dimension};
 
 impl Scene {
     /// The largest scene file \[bytes\]: some hundred thousand bodies.
@@ -156,6 +156,10 @@ impl Decoder {
             }
         }
         scene.description = top.get("description").and_then(|node| self.faults.text(node, "`description`"));
+        for key in CREDITS {
+            let text = top.get(key).and_then(|node| self.faults.text(node, &format!("`{key}`")));
+            scene.credits.extend(text.map(|text| (key, text.text)));
+        }
         scene.dimension = top.get("dimension").map_or(Dimension::Two, |node| self.dimension(node));
         scene.gravity = top.get("gravity").and_then(|node| self.faults.vector(node, "`gravity`"));
         scene.parameters = self.section(&top, "parameters", "parameter", Decoder::parameter);
