@@ -1,5 +1,5 @@
 cotree.pause();
-const { state, MODEL, PATIENCE } = cotree, slider = page.document.querySelector(".slider input"), start = slider.value;
+const { state, MODEL, PATIENCE } = cotree, slider = page.document.querySelector(".slider input[type=range]"), start = slider.value;
 const set = value => { slider.value = value; slider.dispatchEvent(new page.Event("input")); };
 const until = async done => { for (let k = 0; k < 500 && !done(); k++) await wait(20); return done(); };
 PATIENCE.ms = Infinity;

@@ -13,7 +13,7 @@ use cotree_fmu::instance::Inaccuracy;
 
 use crate::accuracy::{Accuracy, FINEST, Measurement, REFERENCE};
 use crate::icon;
-use crate::page::{Facts, Live, Page as LivePage, prose};
+use crate::page::{Facts, Live, Page as LivePage, preformatted, prose};
 
 const STYLE: &str = ":root{color-scheme:light dark;--line:#8886;--soft:#8882}\
 body{font:16px/1.5 system-ui,'Segoe UI',Helvetica,Arial,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;\
@@ -102,12 +102,6 @@ impl Page<'_> {
         text.push_str(&credits(&description.credits));
         text
     }
-}
-
-/// Text as HTML that keeps its lines and spaces.
-pub fn preformatted(text: &str) -> String {
-    let lines: Vec<String> = text.lines().map(escape).collect();
-    format!("<pre>{}</pre>\n", lines.join("\n"))
 }
 
 type Section = (&'static str, fn(Causality) -> bool);

@@ -1,6 +1,6 @@
 //! What stands under the picture: figures, graphs, equations, assumptions.
 
-use crate::documentation::preformatted;
+use super::preformatted;
 
 /// What stands under the picture.
 #[derive(Clone, Debug)]

@@ -225,6 +225,12 @@ pub fn prose(text: &str) -> String {
     parts.iter().enumerate().map(part).collect()
 }
 
+/// Text as HTML that keeps its lines and spaces.
+pub fn preformatted(text: &str) -> String {
+    let lines: Vec<String> = text.lines().map(escape).collect();
+    format!("<pre>{}</pre>\n", lines.join("\n"))
+}
+
 /// What is served before there is a page: it waits for one.
 pub fn waiting_html() -> String {
     live(&format!(
