@@ -116,7 +116,7 @@ fn follow(page: &str) -> (TempDir, String, [usize; 2]) {
                 let mut shell = Command::new("sh");
                 shell.args(["-euc", &format!("{PRELUDE}{script}")]).env("COTREE", env!("CARGO_BIN_EXE_cotree"));
                 let output = shell.current_dir(folder.path()).stdin(Stdio::null()).output().unwrap();
-                assert!(output.status.success(), "{page} says\n{script}which fails:\n{}", command::stderr(&output));
+                assert!(output.status.success(), "{page} says\n{script}\nwhich fails:\n{}", command::stderr(&output));
                 said += &command::stdout(&output);
                 counts[0] += 1;
             }

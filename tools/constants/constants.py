@@ -166,7 +166,7 @@ fail with the constants as they are: they are of poses, tolerances and methods m
 
 The study is repeated in a copy of the project, in about half an hour:
 
-```sh
+```sh no_run
 cp -a . ../copy
 python3 tools/constants/constants.py rewrite ../copy
 cd ../copy
