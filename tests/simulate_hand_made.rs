@@ -43,7 +43,6 @@ fn program() -> data::Program {
         constraints: vec![],
         motion: data::Motion::Dynamic,
         blocks: Vec::new(),
-        linkages: Vec::new(),
         length: 1.0,
         variables: vec![
             variable("time", data::Source::Time),
