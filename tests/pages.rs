@@ -23,7 +23,6 @@ const NOT_RUN: [(&str, usize); 9] = [
     ("docs/fuzzing.md", 1),
     ("docs/platforms.md", 4),
     ("docs/python.md", 1),
-    ("docs/trees.md", 1),
     ("docs/view.md", 1),
     ("examples/README.md", 5),
 ];

@@ -279,7 +279,7 @@ fn scene_of(name: &str, files: [&str; 2]) -> String {
 
 /// The program in words, or what is wrong.
 fn said_of(path: &std::path::Path) -> String {
-    match Scene::read(path).and_then(|scene| Ok(compile(&scene)?)) {
+    match Scene::read(path).and_then(|scene| compile(&scene)) {
         Ok(compiled) => format!("{:?} {:?}", compiled.warnings.map(|faults| faults.list), compiled.program.to_bytes()),
         Err(faults) => faults.list.iter().map(|fault| format!("{} {}\n", fault.code, fault.message)).collect(),
     }

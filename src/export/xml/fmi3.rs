@@ -94,11 +94,11 @@ impl<'a> Model<'a> {
     }
 
     fn capabilities(&self) -> Attributes {
-        let Description { own_steps, indicators, .. } = *self.description;
+        let own_steps = self.description.own_steps;
         let can = [
             ("canHandleVariableCommunicationStepSize", true),
             ("providesIntermediateUpdate", true),
-            ("mightReturnEarlyFromDoStep", own_steps && indicators > 0),
+            ("mightReturnEarlyFromDoStep", own_steps),
             ("canReturnEarlyAfterIntermediateUpdate", own_steps),
             ("hasEventMode", true),
         ];

@@ -46,7 +46,7 @@ pub enum Failure {
     )]
     NoEquilibrium { accelerating: String },
     #[error(
-        "no equilibrium was found from the guess: the search ends in a singular pose, in which branches of the motion cross and loop equations depend on each \
+        "no equilibrium was found from the guess: the search ends in or next to a singular pose, in which branches of the motion cross and loop equations depend on each \
          other: {pose}; what holds the loads there is not determined; begin in a pose on one branch, away from this one, by `[initial]`"
     )]
     Crossing { pose: String },

@@ -26,10 +26,8 @@ const ROUNDING: f64 = 1e-14;
 const RELEASES: usize = 15;
 const MOVES: usize = 5;
 const MOVE: f64 = 0.1;
-/// Accelerations below this are those of nothing [scales of the coordinates by s2].
+/// Accelerations below this are those of nothing [scales of the coordinates by s2]: where the loops are regular, the loads are balanced then.
 const STILL: f64 = 5e-4;
-/// Loop equations depend on each other where their smallest singular value is below this share of the largest: the search comes this near to such a pose.
-const DEPENDENT: f64 = 1e-3;
 
 /// Searches for an equilibrium from a resting point.
 pub(super) fn search(formulated: &Formulated, variation: &Variation, guess: Point) -> Result<Point, Failure> {
@@ -88,7 +86,7 @@ fn stuck_at(formulated: &Formulated, variation: &Variation, point: &Point) -> Re
     let size = |index: &usize| (accelerations[*index] / scales[*index]).abs();
     order.sort_by(|a, b| size(b).total_cmp(&size(a)));
     let most = order.first().map_or(0.0, size);
-    if most < STILL && depend(&numbers)? {
+    if most < STILL {
         let pose: Vec<String> =
             order.iter().take(3).map(|&index| told(index, point.positions()[index], ["rad", "m"])).collect();
         return Ok(Failure::Crossing { pose: pose.join(", ") });
@@ -96,16 +94,6 @@ fn stuck_at(formulated: &Formulated, variation: &Variation, point: &Point) -> Re
     let named = order.iter().take(3).filter(|index| size(index) > 1e-3 * most);
     let named: Vec<String> = named.map(|&index| told(index, accelerations[index], ["rad/s2", "m/s2"])).collect();
     Ok(Failure::NoEquilibrium { accelerating: named.join(", ") })
-}
-
-/// Do the loop equations depend on each other here?
-fn depend(numbers: &Numbers) -> Result<bool, Failure> {
-    let loops = numbers.block(Row::Loops, Column::Positions);
-    if loops.is_empty() {
-        return Ok(false);
-    }
-    let values = svd(loops, false, false)?.singular_values;
-    Ok(values.min() < DEPENDENT * values.max())
 }
 
 pub(super) fn scales(formulated: &Formulated) -> Vec<f64> {
