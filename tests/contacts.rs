@@ -88,7 +88,7 @@ fn every_command_that_shows_forces_says_so() {
     }
 }
 
-/// What is told of contacts is told in the units that are asked for.
+/// Reports on contacts are in the units that are asked for.
 #[test]
 fn forces_and_places_are_in_the_units_that_are_asked_for() {
     let folder = tempfile::tempdir().unwrap();

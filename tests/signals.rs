@@ -3,8 +3,6 @@
 
 use crate::support::run;
 
-use std::path::PathBuf;
-
 use cotree::compile::compile;
 use cotree::scene::{Body, Joint, Load, Scene, Signal};
 use run::{compiled, sound};
@@ -267,14 +265,12 @@ fn built_in_rust_and_read_from_json() {
 }
 
 /// Files that are removed again, and the scene in the last of them.
-fn scene_of(name: &str, files: [&str; 2]) -> String {
-    let folder: PathBuf = std::env::temp_dir().join(format!("cotree_signals_{name}_{}", std::process::id()));
-    std::fs::create_dir_all(&folder).expect("a folder");
-    std::fs::write(folder.join("part.toml"), files[0]).expect("a file");
-    std::fs::write(folder.join("scene.toml"), files[1]).expect("a file");
-    let found = said_of(&folder.join("scene.toml"));
-    let _ = std::fs::remove_dir_all(&folder);
-    found
+fn scene_of(files: [&str; 2]) -> String {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [part, scene] = ["part.toml", "scene.toml"].map(|name| folder.path().join(name));
+    std::fs::write(part, files[0]).expect("a file");
+    std::fs::write(&scene, files[1]).expect("a file");
+    said_of(&scene)
 }
 
 /// The program in words, or what is wrong.
@@ -325,15 +321,15 @@ fn signals_of_parts() {
     let twice = "name = \"twice\"\n[parts.one]\nfile = \"part.toml\"\n[parts.two]\nfile = \"part.toml\"\nparameters = { k = 5 }\nPLACE";
     for place in ["", "mirror = true\nangle = \"40 deg\"\nat = [0.3, -0.2]\n"] {
         let host = twice.replace("PLACE", place);
-        let (named, written) = (scene_of("named", [PART, &host]), scene_of("copied", [&copied, &host]));
+        let (named, written) = (scene_of([PART, &host]), scene_of([&copied, &host]));
         assert!(named.starts_with("None Ok"), "{named}");
         assert_eq!(named, written, "{place}");
     }
     let host = "name = \"turned\"\n[signals]\nseen = \"p.brake\"\n[parts.p]\nfile = \"part.toml\"\nangle = \"40 deg\"\n[outputs]\nvariables = [\"seen\", \"p.speed\"]\n";
-    assert!(scene_of("seen", [PART, host]).starts_with("None Ok"), "{}", scene_of("seen", [PART, host]));
+    assert!(scene_of([PART, host]).starts_with("None Ok"), "{}", scene_of([PART, host]));
     let reaction =
         PART.replace("value = \"brake + 2*speed\"", "value = 0").replace("rod.omega - 2*coil.torque", "pin.fx");
-    let refused = scene_of("reaction", [&reaction, host]);
+    let refused = scene_of([&reaction, host]);
     assert!(refused.starts_with("scene::placed_part") && refused.lines().count() == 1, "{refused}");
 }
 

@@ -4,7 +4,7 @@ use crate::support::run;
 
 use cotree::scene::{Scene, Severity};
 
-/// Errors that are told of a scene.
+/// The errors of a scene.
 fn errors(text: &str) -> Vec<String> {
     let faults = match Scene::from_toml(text).and_then(|scene| scene.resolve()) {
         Ok(_) => return Vec::new(),
