@@ -197,78 +197,8 @@ fn start_near(
     })
 }
 
-/// Which unknowns move with which knowns, at a start near the default one.
-type Moves = BTreeSet<(usize, usize)>;
-
-fn moves_at_the_start(
-    model: &Arc<Model>,
-    description: &Description,
-    unknowns: &[usize],
-    (sample, by, lost): (u32, &[f64], f64),
-) -> Option<Moves> {
-    let (values, before) = start_near(model, description, unknowns, (sample, by))?;
-    let mut slopes = vec![Vec::new(); unknowns.len()];
-    for (index, &(known, _, value)) in values.iter().enumerate() {
-        let mut changed = values.clone();
-        changed[index].2 += 1e-3 * if value.abs() < 0.1 { 1.0 } else { value };
-        let Some(after) = at_the_start(model, &changed, unknowns) else { continue };
-        for ((slopes, before), after) in slopes.iter_mut().zip(&before).zip(after) {
-            slopes.push((known, (after - before).abs(), before.abs().max(after.abs())));
-        }
-    }
-    let mut found = BTreeSet::new();
-    for (&unknown, slopes) in unknowns.iter().zip(slopes) {
-        let largest = slopes.iter().fold(0.0, |largest: f64, slope| largest.max(slope.1));
-        let counts = |change: f64, size: f64| change > (lost * largest).max(1e-12 * size).max(1e-13);
-        found.extend(slopes.into_iter().filter(|slope| counts(slope.1, slope.2)).map(|slope| (unknown, slope.0)));
-    }
-    Some(found)
-}
-
 /// How far parameters, inputs and known values are moved from their defaults: as far as the loops can follow.
 const FAR: [f64; 4] = [0.1, 0.01, 1e-3, 0.0];
-
-/// What changes a variable at the start of a scene and is not listed.
-fn missing_at_the_start(name: &str, text: &str, by: &[f64], lost: f64) -> Vec<String> {
-    let compiled = compile(&Scene::from_toml(text).expect("a scene")).expect("a model");
-    let description = &compiled.description;
-    let model = Arc::new(Model::new(compiled.program.clone()).expect("a program"));
-    let variables = &description.variables;
-    let is_exact = |place: usize| matches!(variables[place].start, Some(Start::Exact(_)));
-    let calculated = (0..variables.len()).filter(|&place| is_calculated(description, place) && !is_exact(place));
-    let unknowns: Vec<usize> = calculated.collect();
-    let moves = |sample| moves_at_the_start(&model, description, &unknowns, (sample, by, lost));
-    let samples: Vec<Moves> = (0..4).filter_map(moves).collect();
-    assert!(!samples.is_empty(), "{name}: no start found");
-    let found: BTreeSet<(usize, usize)> = samples.into_iter().flatten().collect();
-    let missing = found.iter().filter(|(unknown, known)| !variables[*unknown].initial_dependencies.contains(known));
-    let sentence = |&(unknown, known): &(usize, usize)| {
-        format!("{name}: `{}` also depends on `{}`", variables[unknown].name, variables[known].name)
-    };
-    missing.map(sentence).collect()
-}
-
-#[test]
-fn every_difference_at_the_start_is_listed() {
-    let scenes = scenes().into_iter().chain(start_scenes());
-    let missing: Vec<String> =
-        scenes.flat_map(|(name, text)| missing_at_the_start(&name, &text, &FAR, 1e-10)).collect();
-    assert!(missing.is_empty(), "{}", missing.join("\n"));
-}
-
-/// What the initial values leave open goes the shortest way from the guesses, and the lists hold everything on the way. By second-order
-/// effects of long ways, unrelated parts take notice of each other: that does not count.
-#[test]
-fn dependencies_of_a_start_that_is_left_open_are_listed() {
-    let all = (1..=4 * RANDOM).map(|seed| (format!("open {seed}"), partly_known(&random_parts(seed, 2).scene, seed)));
-    // What contradicts itself, or closes on another branch than guessed, is no start.
-    let assembles = |text: &str| Scene::from_toml(text).is_ok_and(|scene| compile(&scene).is_ok());
-    let open: Vec<(String, String)> = all.filter(|(_, text)| assembles(text)).collect();
-    assert!(open.len() as u64 > RANDOM, "too few scenes to tell: {}", open.len());
-    let missing = open.iter().flat_map(|(name, text)| missing_at_the_start(name, text, &[1e-3, 1e-4, 0.0], 1e-5));
-    let missing: Vec<String> = missing.collect();
-    assert!(missing.is_empty(), "{}", missing.join("\n"));
-}
 
 /// Where the equations leave the start open, too: then it follows from how the search for it goes.
 #[test]
@@ -339,43 +269,6 @@ fn start_scenes() -> Vec<(String, String)> {
     let own =
         [("parallelogram", PARALLELOGRAM), ("half known", HALF_KNOWN), ("followed", FOLLOWED), ("arm", DRIVEN_ARM)];
     own.map(|(name, text)| (name.to_owned(), text.to_owned())).into()
-}
-
-/// The scene with every fifth of its initial values; other positions are guesses.
-fn partly_known(scene: &str, first: u64) -> String {
-    let mut count = first;
-    let mut inside = false;
-    let mut text = String::new();
-    for line in scene.lines() {
-        inside = if line.starts_with('[') { line == "[initial]" } else { inside };
-        let Some((name, value)) = line.split_once(" = ").filter(|_| inside) else {
-            text += &format!("{line}\n");
-            continue;
-        };
-        count += 1;
-        let position = [".x\"", ".y\"", ".angle\"", ".s\""].iter().any(|end| name.ends_with(end));
-        match (count.is_multiple_of(5), position) {
-            (true, _) => text += &format!("{line}\n"),
-            (false, true) => text += &format!("{name} = {{ guess = {value} }}\n"),
-            (false, false) => (),
-        }
-    }
-    text
-}
-
-#[test]
-fn what_is_apart_depends_on_its_own_values_at_the_start() {
-    let description = compile(&Scene::from_toml(APART).expect("a scene")).expect("a model").description;
-    let place = |name: &str| description.variables.iter().position(|variable| variable.name == name).expect("known");
-    let depends = |name: &str| -> Vec<&str> {
-        let places = description.variables[place(name)].initial_dependencies.iter();
-        places.map(|&place| description.variables[place].name.as_str()).collect()
-    };
-    assert_eq!(depends("left.alpha"), ["torque", "left.angle"]);
-    assert_eq!(depends("right.alpha"), ["right.angle"]);
-    assert_eq!(depends("left.x"), ["left.angle"]);
-    assert_eq!(depends("left.omega"), [""; 0]);
-    assert_eq!(depends("energy.total"), ["left.angle", "right.angle"]);
 }
 
 #[test]

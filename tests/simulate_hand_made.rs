@@ -80,7 +80,6 @@ fn description() -> Description {
         dependencies: vec![].into(),
         all_dependencies: vec![].into(),
         state: None,
-        initial_dependencies: vec![].into(),
     });
     Description {
         model_name: "mass".into(),

@@ -42,11 +42,6 @@ fn followed(program: &Program, rows: &[Row]) -> Vec<usize> {
     inputs.filter_map(|source| rows.iter().position(|row| row.source == source)).collect()
 }
 
-/// Is its value at the start given from outside?
-fn is_settable(row: &Row) -> bool {
-    matches!(row.source, Source::Parameter(_) | Source::Input(_)) || row.start.is_some_and(|start| start.known)
-}
-
 /// The states and inputs among what variables depend on: found once for a list, because many variables share a long one.
 struct Changing<'a> {
     rows: &'a [Row],
@@ -107,6 +102,5 @@ fn variable(mechanism: &Mechanism, changing: &mut Changing, row: &Row) -> Scalar
         }),
         dependencies: changing.among(&row.dependencies),
         all_dependencies: row.dependencies.clone(),
-        initial_dependencies: if is_settable(row) { Arc::default() } else { row.initial_dependencies.clone() },
     }
 }

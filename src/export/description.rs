@@ -87,8 +87,6 @@ pub struct ScalarVariable {
     pub dependencies: Arc<[usize]>,
     /// The same with the parameters, and [`Description::time`] if it depends on time: what FMI 3.0 counts as known.
     pub all_dependencies: Arc<[usize]>,
-    /// Indices of the parameters, inputs and time that its initial value depends on.
-    pub initial_dependencies: Arc<[usize]>,
 }
 
 /// The initial value of a calculated variable.

@@ -1,18 +1,14 @@
-//! What each variable depends on: while the mechanism moves, on the states, inputs and parameters, and on time, if they change it at once; at the
-//! start, on the parameters, inputs and known initial values behind it.
+//! What each variable depends on while the mechanism moves: the states, inputs and parameters, and time, that change it at once.
 //!
-//! Both follow from the structure of the expressions, so that no entry is ever missing; one whose effect cancels stays (FMI 2.0, section 2.2.8,
-//! asks for no more). What is solved for comes in stages: each has unknowns and the equations that determine them. Unknowns that share an
-//! equation, or are joined by others that do, depend on everything in their equations.
+//! It follows from the structure of the expressions, so that no entry is ever missing; one whose effect cancels stays (FMI 2.0, section 2.2.8,
+//! asks for no more). Where drivers determine the motion, what is solved for comes in stages: the unknowns of one depend on everything in its equations.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
 use cotree_fmu::program::{Block, Source};
-use petgraph::unionfind::UnionFind;
 
 use super::dependency_sets::dependency_sets;
-use super::initial::Conditions;
 use super::program::inverse;
 use super::table::Row;
 use crate::equations::{Constraint, Equations};
@@ -36,17 +32,6 @@ pub(super) struct Moving<'a> {
     pub blocks: &'a [Block],
 }
 
-/// The equations of the initial state.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Beginning<'a> {
-    /// Conditions of `[initial]` on positions and on velocities.
-    pub conditions: [&'a Conditions; 2],
-    /// Which loop equations are independent.
-    pub active: &'a [bool],
-    /// Accelerations, then reactions, in terms of the state; nothing if the drivers determine the motion.
-    pub solved: Option<&'a [Expr]>,
-}
-
 /// Finds the dependencies of all variables in motion. Dynamic motion: through the accelerations and reactions to what is in their expressions.
 /// Driven motion: through the blocks of the loop equations to the inputs in them.
 pub(super) fn in_motion(rows: &mut [Row], equations: &mut Equations, moving: &Moving) {
@@ -59,7 +44,9 @@ pub(super) fn in_motion(rows: &mut [Row], equations: &mut Equations, moving: &Mo
     sources.most += 1 + rows.iter().filter(|row| matches!(row.source, Source::Parameter(_))).count();
     let values: Vec<Expr> = rows.iter().map(|row| row.value).collect();
     if driven {
-        let reactions = reacts(equations, &values).then(|| reaction_equations(equations, |_| true));
+        let symbols = equations.system.arena.symbols(values.iter().copied());
+        let reacts = symbols.iter().any(|symbol| matches!(symbol, Symbol::Reaction(_)));
+        let reactions = reacts.then(|| reaction_equations(equations));
         driven_stages(equations, moving.blocks, reactions).iter().for_each(|stage| sources.add_stage(stage));
     } else {
         sources.add_solved(equations, moving.solved);
@@ -82,47 +69,10 @@ fn known(source: Source, driven: bool) -> Option<Vec<Symbol>> {
     }
 }
 
-/// For each of the values the places of what is `given` at the start that it depends on.
-pub(super) fn at_start(
-    equations: &mut Equations,
-    beginning: &Beginning,
-    given: &[(usize, Vec<Symbol>)],
-    values: &[Expr],
-) -> Vec<Places> {
-    let mut stages = vec![
-        state(equations, beginning, Order::Position, beginning.conditions[0]),
-        state(equations, beginning, Order::Velocity, beginning.conditions[1]),
-    ];
-    if beginning.solved.is_none() {
-        let arena = &equations.system.arena;
-        let rows = equations.constraints.iter().zip(beginning.active).filter(|(_, active)| **active);
-        stages.push(Stage {
-            unknowns: coordinates(equations, Order::Acceleration).collect(),
-            equations: rows.map(|(row, _)| terms(arena, row, Order::Acceleration)).collect(),
-        });
-        if reacts(equations, values) {
-            let unknowns = (0..beginning.active.len()).filter(|&row| beginning.active[row]).map(Symbol::Reaction);
-            let equations = reaction_equations(equations, |row| beginning.active[row]);
-            stages.push(Stage { unknowns: unknowns.collect(), equations });
-        }
-    }
-    let mut sources = Sources::new(equations, given);
-    stages.iter().for_each(|stage| sources.add_stage(stage));
-    if let Some(solved) = beginning.solved {
-        sources.add_solved(equations, solved);
-    }
-    sources.of(&equations.system.arena, values)
-}
-
-fn reacts(equations: &Equations, values: &[Expr]) -> bool {
-    let symbols = equations.system.arena.symbols(values.iter().copied());
-    symbols.iter().any(|symbol| matches!(symbol, Symbol::Reaction(_)))
-}
-
-/// Unknowns and the equations that they are found from, once what was found before is known.
+/// Unknowns, and what is in the equations that they are found from once the stages before are known.
 struct Stage {
     unknowns: Vec<Symbol>,
-    equations: Vec<Vec<Symbol>>,
+    terms: BTreeSet<Symbol>,
 }
 
 /// The loop equations give positions, their derivatives rates and accelerations, each block from those before it; the reactions follow
@@ -133,20 +83,17 @@ fn driven_stages(equations: &Equations, blocks: &[Block], reactions: Option<Vec<
         columns: (0..equations.coordinates.len() as u32).collect(),
     }];
     let blocks = if equations.coordinates.len() > MOST_DRIVEN { &whole } else { blocks };
-    let stage = |unknowns: Vec<Symbol>, terms: Vec<Symbol>| {
-        // One equation for the whole block: each unknown depends on everything in it.
-        Stage { equations: vec![unknowns.iter().copied().chain(terms).collect()], unknowns }
-    };
     let motion = ORDERS.into_iter().flat_map(|order| blocks.iter().map(move |block| (order, block)));
     let motion = motion.map(|(order, block)| {
         let unknowns = block.columns.iter().map(|&column| Symbol::Coordinate(column as usize, order)).collect();
         let rows = block.rows.iter().map(|&row| &equations.constraints[row as usize]);
-        stage(unknowns, rows.flat_map(|row| terms(&equations.system.arena, row, order)).collect())
+        Stage { unknowns, terms: rows.flat_map(|row| terms(&equations.system.arena, row, order)).collect() }
     });
     let efforts = reactions.iter().flat_map(|columns| {
         blocks.iter().rev().map(move |block| {
             let unknowns = block.rows.iter().map(|&row| Symbol::Reaction(row as usize)).collect();
-            stage(unknowns, block.columns.iter().flat_map(|&column| columns[column as usize].clone()).collect())
+            let terms = block.columns.iter().flat_map(|&column| columns[column as usize].iter().copied()).collect();
+            Stage { unknowns, terms }
         })
     });
     motion.chain(efforts).collect()
@@ -164,63 +111,18 @@ fn terms(arena: &Arena, row: &Constraint, order: Order) -> Vec<Symbol> {
     arena.symbols(coefficients.chain([rest])).into_iter().chain(unknowns).chain(followers).collect()
 }
 
-fn coordinates(equations: &Equations, order: Order) -> impl Iterator<Item = Symbol> + use<> {
-    (0..equations.coordinates.len()).map(move |index| Symbol::Coordinate(index, order))
-}
-
-/// Loop equations of one order and the conditions on it, for coordinates and for what drivers integrate.
-fn state(equations: &Equations, beginning: &Beginning, order: Order, conditions: &Conditions) -> Stage {
-    let arena = &equations.system.arena;
-    let followers = equations.system.followers.iter().enumerate();
-    let free = followers.filter(|(_, (.., input_order))| order < *input_order);
-    // Independent ones, and those about followers alone.
-    let counts = |(row, active): &(&Constraint, &bool)| **active || (row.is_trivial() && !row.says_nothing());
-    let loops = equations.constraints.iter().zip(beginning.active).filter(counts);
-    let loops = loops.map(|(row, _)| terms(arena, row, order));
-    let (conditions, targets) = conditions.results.split_at(conditions.conditions.len());
-    let conditions = conditions.iter().zip(targets).map(|(&value, &target)| arena.symbols([value, target]));
-    Stage {
-        unknowns: coordinates(equations, order).chain(free.map(|(index, _)| Symbol::Follower(index, order))).collect(),
-        equations: loops.chain(conditions).collect(),
-    }
-}
-
 /// Phi_q^T lambda = Q - M a, an equation for each coordinate.
-fn reaction_equations(equations: &mut Equations, counts: impl Fn(usize) -> bool) -> Vec<Vec<Symbol>> {
+fn reaction_equations(equations: &mut Equations) -> Vec<Vec<Symbol>> {
     let residuals = inverse(equations);
     let arena = &equations.system.arena;
     let mut columns: Vec<Vec<Symbol>> = residuals.into_iter().map(|residual| arena.symbols([residual])).collect();
-    for (row, constraint) in equations.constraints.iter().enumerate().filter(|(row, _)| counts(*row)) {
+    for (row, constraint) in equations.constraints.iter().enumerate() {
         for &(column, entry) in &constraint.jacobian {
             columns[column].push(Symbol::Reaction(row));
             columns[column].extend(arena.symbols([entry]));
         }
     }
     columns
-}
-
-impl Stage {
-    /// Unknowns that belong together, with everything else in their equations.
-    fn groups(&self) -> Vec<(Vec<Symbol>, BTreeSet<Symbol>)> {
-        let numbers: HashMap<Symbol, usize> = self.unknowns.iter().copied().zip(0..).collect();
-        let mut sets = UnionFind::<usize>::new(self.unknowns.len());
-        let member = |equation: &Vec<Symbol>| equation.iter().find_map(|symbol| numbers.get(symbol).copied());
-        for equation in &self.equations {
-            let Some(first) = member(equation) else { continue };
-            let members = equation.iter().filter_map(|symbol| numbers.get(symbol));
-            members.for_each(|&other| _ = sets.union(first, other));
-        }
-        let mut groups: BTreeMap<usize, (Vec<Symbol>, BTreeSet<Symbol>)> = BTreeMap::new();
-        for (index, &unknown) in self.unknowns.iter().enumerate() {
-            groups.entry(sets.find(index)).or_default().0.push(unknown);
-        }
-        for equation in &self.equations {
-            let group = member(equation).and_then(|member| groups.get_mut(&sets.find(member)));
-            let known = equation.iter().filter(|symbol| !numbers.contains_key(symbol));
-            group.into_iter().for_each(|group| group.1.extend(known.clone()));
-        }
-        groups.into_values().collect()
-    }
 }
 
 struct Sources {
@@ -246,10 +148,8 @@ impl Sources {
     }
 
     fn add_stage(&mut self, stage: &Stage) {
-        for (unknowns, known) in stage.groups() {
-            let behind = self.behind(&known);
-            self.places.extend(unknowns.into_iter().map(|unknown| (unknown, behind.clone())));
-        }
+        let behind = self.behind(&stage.terms);
+        self.places.extend(stage.unknowns.iter().map(|&unknown| (unknown, behind.clone())));
     }
 
     /// Accelerations, then reactions, from their expressions.

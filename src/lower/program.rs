@@ -13,7 +13,7 @@ use cotree_fmu::taylor::form::ArmForm;
 use super::arms::{arm_form, mass_form};
 use super::blocks::blocks;
 use super::cost::Cost;
-use super::dependencies::{Beginning, Moving};
+use super::dependencies::Moving;
 use super::domains::{domains, ranges};
 use super::eliminate::Obstacle;
 use super::indicators::motion_indicators;
@@ -116,13 +116,7 @@ pub fn program(
     moving.domains = domains(equations);
     let blocks = if motion == Motion::Kinematic { solution_order(equations, active) } else { Vec::new() };
     let shared = least_norm::impose(equations, (active, restricting), length, pose)?;
-    let mut table = Table::new(equations, motion, &Moving { solved: &moving.acceleration, blocks: &blocks });
-    let beginning = Beginning {
-        conditions: [&kernels.positions, &kernels.velocities],
-        active,
-        solved: (motion == Motion::Dynamic).then_some(&moving.acceleration),
-    };
-    table.find_initial_dependencies(equations, &beginning);
+    let table = Table::new(equations, motion, &Moving { solved: &moving.acceleration, blocks: &blocks });
     moving.outputs.clone_from(&table.results);
     let reacting = equations.system.arena.symbols(table.results.iter().copied());
     if motion == Motion::Kinematic && reacting.iter().any(|symbol| matches!(symbol, Symbol::Reaction(_))) {

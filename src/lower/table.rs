@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use cotree_fmu::program::{Motion, Source, Variable};
 
-use super::dependencies::{self, Beginning, Moving};
+use super::dependencies::{self, Moving};
 use super::initial::{order_of, settable};
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
@@ -27,8 +27,6 @@ pub struct Row {
     pub value: Expr,
     /// Places of the inputs, states and parameters that it depends on; the number of rows stands for time.
     pub dependencies: Arc<[usize]>,
-    /// Places of the parameters, inputs and known initial values that it depends on at the start.
-    pub initial_dependencies: Arc<[usize]>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -191,27 +189,6 @@ impl Table {
         self.push(("time", "time", &Unit::time()), Source::Time, value);
     }
 
-    pub(super) fn find_initial_dependencies(&mut self, equations: &mut Equations, beginning: &Beginning) {
-        let values: Vec<Expr> = self.rows.iter().map(|row| row.value).collect();
-        let found = dependencies::at_start(equations, beginning, &self.given(), &values);
-        self.rows.iter_mut().zip(found).for_each(|(row, places)| row.initial_dependencies = places);
-    }
-
-    /// What is given at the start: the places of parameters, inputs and known initial values, and their symbols.
-    fn given(&self) -> Vec<(usize, Vec<Symbol>)> {
-        let of = |row: &Row| match (row.source, row.start) {
-            (Source::Parameter(index), _) => Some(vec![Symbol::Parameter(index as usize)]),
-            (Source::Input(index), _) => Some(
-                [Order::Position, Order::Velocity, Order::Acceleration]
-                    .map(|order| Symbol::Input(index as usize, order))
-                    .to_vec(),
-            ),
-            (_, Some(start)) if start.known => Some(vec![Symbol::Parameter(start.parameter as usize)]),
-            _ => None,
-        };
-        self.rows.iter().enumerate().filter_map(|(place, row)| Some((place, of(row)?))).collect()
-    }
-
     fn push(&mut self, (name, description, unit): (&str, &str, &Unit), source: Source, value: Expr) {
         self.rows.push(Row {
             name: name.to_string(),
@@ -224,7 +201,6 @@ impl Table {
             calculated: None,
             value,
             dependencies: Arc::default(),
-            initial_dependencies: Arc::default(),
         });
     }
 }

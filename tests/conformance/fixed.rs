@@ -160,15 +160,14 @@ fn dependencies(archive: &Archive) -> Vec<String> {
     let count = archive.fmu.variables.len();
     let states: BTreeSet<usize> = archive.fmu.variables.iter().filter_map(state).collect();
     let mut complaints = Vec::new();
-    for list in ["Outputs", "Derivatives", "InitialUnknowns"] {
+    for list in ["Outputs", "Derivatives"] {
         for (index, on) in archive.unknowns(list) {
             let permitted = |index: &usize| {
                 let Some(variable) = index.checked_sub(1).and_then(|place| archive.fmu.variables.get(place)) else {
                     return false;
                 };
                 let given = matches!(variable.causality.as_str(), "input" | "independent");
-                let exact = variable.initial.as_deref() == Some("exact");
-                given || if list == "InitialUnknowns" { exact } else { states.contains(index) }
+                given || states.contains(index)
             };
             complaints.extend(complain(index <= count && on.iter().all(permitted), format!("{list} {index}: {on:?}")));
         }

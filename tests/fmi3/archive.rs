@@ -74,13 +74,6 @@ pub const RULES: &[Rule] = &[
         };
         unknown(fmu, &["Output", "ContinuousStateDerivative"], known)
     }),
-    ("3S17", "dependencies at the start", |fmu| {
-        let known = |reference: &u32| {
-            let variable = fmu.variable(*reference);
-            variable.initial.as_deref() == Some("exact") || ["input", "independent"].contains(&&*variable.causality)
-        };
-        unknown(fmu, &["InitialUnknown"], known)
-    }),
     ("3S18", "units are defined", |fmu| {
         let defined: Vec<&str> =
             fmu.below("UnitDefinitions/Unit").iter().filter_map(|tag| attribute(tag, "name")).collect();

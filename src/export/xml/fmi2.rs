@@ -1,7 +1,6 @@
 //! `modelDescription.xml` of FMI 2.0 for Co-Simulation and Model Exchange.
 
 use std::io;
-use std::sync::Arc;
 
 use cotree_fmu::instance::DERIVATIVE_ORDER;
 
@@ -76,12 +75,11 @@ fn scalar(out: &mut Out, index: usize, variable: &ScalarVariable, moved: bool) -
 }
 
 fn structure(out: &mut Out, description: &Description) -> io::Result<()> {
-    let running = |variable: &ScalarVariable| variable.dependencies.clone();
-    let initial = |variable: &ScalarVariable| variable.initial_dependencies.clone();
     element(out, "ModelStructure", vec![], |out| {
-        unknowns(out, "Outputs", description, &description.outputs(), running)?;
-        unknowns(out, "Derivatives", description, &description.derivatives(), running)?;
-        unknowns(out, "InitialUnknowns", description, &description.initial_unknowns(), initial)
+        unknowns(out, "Outputs", description, &description.outputs(), true)?;
+        unknowns(out, "Derivatives", description, &description.derivatives(), true)?;
+        // Without dependencies: on everything known.
+        unknowns(out, "InitialUnknowns", description, &description.initial_unknowns(), false)
     })
 }
 
@@ -91,17 +89,17 @@ fn unknowns(
     list: &str,
     description: &Description,
     indices: &[usize],
-    dependencies: impl Fn(&ScalarVariable) -> Arc<[usize]>,
+    dependencies: bool,
 ) -> io::Result<()> {
     if indices.is_empty() {
         return Ok(());
     }
     element(out, list, vec![], |out| {
         indices.iter().try_for_each(|&index| {
-            let on = dependencies(&description.variables[index]);
-            let mut attributes = vec![("index", ordinal(index))];
-            attributes.extend(super::dependencies(&on, |place| vec![place + 1]));
-            leaf(out, "Unknown", attributes)
+            let on = dependencies
+                .then(|| super::dependencies(&description.variables[index].dependencies, |on| vec![on + 1]));
+            let index = ("index", ordinal(index));
+            leaf(out, "Unknown", std::iter::once(index).chain(on.flatten()).collect())
         })
     })
 }

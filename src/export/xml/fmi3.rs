@@ -141,10 +141,7 @@ impl<'a> Model<'a> {
             self.unknown(out, "ContinuousStateDerivative", place, &variables[place].all_dependencies)?;
         }
         for place in description.initial_unknowns() {
-            // Time is among what everything is found from.
-            let known: Vec<usize> =
-                variables[place].initial_dependencies.iter().copied().chain([description.time()]).collect();
-            self.unknown(out, "InitialUnknown", place, &known)?;
+            leaf(out, "InitialUnknown", vec![("valueReference", reference(place).to_string())])?;
         }
         (0..description.indicators).try_for_each(|index| {
             leaf(out, "EventIndicator", vec![("valueReference", self.references.indicator(index).to_string())])
@@ -198,6 +195,5 @@ fn plain(name: &str, description: &str, unit: Unit, causality: Causality) -> Sca
         state: None,
         dependencies: [].into(),
         all_dependencies: [].into(),
-        initial_dependencies: [].into(),
     }
 }
