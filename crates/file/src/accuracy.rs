@@ -8,11 +8,11 @@ use cotree::diagnostic::{Fault, Span};
 use cotree::mechanism::Experiment;
 use cotree_draw::plot::Curve;
 use cotree_fmu::context::Statistics;
-use cotree_fmu::instance::{Inaccuracy, Instance, InstanceError};
+use cotree_fmu::instance::Inaccuracy;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::Engine;
 use cotree_fmu::taylor::Jet;
-use cotree_study::bench::trajectory::Trajectory;
+use cotree_study::bench::runs::{Budget, Subject};
 
 const TOLERANCES: [f64; 7] = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, FINEST];
 /// The smallest of the compared tolerances.
@@ -58,9 +58,8 @@ pub struct Measurement {
 /// # Errors
 /// Why it cannot be measured.
 pub fn of(compiled: &Compiled) -> Result<Accuracy, String> {
-    let model = Model::new(compiled.program.clone()).map_err(|fault| fault.to_string())?;
-    let measured = measure(&Arc::new(model), &compiled.reported(), compiled.description.experiment);
-    measured.map_err(|error| error.to_string())
+    let model = Arc::new(Model::new(compiled.program.clone()).map_err(|fault| fault.to_string())?);
+    measure(&model, &compiled.reported(), compiled.description.experiment)
 }
 
 /// Until when a run costs no more than the measurement of its accuracy may \[s\].
@@ -85,29 +84,29 @@ pub fn warn_of_growth(compiled: &mut Compiled, accuracy: &Result<Accuracy, Strin
 }
 
 /// Simulates the model at each tolerance and compares the variables with those of a run at [`REFERENCE`].
-///
-/// # Errors
-/// The model cannot be simulated.
-pub fn measure(model: &Arc<Model>, variables: &[usize], experiment: Experiment) -> Result<Accuracy, InstanceError> {
-    let mut stop = experiment.start;
+fn measure(model: &Arc<Model>, variables: &[usize], experiment: Experiment) -> Result<Accuracy, String> {
+    let Experiment { start, mut stop, .. } = experiment;
     let growing = within_budget(model, experiment, &mut stop)?;
-    let part = Experiment { stop, ..experiment };
-    let (exact, mut reference) = run(model, variables, part, REFERENCE)?;
-    let attainable = reference.attainable_accuracy();
+    let subject = Subject { model, variables, experiment: Experiment { stop, ..experiment } };
+    let at = |point: u32| start + (stop - start) * f64::from(point) / f64::from(POINTS);
+    let times: Vec<f64> = (1..=POINTS).map(at).collect();
+    let run = |tolerance| subject.run(None, tolerance, Budget::Reference, &times);
+    let mut exact = run(REFERENCE)?;
+    let attainable = exact.instance.attainable_accuracy();
     let inaccuracy = match attainable > experiment.tolerance {
-        true => run(model, variables, part, experiment.tolerance)?.1.take_inaccuracy(),
+        true => run(experiment.tolerance)?.instance.take_inaccuracy(),
         false => None,
     };
-    let measurements = TOLERANCES.into_iter().map(|tolerance| -> Result<_, InstanceError> {
-        let (values, instance) = run(model, variables, part, tolerance)?;
-        Ok(Measurement { tolerance, error: values.distance(&exact), statistics: instance.statistics() })
+    let measurements = TOLERANCES.into_iter().map(|tolerance| {
+        let found = run(tolerance)?;
+        let error = found.trajectory.distance(&exact.trajectory);
+        Ok(Measurement { tolerance, error, statistics: found.instance.statistics() })
     });
-    let span = [part.start, part.stop];
     Ok(Accuracy {
-        span,
+        span: [start, stop],
         growing,
         engine: model.program().engine,
-        measurements: measurements.collect::<Result<_, _>>()?,
+        measurements: measurements.collect::<Result<_, String>>()?,
         attainable,
         inaccuracy,
     })
@@ -116,19 +115,19 @@ pub fn measure(model: &Arc<Model>, variables: &[usize], experiment: Experiment) 
 /// When a run at the reference tolerance has used up its budget, and whether its work grows faster and faster by then. Each part of the
 /// experiment is at most as long as all before it, a small share of the whole, and no longer than a quarter of what is left should take.
 /// `reached` is that time, or the last one before the motion cannot be continued.
-fn within_budget(model: &Arc<Model>, experiment: Experiment, reached: &mut f64) -> Result<bool, InstanceError> {
+fn within_budget(model: &Arc<Model>, experiment: Experiment, reached: &mut f64) -> Result<bool, String> {
     *reached = experiment.start;
     let tape = model.program().tapes.acceleration.instructions().len().max(1) as u64;
     let cost = Jet::new(model).map_or(tape, |jet| jet.cost() as u64);
     let whole = experiment.stop - experiment.start;
     let shortest = whole * 0.5f64.powi(HALVINGS);
-    let mut instance = start(model, experiment, REFERENCE)?;
+    let mut instance = Subject { model, variables: &[], experiment }.start(None, REFERENCE)?;
     let (mut length, mut used) = (shortest, 0);
     while *reached < experiment.stop {
         // Next to a start that is not zero the shortest parts are nothing.
         let time = (*reached + length).max(reached.next_up()).min(experiment.stop);
         if time > instance.time() {
-            instance.step_to(time)?;
+            instance.step_to(time).map_err(|error| error.to_string())?;
         }
         *reached = time;
         let before = std::mem::replace(&mut used, instance.statistics().evaluations * cost);
@@ -143,39 +142,11 @@ fn within_budget(model: &Arc<Model>, experiment: Experiment, reached: &mut f64) 
 }
 
 /// Until when a run costs no more than the measurement may: until its motion cannot be continued, if that comes first.
-pub fn reach(model: &Arc<Model>, experiment: Experiment) -> f64 {
+fn reach(model: &Arc<Model>, experiment: Experiment) -> f64 {
     let mut reached = experiment.start;
     // A run that ends early has got as far as it says.
     let _ = within_budget(model, experiment, &mut reached);
     reached
-}
-
-/// The variables at all points of time, and the simulation at its end.
-fn run(
-    model: &Arc<Model>,
-    variables: &[usize],
-    part: Experiment,
-    tolerance: f64,
-) -> Result<(Trajectory, Instance), InstanceError> {
-    let mut instance = start(model, part, tolerance)?;
-    let mut found = Trajectory::of(variables.len());
-    for point in 1..=POINTS {
-        let time = part.start + (part.stop - part.start) * f64::from(point) / f64::from(POINTS);
-        if time > instance.time() {
-            instance.step_to(time)?;
-        }
-        for (values, &variable) in found.values.iter_mut().zip(variables) {
-            values.push(instance.get(variable)?);
-        }
-    }
-    Ok((found, instance))
-}
-
-fn start(model: &Arc<Model>, experiment: Experiment, tolerance: f64) -> Result<Instance, InstanceError> {
-    let mut instance = Instance::new(model.clone());
-    instance.setup(experiment.start, Some(experiment.stop), Some(tolerance))?;
-    instance.initialise()?;
-    Ok(instance)
 }
 
 impl Accuracy {

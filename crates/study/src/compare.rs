@@ -148,7 +148,7 @@ fn whole_run(model: Arc<Model>, experiment: Experiment) -> Option<(f64, u64)> {
     let subject = Subject { model: &model, variables: &[], experiment };
     let found = subject.run(None, experiment.tolerance, Budget::Run, &subject.even(POINTS)).ok()?;
     let (fastest, _) = subject.time(None, experiment.tolerance)?;
-    Some((fastest.as_secs_f64(), found.statistics.steps))
+    Some((fastest.as_secs_f64(), found.instance.statistics().steps))
 }
 
 /// Counts instructions; a multiplication with an addition or subtraction counts as both.

@@ -2,7 +2,7 @@
 
 pub(crate) mod clock;
 mod reference;
-pub(crate) mod runs;
+pub mod runs;
 mod table;
 pub mod trajectory;
 
@@ -103,20 +103,20 @@ type Method = (&'static str, Option<Engine>);
 pub fn measure(model: &Arc<Model>, variables: &[usize], experiment: Experiment) -> Result<Bench, String> {
     let subject = Subject { model, variables, experiment };
     let methods = methods(model);
-    let (times, exact, reference) = reference::find(&subject, &methods)?;
+    let (times, mut exact, reference) = reference::find(&subject, &methods)?;
     let energy_kept = exact.energy_drift().is_some_and(|drift| drift < KEPT);
-    let (mut runs, mut total, mut attainable) = (Vec::new(), Elapsed::default(), exact.attainable);
+    let (mut runs, mut total, mut attainable) = (Vec::new(), Elapsed::default(), exact.instance.attainable_accuracy());
     for &(method, engine) in &methods {
         let mut affordable = true;
         for tolerance in TOLERANCES {
             let found =
                 if affordable { subject.run(engine, tolerance, Budget::Run, &times) } else { Err(TOO_LONG.to_owned()) };
-            let result = found.map(|found| {
+            let result = found.map(|mut found| {
                 let cpu_seconds = subject.time(engine, tolerance).map(|(fastest, all)| {
                     total.add(all);
                     fastest.as_secs_f64()
                 });
-                attainable = f64::max(attainable, found.attainable);
+                attainable = f64::max(attainable, found.instance.attainable_accuracy());
                 let error = found.trajectory.distance(&exact.trajectory);
                 let resolved = error > RESOLVED * reference.error;
                 Measured { cpu_seconds, resolved, ..Measured::of(&found, error, energy_kept) }
@@ -141,7 +141,7 @@ pub fn measure(model: &Arc<Model>, variables: &[usize], experiment: Experiment) 
 
 impl Measured {
     fn of(found: &Found, error: f64, energy_kept: bool) -> Self {
-        let statistics = found.statistics;
+        let statistics = found.instance.statistics();
         Self {
             cpu_seconds: None,
             error,

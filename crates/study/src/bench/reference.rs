@@ -66,25 +66,24 @@ pub(super) fn find(subject: &Subject, methods: &[Method]) -> Result<(Vec<f64>, F
 }
 
 fn times(subject: &Subject) -> Result<Vec<f64>, String> {
-    let mut problem = TOO_LONG.to_owned();
-    for tolerance in [1e-9, 1e-6, 1e-4] {
-        match subject.times(None, tolerance) {
-            Ok(times) => return Ok(times),
-            Err(error) => problem = error,
-        }
-    }
-    Err(format!("there is no reference to compare with: {problem}"))
+    first(&[1e-9, 1e-6, 1e-4], |tolerance| subject.times(None, tolerance))
 }
 
 fn finest(subject: &Subject, &(method, engine): &Method, times: &[f64]) -> Result<Converged, String> {
-    let mut problem = TOO_LONG.to_owned();
-    for tolerance in TOLERANCES {
+    first(&TOLERANCES, |tolerance| {
         let run = |tolerance| subject.run(engine, tolerance, Budget::Reference, times);
-        match run(10.0 * tolerance).and_then(|coarser| Ok((coarser, run(tolerance)?))) {
-            Ok((coarser, found)) => {
-                let error = coarser.trajectory.distance(&found.trajectory);
-                return Ok(Converged { method, engine, tolerance, found, error });
-            }
+        let (coarser, found) = (run(10.0 * tolerance)?, run(tolerance)?);
+        let error = coarser.trajectory.distance(&found.trajectory);
+        Ok(Converged { method, engine, tolerance, found, error })
+    })
+}
+
+/// What is found at the first of the tolerances at which anything is.
+fn first<T>(tolerances: &[f64], found: impl Fn(f64) -> Result<T, String>) -> Result<T, String> {
+    let mut problem = TOO_LONG.to_owned();
+    for &tolerance in tolerances {
+        match found(tolerance) {
+            Ok(found) => return Ok(found),
             Err(error) => problem = error,
         }
     }

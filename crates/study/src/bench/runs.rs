@@ -4,7 +4,6 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use cotree::mechanism::Experiment;
-use cotree_fmu::context::Statistics;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::Model;
@@ -27,35 +26,37 @@ pub(crate) const TOO_LONG: &str = "it takes too long";
 const ENERGY: &str = "energy.total";
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Budget {
+pub enum Budget {
     Run,
     Reference,
 }
 
-pub(crate) struct Subject<'a> {
+pub struct Subject<'a> {
     pub model: &'a Arc<Model>,
     pub variables: &'a [usize],
     pub experiment: Experiment,
 }
 
-pub(crate) struct Found {
+pub struct Found {
     pub trajectory: Trajectory,
     energy: Vec<f64>,
     pub residual: f64,
-    pub statistics: Statistics,
-    /// Relative accuracy that rounding errors permit; 0 if nothing limits it.
-    pub attainable: f64,
+    /// The simulation at its end.
+    pub instance: Instance,
 }
 
 impl Subject<'_> {
+    /// The variables at these times.
+    ///
+    /// # Errors
+    /// The motion cannot be continued, or it takes too long.
     pub fn run(&self, engine: Option<Engine>, tolerance: f64, budget: Budget, times: &[f64]) -> Result<Found, String> {
         let most = self.most(budget);
         let mut instance = self.start(engine, tolerance)?;
         let mut machine = Machine::new(self.model);
         let energy = instance.variable(ENERGY);
-        let trajectory = Trajectory::of(self.variables.len());
-        let statistics = Statistics::default();
-        let mut found = Found { trajectory, energy: Vec::new(), residual: 0.0, statistics, attainable: 0.0 };
+        let mut trajectory = Trajectory::of(self.variables.len());
+        let (mut energies, mut worst) = (Vec::new(), 0.0);
         for &time in times {
             if time > instance.time() {
                 instance.step_to(time).map_err(|error| error.to_string())?;
@@ -63,20 +64,19 @@ impl Subject<'_> {
             if instance.statistics().evaluations > most {
                 return Err(TOO_LONG.to_owned());
             }
-            for (row, &variable) in found.trajectory.values.iter_mut().zip(self.variables) {
+            for (row, &variable) in trajectory.values.iter_mut().zip(self.variables) {
                 row.push(instance.get(variable).map_err(|error| error.to_string())?);
             }
             if let Some(energy) = energy {
-                found.energy.push(instance.get(energy).map_err(|error| error.to_string())?);
+                energies.push(instance.get(energy).map_err(|error| error.to_string())?);
             }
-            found.residual = found.residual.max(residual(self.model, &mut machine, &instance));
+            worst = f64::max(worst, residual(self.model, &mut machine, &instance));
         }
-        (found.statistics, found.attainable) = (instance.statistics(), instance.attainable_accuracy());
-        Ok(found)
+        Ok(Found { trajectory, energy: energies, residual: worst, instance })
     }
 
     /// How long the fastest of several repetitions takes, and all of them.
-    pub fn time(&self, engine: Option<Engine>, tolerance: f64) -> Option<(Duration, Elapsed)> {
+    pub(crate) fn time(&self, engine: Option<Engine>, tolerance: f64) -> Option<(Duration, Elapsed)> {
         let (mut fastest, mut total) = (Duration::MAX, Elapsed::default());
         while total.processor < LONG_ENOUGH {
             let mut instance = self.start(engine, tolerance).ok()?;
@@ -90,7 +90,11 @@ impl Subject<'_> {
         Some((fastest, total))
     }
 
-    fn start(&self, engine: Option<Engine>, tolerance: f64) -> Result<Instance, String> {
+    /// The simulation at its start.
+    ///
+    /// # Errors
+    /// There is no consistent one.
+    pub fn start(&self, engine: Option<Engine>, tolerance: f64) -> Result<Instance, String> {
         let mut instance = Instance::new(self.model.clone());
         let Experiment { start, stop, .. } = self.experiment;
         let setup = instance.setup(start, Some(stop), Some(tolerance));
