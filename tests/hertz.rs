@@ -12,13 +12,25 @@ fn scene(parameters: &str, angle: &str, start: &str) -> String {
 #[test]
 fn angles_of_hertz_without_a_factor_are_refused() {
     let own = "w = \"10 Hz\"\nphase = \"1 rad\"\nturn = \"1 rev\"\ntwice = \"w\"\nclear = \"2*pi*w\"\nrate = \"3 1/s\"\nlong = { value = 2, unit = \"kHz\" }";
-    let refused = ["w*t", "phase + w*t", "w*t + phase", "-w*t", "twice*t", "sin(w*t)", "long*t", "w*w*t*t"];
+    let refused = [
+        "w*t",
+        "phase + w*t",
+        "w*t + phase",
+        "-w*t",
+        "twice*t",
+        "sin(w*t)",
+        "long*t",
+        "w*w*t*t",
+        "2[Hz]*t",
+        "2[kHz]*t",
+    ];
     for angle in refused {
         let faults = Scene::from_toml(&scene(own, angle, "")).and_then(|scene| scene.resolve()).expect_err(angle);
         assert!(faults.to_string().contains("which `Hz` leaves open"), "{angle}: {faults}");
     }
     let taken = [
         "2*pi*w*t",
+        "2*pi*2[Hz]*t",
         "phase*w*t",
         "turn*w*t",
         "clear*t",

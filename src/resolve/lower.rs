@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use super::Resolver;
 use super::formulas::FACTOR;
 use super::names::{Named, one};
+use super::parameters::hertz;
 use super::signals::{Signal, variables};
 use crate::component::Section;
 use crate::diagnostic::fault::Fault;
@@ -84,7 +85,8 @@ impl Resolver<'_> {
         match &tree.kind {
             TreeKind::Number(number) => Some((Formula::Number(*number), Known::Number)),
             TreeKind::Measure(value, unit) => {
-                let hertz = if unit.shown().contains("Hz") { -unit.exponents[2] } else { 0 };
+                let written = site.text.text.get(tree.start..tree.end).unwrap_or_default();
+                let hertz = hertz(Some(unit), None, Some(&written.into()));
                 Some((Formula::Number(*value), Known::constant(Some(unit.exponents)).in_hertz(hertz)))
             }
             TreeKind::Name(name) => self.lower_name(name, tree, site),
