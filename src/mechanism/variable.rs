@@ -110,6 +110,11 @@ impl Quantity {
         self.row().0
     }
 
+    /// The name of that variable of an owner, such as `crank.angle`.
+    pub fn of(self, owner: &str) -> String {
+        format!("{owner}.{}", self.word())
+    }
+
     /// What it is, such as "angle of".
     pub fn words(self) -> &'static str {
         self.row().1
@@ -143,7 +148,7 @@ impl Mechanism {
                 _ => "energy".to_string(),
             },
         };
-        format!("{owner}.{}", variable.quantity.word())
+        variable.quantity.of(&owner)
     }
 
     /// The user's name of a point.

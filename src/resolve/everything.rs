@@ -13,7 +13,7 @@ impl Scene {
         let mut scene = self.clone();
         for (owner, has) in self.owners() {
             for quantity in has.into_iter().filter(|&quantity| self.knows(quantity)) {
-                let name = format!("{owner}.{}", quantity.word());
+                let name = quantity.of(&owner);
                 let asked = scene.outputs.variables.iter().any(|known| known.text == name);
                 if !asked {
                     scene.outputs.variables.push(Text::from(name.as_str()));

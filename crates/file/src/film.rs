@@ -3,6 +3,7 @@
 use cotree::compile::{Compiled, compile_with, with_everything};
 use cotree::formulate::Formulated;
 use cotree::mechanism::Dimension;
+use cotree::mechanism::Quantity::{Angle, X, Y};
 use cotree::scene::{Faults, Scene};
 use cotree_draw::drawing::{Drawing, Film};
 use cotree_draw::pose::{draw, frames};
@@ -70,14 +71,12 @@ fn taken(
 ) -> Result<Taken, String> {
     let description = &everything.description;
     let variable = |name: &str| description.variables.iter().position(|variable| variable.name == name);
-    let words = if scene.dimension == Dimension::One { &["x"][..] } else { &["x", "y", "angle"] };
+    let pose = if scene.dimension == Dimension::One { &[X][..] } else { &[X, Y, Angle] };
     let places = scene.bodies.iter().map(|body| -> Vec<usize> {
-        words.iter().filter_map(|word| variable(&format!("{}.{word}", body.name.text))).collect()
+        pose.iter().filter_map(|quantity| variable(&quantity.of(&body.name.text))).collect()
     });
     let places: Vec<Vec<usize>> = places.collect();
-    let paths = points(scene)
-        .into_iter()
-        .filter_map(|point| Some([variable(&format!("{point}.x"))?, variable(&format!("{point}.y"))?]));
+    let paths = points(scene).into_iter().filter_map(|point| Some([variable(&X.of(point))?, variable(&Y.of(point))?]));
     let paths: Vec<[usize; 2]> = if scene.dimension == Dimension::One { Vec::new() } else { paths.collect() };
     let recorded: Vec<usize> = places.iter().flatten().copied().chain(paths.iter().flatten().copied()).collect();
     let Sampled { times, columns, cut, inaccuracy } = sampled(everything, &recorded, description.experiment, count)?;

@@ -71,7 +71,7 @@ pub fn over(
     let newton = shown(units, "N");
     let mut contacts = Contacts::default();
     for joint in &mechanism.joints {
-        let of = |quantity: Quantity| values(&format!("{}.{}", joint.name, quantity.word()));
+        let of = |quantity: Quantity| values(&quantity.of(&joint.name));
         let Some(normal) = forces(joint).next().and(of(Quantity::Fn)) else { continue };
         let angle = of(Quantity::PressureAngle);
         let look = Look { inputs, normal: &normal, angle: angle.as_deref(), input, newton: &newton };
@@ -88,7 +88,7 @@ fn forces(joint: &Part) -> impl Iterator<Item = String> {
         "rolling" => &[Quantity::Fn, Quantity::Ft],
         _ => &[],
     };
-    own.iter().map(|quantity| format!("{}.{}", joint.name, quantity.word()))
+    own.iter().map(|quantity| quantity.of(&joint.name))
 }
 
 /// A contact over the input.

@@ -1,6 +1,7 @@
 //! Instant centres: the points about which bodies turn, against the ground and against each other.
 
 use cotree::mechanism::Mechanism;
+use cotree::mechanism::Quantity::{Omega, Vx, Vy, X, Y};
 use serde::Serialize;
 
 use super::drive::Table;
@@ -55,7 +56,7 @@ pub fn centres(mechanism: &Mechanism, table: &Table, speed: f64) -> (Vec<Centres
 }
 
 fn moving<'m>(name: &'m str, table: &Table) -> Option<Moving<'m>> {
-    let [x, y, vx, vy, omega] = ["x", "y", "vx", "vy", "omega"].map(|word| table.get(&format!("{name}.{word}")));
+    let [x, y, vx, vy, omega] = [X, Y, Vx, Vy, Omega].map(|quantity| table.get(&quantity.of(name)));
     Some(Moving { name, columns: [x?, y?, vx?, vy?, omega?] })
 }
 

@@ -1,5 +1,6 @@
 //! The path of a point: length, area, curvature, cusps, points that it passes twice.
 
+use cotree::mechanism::Quantity::{self, Ax, Ay, Vx, Vy, X, Y};
 use serde::Serialize;
 
 use super::drive::Table;
@@ -53,8 +54,8 @@ pub struct Crunode {
 
 /// The path of a point of the table; none if there is no such point.
 pub fn path(table: &Table, point: &str) -> Option<Path> {
-    let of = |word: &str| table.get(&format!("{point}.{word}"));
-    let (x, y, vx, vy, ax, ay) = (of("x")?, of("y")?, of("vx")?, of("vy")?, of("ax")?, of("ay")?);
+    let of = |quantity: Quantity| table.get(&quantity.of(point));
+    let (x, y, vx, vy, ax, ay) = (of(X)?, of(Y)?, of(Vx)?, of(Vy)?, of(Ax)?, of(Ay)?);
     let speed = vx.with(&vy, f64::hypot);
     // Rates are by time; the input has constant speed, which cancels in the curvature.
     let across = vx.with(&ay, |v, a| v * a).minus(&vy.with(&ax, |v, a| v * a));

@@ -52,7 +52,7 @@ impl Table {
 
     /// What the drive exerts.
     pub fn effort(&self) -> Option<Samples> {
-        self.get(&format!("{DRIVER}.torque")).or_else(|| self.get(&format!("{DRIVER}.force")))
+        [Quantity::Torque, Quantity::Force].into_iter().find_map(|effort| self.get(&effort.of(DRIVER)))
     }
 
     pub fn count(&self) -> usize {
@@ -80,7 +80,7 @@ pub fn motions_of(joint: &Part) -> impl Iterator<Item = Motion> {
 pub fn called(joint: &Part, motion: Motion) -> String {
     match motions_of(joint).next() {
         Some(first) if first == motion => joint.name.clone(),
-        _ => format!("{}.{}", joint.name, motion[0].word()),
+        _ => motion[0].of(&joint.name),
     }
 }
 
@@ -120,7 +120,7 @@ pub fn names(mechanism: &Mechanism) -> Vec<String> {
     let mut names = Vec::new();
     let mut push = |owner: &str, quantities: &[Quantity]| {
         let there = quantities.iter().filter(|quantity| plane || quantity.is_on_a_line());
-        names.extend(there.map(|quantity| format!("{owner}.{}", quantity.word())));
+        names.extend(there.map(|quantity| quantity.of(owner)));
     };
     for body in &mechanism.bodies {
         push(&body.name, VARIABLES);
@@ -142,11 +142,11 @@ fn run(
     drive: &Drive,
     [step, count]: [f64; 2],
 ) -> Result<HashMap<String, Vec<f64>>, SimulateError> {
-    let effort = if drive.motion == SLIDING { "force" } else { "torque" };
+    let effort = if drive.motion == SLIDING { Quantity::Force } else { Quantity::Torque };
     scene.experiment.step = Some((step / drive.speed).into());
     scene.experiment.stop = Some((step * count / drive.speed).into());
     scene.experiment.tolerance = Some(1e-12.into());
-    let compiled = match compile(&scene.clone().output(&format!("{DRIVER}.{effort}"))) {
+    let compiled = match compile(&scene.clone().output(&effort.of(DRIVER))) {
         Err(faults) if lacks_masses(&faults) => {
             scene.outputs.variables.retain(|name| !is_effort(mechanism, &name.text));
             compile(&scene)?
@@ -205,7 +205,7 @@ fn turn(scene: &Scene, mechanism: &Mechanism, drive: &Drive) -> Result<Table, Si
 pub fn fineness(mechanism: &Mechanism, table: &Table) -> Result<usize, MotionError> {
     let mut most = 1.0f64;
     for cam in mechanism.profiles(&mechanism.parameter_values()) {
-        let Some(angle) = table.get(&format!("{}.{}", cam.name, Quantity::Angle.word())) else { continue };
+        let Some(angle) = table.get(&Quantity::Angle.of(&cam.name)) else { continue };
         let unwound = angle.unwound();
         let step = unwound.values().windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max);
         let needed = cam.shortest_piece().map_or(1.0, |piece| (PIECE * step / piece).ceil());
@@ -224,16 +224,13 @@ pub fn fineness(mechanism: &Mechanism, table: &Table) -> Result<usize, MotionErr
 
 /// Is everything after one turn as before?
 fn closes(columns: &HashMap<String, Vec<f64>>, mechanism: &Mechanism, count: usize) -> bool {
-    let same = |name: String, turns: bool| {
-        let ends = columns.get(&name).and_then(|column| column.first().zip(column.get(count)));
+    let same = |body: &str, quantity: Quantity| {
+        let ends = columns.get(&quantity.of(body)).and_then(|column| column.first().zip(column.get(count)));
         let Some((first, last)) = ends else { return true };
-        let whole = if turns { ((last - first) / TAU).round() * TAU } else { 0.0 };
+        let whole = if quantity == Quantity::Angle { ((last - first) / TAU).round() * TAU } else { 0.0 };
         (last - first - whole).abs() < 1e-6 * (1.0 + first.abs())
     };
-    mechanism.bodies.iter().all(|body| {
-        let name = |word: &str| format!("{}.{word}", body.name);
-        same(name("x"), false) && same(name("y"), false) && same(name("angle"), true)
-    })
+    mechanism.bodies.iter().all(|body| POSE.into_iter().all(|quantity| same(&body.name, quantity)))
 }
 
 /// A range from its lower to its upper end. Forces may depend on the direction: backwards the input only goes to where the samples begin.
@@ -262,7 +259,7 @@ pub const POSE: [Quantity; 3] = [Quantity::X, Quantity::Y, Quantity::Angle];
 /// The scene with the pose of all bodies as guesses, and nothing else said of its start.
 pub fn assembled_at(mut scene: Scene, mechanism: &Mechanism, pose: impl Fn(&str) -> Option<f64>) -> Scene {
     scene.initial.clear();
-    for name in mechanism.bodies.iter().flat_map(|body| POSE.map(|own| format!("{}.{}", body.name, own.word()))) {
+    for name in mechanism.bodies.iter().flat_map(|body| POSE.map(|own| own.of(&body.name))) {
         if let Some(value) = pose(&name) {
             scene = scene.guess(&name, value);
         }
@@ -296,8 +293,8 @@ pub fn reach(scene: &Scene, mechanism: &Mechanism, drive: &Drive, direction: f64
     let before = (good - 1e-6 * turn).max(0.0);
     let Some(columns) = try_it(before) else { return good };
     let rates = mechanism.bodies.iter().filter_map(|body| {
-        let last = |word: &str| columns.get(&format!("{}.{word}", body.name))?.last().copied();
-        let rates = [last("omega")? / drive.speed, last("alpha")? / (drive.speed * drive.speed)];
+        let last = |quantity: Quantity| columns.get(&quantity.of(&body.name))?.last().copied();
+        let rates = [last(Quantity::Omega)? / drive.speed, last(Quantity::Alpha)? / (drive.speed * drive.speed)];
         rates.iter().all(|rate| rate.is_finite()).then_some(rates)
     });
     let fastest = rates.max_by(|a, b| a[0].abs().total_cmp(&b[0].abs()));

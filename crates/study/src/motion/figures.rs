@@ -230,12 +230,12 @@ impl Masses {
         &self,
         mechanism: &Mechanism,
         table: &Table,
-        words: [&str; N],
+        quantities: [Quantity; N],
         of: impl Fn([f64; N], f64, f64) -> f64,
     ) -> Option<Samples> {
         let mut total: Option<Samples> = None;
         for (body, &[mass, inertia]) in mechanism.bodies.iter().zip(&self.0) {
-            let names = words.map(|word| format!("{}.{word}", body.name));
+            let names = quantities.map(|quantity| quantity.of(&body.name));
             let own = table.made(names, |values| of(values, mass, inertia))?;
             total = Some(match total {
                 None => own,
@@ -265,11 +265,11 @@ fn differences(joint: &Part, table: &Table, loaded: &Table) -> Option<[Samples; 
     if !joint.component().reactions.starts_with(&[Quantity::Fx, Quantity::Fy]) {
         return None;
     }
-    let of = |word: &str| {
-        let name = format!("{}.{word}", joint.name);
+    let of = |quantity: Quantity| {
+        let name = quantity.of(&joint.name);
         Some(loaded.get(&name)?.minus(&table.get(&name)?))
     };
-    Some([of("fx")?, of("fy")?])
+    Some([of(Quantity::Fx)?, of(Quantity::Fy)?])
 }
 
 /// The body that moves at a joint on the ground.
@@ -396,7 +396,9 @@ impl Figures {
                 continue;
             }
             let name = mechanism.place_name(place);
-            let [Some(vx), Some(vy)] = ["vx", "vy"].map(|word| table.get(&format!("{name}.{word}"))) else { continue };
+            let [Some(vx), Some(vy)] = [Quantity::Vx, Quantity::Vy].map(|own| table.get(&own.of(&name))) else {
+                continue;
+            };
             let along = x.with(&vx, |f, v| f * v).plus(&y.with(&vy, |f, v| f * v));
             let across = x.with(&vy, |f, v| f * v).minus(&y.with(&vx, |f, v| f * v));
             // The acute angle between force and path is 90 degrees less the transmission angle.
@@ -421,11 +423,11 @@ impl Figures {
     fn profiles(&mut self, table: &Table) {
         let names: Vec<String> = self.cams.iter().map(|cam| cam.name.clone()).collect();
         for name in names {
-            let pressure = format!("{name}.{}", Quantity::PressureAngle.word());
+            let pressure = Quantity::PressureAngle.of(&name);
             if let Some(angle) = table.get(&pressure) {
                 self.push(&pressure, "rad", &angle);
             }
-            if let Some(curvature) = table.get(&format!("{name}.{}", Quantity::Curvature.word())) {
+            if let Some(curvature) = table.get(&Quantity::Curvature.of(&name)) {
                 // Infinite where the profile is straight.
                 self.push(&radius_of(&name), "m", &curvature.map(|value| 1.0 / value));
             }
@@ -445,15 +447,14 @@ impl Figures {
     fn forces(&mut self, mechanism: &Mechanism, table: &Table) {
         for joint in &mechanism.joints {
             let words = joint.component().reactions;
-            let name = |quantity: &Quantity| format!("{}.{}", joint.name, quantity.word());
             let force = match words {
                 [Quantity::Fx, Quantity::Fy, ..] => {
-                    table.made([name(&Quantity::Fx), name(&Quantity::Fy)], |[x, y]| x.hypot(y))
+                    table.made([Quantity::Fx, Quantity::Fy].map(|own| own.of(&joint.name)), |[x, y]| x.hypot(y))
                 }
                 _ => words
                     .iter()
                     .find(|word| word.measure().si == "N")
-                    .and_then(|word| table.made([name(word)], |[force]| force.abs())),
+                    .and_then(|word| table.made([word.of(&joint.name)], |[force]| force.abs())),
             };
             if let Some(force) = force {
                 self.push(&format!("|{}|", joint.name), "N", &force);
@@ -463,21 +464,21 @@ impl Figures {
     }
 
     fn shaking(&mut self, mechanism: &Mechanism, input: &Part, table: &Table, masses: &Masses, permitted: Option<f64>) {
+        use Quantity::{Alpha, Ax, Ay, Omega, Vx, Vy, X, Y};
         let speed = self.speed;
-        let inertia = masses.sum(mechanism, table, ["vx", "vy", "omega"], |[x, y, turn], mass, inertia| {
+        let inertia = masses.sum(mechanism, table, [Vx, Vy, Omega], |[x, y, turn], mass, inertia| {
             (mass * (x * x + y * y) + inertia * turn * turn) / (speed * speed)
         });
-        let x = masses.sum(mechanism, table, ["ax"], |[a], mass, _| -mass * a);
-        let y = masses.sum(mechanism, table, ["ay"], |[a], mass, _| -mass * a);
-        let moment =
-            masses.sum(mechanism, table, ["x", "y", "ax", "ay", "alpha"], |[x, y, ax, ay, alpha], mass, inertia| {
-                -(mass * (x * ay - y * ax) + inertia * alpha)
-            });
+        let x = masses.sum(mechanism, table, [Ax], |[a], mass, _| -mass * a);
+        let y = masses.sum(mechanism, table, [Ay], |[a], mass, _| -mass * a);
+        let moment = masses.sum(mechanism, table, [X, Y, Ax, Ay, Alpha], |[x, y, ax, ay, alpha], mass, inertia| {
+            -(mass * (x * ay - y * ax) + inertia * alpha)
+        });
         let (Some(inertia), Some(x), Some(y), Some(moment)) = (inertia, x, y, moment) else { return };
         // From the origin to the input joint, if that is on the ground.
         let place = input.between.into_iter().find(|place| place.body().is_none()).unwrap_or(Place::Origin);
         let name = mechanism.place_name(place);
-        let centre = ["x", "y"].map(|word| table.get(&format!("{name}.{word}")));
+        let centre = [X, Y].map(|own| table.get(&own.of(&name)));
         let moment = match &centre {
             [Some(cx), Some(cy)] => moment.minus(&cx.with(&y, |r, f| r * f)).plus(&cy.with(&x, |r, f| r * f)),
             _ => moment,

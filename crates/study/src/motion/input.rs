@@ -54,7 +54,7 @@ fn motions(mechanism: &Mechanism) -> impl Iterator<Item = (String, (JointId, Mot
 /// The motion with a name such as `pin`, `pin.angle` or `pin.s`.
 fn asked(mechanism: &Mechanism, name: &str) -> Option<(JointId, Motion)> {
     let is_it = |(called, (joint, motion)): &(String, (JointId, Motion))| {
-        called == name || format!("{}.{}", mechanism.joints[joint.0].name, motion[0].word()) == name
+        called == name || motion[0].of(&mechanism.joints[joint.0].name) == name
     };
     motions(mechanism).find(is_it).map(|(_, motion)| motion)
 }
@@ -74,7 +74,7 @@ impl Output {
         let joint = &mechanism.joints[id.0];
         Output {
             name: drive::called(joint, motion),
-            variables: motion.map(|quantity| format!("{}.{}", joint.name, quantity.word())).to_vec(),
+            variables: motion.map(|quantity| quantity.of(&joint.name)).to_vec(),
             unit: unit_of(motion),
             joint: Some((id, motion)),
         }
@@ -98,8 +98,7 @@ pub(super) fn output(
         Some(motion) if on_ground(motion.0) => Ok(Some(Output::of_joint(mechanism, motion))),
         _ => match mechanism.joints.iter().find(|joint| joint.name == name) {
             Some(joint) => {
-                let own = joint.component().variables.iter().map(|quantity| format!("{name}.{}", quantity.word()));
-                let own: Vec<String> = own.collect();
+                let own: Vec<String> = joint.component().variables.iter().map(|quantity| quantity.of(name)).collect();
                 let own = suggest::list(own.iter().map(String::as_str));
                 Err(MotionError::Request(format!(
                     "`{name}` is no joint on the ground that a driver could move; name a variable: {own}"
@@ -131,7 +130,7 @@ fn variable(scene: &Scene, mechanism: &Mechanism, name: &str) -> Result<Output, 
     let mut variables = vec![name.to_owned()];
     if let (Formula::Variable(variable), Some((owner, _))) = (&output.value, name.rsplit_once('.')) {
         let reported = drive::names(mechanism);
-        let rates = rates(variable.quantity).iter().map(|rate| format!("{owner}.{}", rate.word()));
+        let rates = rates(variable.quantity).iter().map(|rate| rate.of(owner));
         variables.extend(rates.take_while(|rate| reported.contains(rate)));
     }
     Ok(Output { name: name.to_owned(), variables, unit: output.unit, joint: None })
@@ -203,7 +202,7 @@ pub(super) fn start(
         let of_input = values(&[position, rate].map(|quantity| Variable { owner: Owner::Joint(joint), quantity }));
         let pose = mechanism.bodies.iter().enumerate().flat_map(|(index, body)| {
             let owner = Owner::Place(Place::Centre(BodyId(index)));
-            POSE.map(|quantity| (format!("{}.{}", body.name, quantity.word()), Variable { owner, quantity }))
+            POSE.map(|quantity| (quantity.of(&body.name), Variable { owner, quantity }))
         });
         let pose: HashMap<String, f64> = pose.map(|(name, variable)| (name, values(&[variable])[0])).collect();
         (of_input, pose, formulated.mobility() > 0)
