@@ -34,7 +34,7 @@ impl Bench {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         output::apart(&[Some(&self.scene)], &[self.plot.as_deref()])?;
         output::is_written_as(self.plot.as_deref(), &["svg", "png"])?;
-        let compiled = output::compile(&self.scene, format)?;
+        let compiled = output::compile(&output::load(&self.scene)?, format)?;
         let variables = compiled.description.reported();
         let experiment = compiled.description.experiment;
         let model = Model::new(compiled.program).map_err(|error| Failure::Numerical(error.to_string()))?;

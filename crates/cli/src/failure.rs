@@ -11,7 +11,7 @@ use cotree::scene::Faults;
 use cotree::simulate::RunError;
 use cotree_fmu::instance::InstanceError;
 
-use super::MessageFormat;
+use super::{MessageFormat, output};
 
 const SCENE: u8 = 1;
 /// Exit code for wrong usage and for files that cannot be read or written.
@@ -67,7 +67,8 @@ impl Failure {
             Failure::Scene(faults) => {
                 match format {
                     MessageFormat::Human => warn(&faults),
-                    MessageFormat::Json => print(&format!("{:#}\n", faults.to_json())),
+                    // When nothing else can be done about an error.
+                    MessageFormat::Json => drop(output::print(&format!("{:#}\n", faults.to_json()))),
                 }
                 SCENE
             }
@@ -139,9 +140,4 @@ pub fn say(text: &str) {
 
 fn write(text: &str) {
     let _ = io::stderr().write_all(text.as_bytes()); // there is no other place to complain
-}
-
-/// Writes to standard output when nothing else can be done about an error.
-fn print(text: &str) {
-    let _ = io::stdout().write_all(visible(text).as_bytes());
 }

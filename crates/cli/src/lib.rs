@@ -1,4 +1,4 @@
-//! The command line: one file for each command.
+//! The command line: one file for each command, and one for those that print what others read of cotree.
 
 #![cfg_attr(
     not(test),
@@ -14,7 +14,7 @@
 mod assemblies;
 mod bench;
 mod check;
-mod completions;
+mod environment;
 mod equilibrium;
 mod export;
 mod failure;
@@ -22,12 +22,10 @@ mod fit;
 mod import;
 mod info;
 mod linearize;
-mod man;
 mod modes;
 mod motion;
 mod new;
 mod output;
-mod schema;
 mod show;
 mod simulate;
 mod study;
@@ -102,9 +100,9 @@ enum Command {
     Import(import::Import),
     Bench(bench::Bench),
     Info(info::Info),
-    Schema(schema::Schema),
-    Completions(completions::Completions),
-    Man(man::Manual),
+    Schema(environment::Schema),
+    Completions(environment::Completions),
+    Man(environment::Manual),
 }
 
 /// Runs the command that the process was started with.

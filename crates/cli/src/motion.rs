@@ -5,14 +5,12 @@ use std::path::PathBuf;
 use clap::Args;
 use cotree::compile;
 use cotree::mechanism::{Unit, Units};
-use cotree::output::csv::Writer;
 use cotree::scene::Scene;
 use cotree_study::motion::{self, Figures, MotionError, Request};
 
 use super::failure::Failure;
-use super::output::{self, Output};
 use super::units::{self, InUnits};
-use super::{MessageFormat, study};
+use super::{MessageFormat, output, study};
 
 /// Say what a mechanism does in one turn or stroke of its input: range, limits, transmission, drive, reactions, shaking
 ///
@@ -82,10 +80,9 @@ impl Motion {
         let figures = motion::study(&scene, &Request { units: units.clone(), ..self.request(&scene)? })?;
         if let Some(path) = &self.table {
             let (header, rows) = figures.csv(&units);
-            let mut writer = Writer::with_header(Output::new(Some(path))?, header.iter().map(String::as_str))?;
-            rows.iter().try_for_each(|row| writer.row(row[0], &row[1..]))?;
-            output::finish(writer, Some(path))?;
-            output::wrote(path, &format!("{} rows", rows.len()), format);
+            let count = rows.len();
+            output::rows(Some(path), &header, rows)?;
+            output::wrote(path, &format!("{count} rows"), format);
         }
         if let Some(path) = &self.plot {
             output::picture(

@@ -106,14 +106,9 @@ fn print_as_it_is(text: &str) -> Result<(), Failure> {
     Ok(out.flush()?)
 }
 
-/// Writes a text file.
-pub fn write(path: &Path, text: &str) -> Result<(), Failure> {
-    write_bytes(path, text.as_bytes())
-}
-
 /// Writes a file.
-pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    files::write(path, bytes).map_err(|error| Failure::file("write", path, error))
+pub fn write(path: &Path, content: impl AsRef<[u8]>) -> Result<(), Failure> {
+    files::write(path, content.as_ref()).map_err(|error| Failure::file("write", path, error))
 }
 
 /// Writes a text, to standard output if there is no file.
@@ -134,11 +129,22 @@ pub fn finish(table: Writer<Output>, file: Option<&Path>) -> Result<(), Failure>
     })
 }
 
+/// Begins a table, to standard output if there is no file.
+pub fn begin(file: Option<&Path>, header: &[String]) -> Result<Writer<Output>, Failure> {
+    Ok(Writer::with_header(Output::new(file)?, header.iter().map(String::as_str))?)
+}
+
+/// Writes a table whose rows are all known.
+pub fn rows(file: Option<&Path>, header: &[String], rows: impl IntoIterator<Item = Vec<f64>>) -> Result<(), Failure> {
+    let mut writer = begin(file, header)?;
+    rows.into_iter().try_for_each(|row| writer.row(row[0], &row[1..]))?;
+    finish(writer, file)
+}
+
 /// Writes a picture, as PNG if its name ends so, and says what it is.
 pub fn picture(path: &Path, picture: &str, what: &str, format: MessageFormat) -> Result<(), Failure> {
     if has_extension(path, "png") {
-        let png = png::png(picture, Size::Times(2.0)).map_err(|error| Failure::file("draw", path, error))?;
-        write_bytes(path, &png)?;
+        write(path, png::png(picture, Size::Times(2.0)).map_err(|error| Failure::file("draw", path, error))?)?;
     } else {
         write(path, picture)?;
     }
@@ -215,13 +221,8 @@ fn unreadable(error: &io::Error) -> String {
     }
 }
 
-/// Reads and compiles a scene file; its warnings go to standard error.
-pub fn compile(path: &Path, format: MessageFormat) -> Result<Compiled, Failure> {
-    compile_scene(&load(path)?, format)
-}
-
 /// Compiles a scene; its warnings go to standard error.
-pub fn compile_scene(scene: &Scene, format: MessageFormat) -> Result<Compiled, Failure> {
+pub fn compile(scene: &Scene, format: MessageFormat) -> Result<Compiled, Failure> {
     let compiled = compile::compile(scene)?;
     warn(compiled.warnings.as_ref(), format);
     Ok(compiled)

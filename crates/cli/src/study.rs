@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use clap::Args;
 use cotree::compile;
-use cotree::mechanism::Unit;
 use cotree::scene::Scene;
 use cotree_study::analysis::report::{Report, Style};
 use cotree_study::analysis::{self, Study, StudyError};
@@ -12,6 +11,7 @@ use cotree_study::analysis::{self, Study, StudyError};
 use super::MessageFormat;
 use super::failure::Failure;
 use super::output;
+use super::times::seconds;
 use super::units::InUnits;
 
 /// The scene, its settings, and the form of the result.
@@ -61,11 +61,10 @@ impl Asked {
 
 /// A time given on the command line, not before the start.
 pub fn time(option: &str, text: &str, start: f64) -> Result<f64, Failure> {
-    let wrong = |message: String| Failure::Usage(format!("--{option}: {message}"));
-    let time = compile::quantity(text, &Unit::time()).map_err(wrong)?;
+    let time = seconds(option, text)?;
     match time.is_finite() && time >= start {
         true => Ok(time),
-        false => Err(wrong(format!("{time:?} s is before the start, {start:?} s"))),
+        false => Err(Failure::Usage(format!("--{option}: {time:?} s is before the start, {start:?} s"))),
     }
 }
 

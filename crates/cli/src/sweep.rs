@@ -120,14 +120,14 @@ impl Sweep {
                 Ok((compiled, asked))
             }
             Ok(_) => {
-                let compiled = output::compile_scene(scene, format)?;
+                let compiled = output::compile(scene, format)?;
                 let Compiled { description, .. } = &compiled;
                 let name = |index: usize| &description.variables[index].name;
                 let measures = description.reported().into_iter().map(|index| Measure::last(name(index))).collect();
                 Ok((compiled, measures))
             }
             // What is wrong with the values is said, too.
-            Err(Failure::Usage(wrong)) => match self.design(&output::compile_scene(scene, format)?.description) {
+            Err(Failure::Usage(wrong)) => match self.design(&output::compile(scene, format)?.description) {
                 Err(Failure::Usage(more)) => Err(Failure::usage(&[wrong, more])),
                 _ => Err(Failure::Usage(wrong)),
             },

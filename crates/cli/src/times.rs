@@ -29,13 +29,7 @@ impl Times {
 
     /// Together with those of the scene.
     pub fn experiment(&self, scene: Experiment) -> Result<Experiment, Failure> {
-        let second = Unit::time();
-        let time = |name: &str, text: &Option<String>, default: f64| match text {
-            Some(text) => {
-                compile::quantity(text, &second).map_err(|message| Failure::Usage(format!("--{name}: {message}")))
-            }
-            None => Ok(default),
-        };
+        let time = |name, text: &Option<String>, default| text.as_ref().map_or(Ok(default), |text| seconds(name, text));
         let stop = time("stop", &self.stop, scene.stop)?;
         let step = time("step", &self.step, scene.step)?;
         let tolerance = self.tolerance.unwrap_or(scene.tolerance);
@@ -43,6 +37,11 @@ impl Times {
         check(experiment)?;
         Ok(experiment)
     }
+}
+
+/// A time of the command line \[s\].
+pub fn seconds(option: &str, text: &str) -> Result<f64, Failure> {
+    compile::quantity(text, &Unit::time()).map_err(|message| Failure::Usage(format!("--{option}: {message}")))
 }
 
 /// Can a run have these times and this tolerance?

@@ -1,26 +1,21 @@
 //! `cotree trace`
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use clap::Args;
 use cotree::columns::titled;
-use cotree::compile::{self, Compiled};
+use cotree::compile::Compiled;
 use cotree::component::Profile;
 use cotree::diagnostic::suggest;
-use cotree::mechanism::{Dimension, Unit, Units};
-use cotree::output::csv::Writer;
+use cotree::mechanism::{Dimension, Quantity, Unit, Units};
 use cotree::scene::{Scene, Text};
-use cotree::simulate::{Run, RunError};
+use cotree::simulate::RunError;
 use cotree_draw::dxf;
 use cotree_file::film;
-use cotree_fmu::instance::Inaccuracy;
-use cotree_fmu::model::Model;
 
-use super::MessageFormat;
 use super::failure::Failure;
-use super::output::{self, Output};
 use super::units::{InUnits, Shown};
+use super::{MessageFormat, output};
 
 /// Trace points: the curves that they draw during the experiment, as CSV, or as DXF for CAD; and profiles of cams
 ///
@@ -55,8 +50,7 @@ impl Trace {
         let (cams, points) = self.asked(&scene, cams)?;
         scene.outputs.variables = variables(&points).map(|name| Text::from(name.as_str())).collect();
         scene.outputs.expressions.clear();
-        let compiled = compile::compile(&scene)?;
-        output::warn(compiled.warnings.as_ref(), format);
+        let compiled = output::compile(&scene, format)?;
         match file.filter(|path| output::has_extension(path, "dxf")) {
             Some(path) => curves(&compiled, (&points, &cams), path, format),
             None => match &cams[..] {
@@ -116,20 +110,30 @@ impl Trace {
 
 /// Both coordinates of each point.
 fn variables(points: &[String]) -> impl Iterator<Item = String> {
-    points.iter().flat_map(|point| ["x", "y"].map(|axis| format!("{point}.{axis}")))
+    points.iter().flat_map(|point| [Quantity::X, Quantity::Y].map(|own| own.of(point)))
 }
 
+/// Runs, and reports x and y of the points over time. What was worked out before the solver gave up is worth having: that failure is returned, to be told after it.
 fn run(
     compiled: &Compiled,
-    points: &[String],
-    report: impl FnMut(f64, &[f64]) -> std::io::Result<()>,
-) -> Result<Option<Inaccuracy>, RunError> {
-    let description = &compiled.description;
-    let model = Model::new(compiled.program.clone())?;
-    let place = |name: String| description.variables.iter().position(|variable| variable.name == name);
-    let reported = variables(points).filter_map(place).collect();
-    let run = Run { description, experiment: description.experiment, settings: Vec::new(), inputs: None, reported };
-    run.start(Arc::new(model), report)
+    format: MessageFormat,
+    mut report: impl FnMut(f64, &[f64]) -> std::io::Result<()>,
+) -> Result<Option<Failure>, Failure> {
+    let mut rows = 0;
+    let ended = compiled.run(|time, values| {
+        rows += 1;
+        report(time, values)
+    });
+    match ended {
+        Ok(inaccuracy) => {
+            inaccuracy.iter().for_each(|found| output::warn_inaccurate(compiled, "", found, format));
+            Ok(None)
+        }
+        Err(error @ RunError::Instance(_)) if rows > 0 => {
+            Ok(Some(Failure::from(error).with_note(&format!("the curves have the {rows} points before that"))))
+        }
+        Err(error) => Err(error.into()),
+    }
 }
 
 fn table(
@@ -142,13 +146,10 @@ fn table(
     let [metre, second] = [Unit::length(), Unit::time()].map(|unit| shown.of(&unit).factor);
     let names = variables(points).map(|name| shown.header(&name, &Unit::length()));
     let header: Vec<String> = [shown.header("time", &Unit::time())].into_iter().chain(names).collect();
-    let mut writer = Writer::with_header(Output::new(file)?, header.iter().map(String::as_str))?;
-    let mut rows = 0;
-    let ended = run(compiled, points, |time, values| {
-        rows += 1;
+    let mut writer = output::begin(file, &header)?;
+    let failure = run(compiled, format, |time, values| {
         writer.row(time / second, &values.iter().map(|value| value / metre).collect::<Vec<_>>())
-    });
-    let failure = part(compiled, ended, rows, format)?;
+    })?;
     output::finish(writer, file)?;
     failure.map_or(Ok(()), Err)
 }
@@ -158,15 +159,11 @@ fn profile_table(cam: &Profile, units: &Units, file: Option<&Path>) -> Result<()
     let [metre, radian] = [Unit::length(), Unit::angle()].map(|unit| units.of(&unit));
     let columns = ["x", "y", "pitch_x", "pitch_y"].map(|column| titled(&format!("{}.{column}", cam.name), &metre.name));
     let header: Vec<String> = [titled("angle", &radian.name)].into_iter().chain(columns).collect();
-    let mut writer = Writer::with_header(Output::new(file)?, header.iter().map(String::as_str))?;
-    for sample in cam.samples(PROFILE) {
-        let [profile, pitch] = [sample.contact, sample.point].map(|at| from_shaft(cam, at));
-        writer.row(
-            sample.angle / radian.factor,
-            &[profile, pitch].concat().iter().map(|at| at / metre.factor).collect::<Vec<_>>(),
-        )?;
-    }
-    output::finish(writer, file)
+    let rows = cam.samples(PROFILE).into_iter().map(|sample| {
+        let lengths = [sample.contact, sample.point].into_iter().flat_map(|at| from_shaft(cam, at));
+        std::iter::once(sample.angle / radian.factor).chain(lengths.map(|at| at / metre.factor)).collect()
+    });
+    output::rows(file, &header, rows)
 }
 
 /// Points of a profile.
@@ -190,36 +187,14 @@ fn curves(
     format: MessageFormat,
 ) -> Result<(), Failure> {
     if points.is_empty() {
-        return output::write(path, &dxf::curves(&cams.iter().map(outline).collect::<Vec<_>>()));
+        return output::write(path, dxf::curves(&cams.iter().map(outline).collect::<Vec<_>>()));
     }
     let mut curves: Vec<(String, Vec<[f64; 2]>)> = points.iter().map(|point| (point.clone(), Vec::new())).collect();
-    let mut rows = 0;
-    let ended = run(compiled, points, |_, values| {
-        rows += 1;
+    let failure = run(compiled, format, |_, values| {
         curves.iter_mut().zip(values.chunks(2)).for_each(|((_, curve), at)| curve.push([at[0], at[1]]));
         Ok(())
-    });
-    let failure = part(compiled, ended, rows, format)?;
+    })?;
     curves.extend(cams.iter().map(outline));
-    output::write(path, &dxf::curves(&curves))?;
+    output::write(path, dxf::curves(&curves))?;
     failure.map_or(Ok(()), Err)
-}
-
-/// What was worked out before the solver gave up is worth having: the failure is reported after it.
-fn part(
-    compiled: &Compiled,
-    ended: Result<Option<Inaccuracy>, RunError>,
-    rows: u64,
-    format: MessageFormat,
-) -> Result<Option<Failure>, Failure> {
-    match ended {
-        Ok(inaccuracy) => {
-            inaccuracy.iter().for_each(|found| output::warn_inaccurate(compiled, "", found, format));
-            Ok(None)
-        }
-        Err(error @ RunError::Instance(_)) if rows > 0 => {
-            Ok(Some(Failure::from(error).with_note(&format!("the curves have the {rows} points before that"))))
-        }
-        Err(error) => Err(error.into()),
-    }
 }

@@ -5,6 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use cotree::compile::Compiled;
 use cotree::export::{ExportError, runtime};
 use cotree::scene::Scene;
 use cotree_draw::png::{Size, png};
@@ -67,9 +68,7 @@ impl View {
         let (compiled, page) = moving::page(scene, module)?;
         output::warn(compiled.warnings.as_ref(), format);
         let page = page.map_err(Failure::Numerical)?;
-        let path = self.path(&compiled.description.identifier, "html")?;
-        output::write(&path, &page.html())?;
-        output::print(&format!("{}\n", path.display()))
+        self.write(&compiled, "html", &page.html())
     }
 
     fn film(&self, scene: &Scene, format: MessageFormat) -> Result<(), Failure> {
@@ -88,11 +87,7 @@ impl View {
                 self.write_frames(folder, film.len(), |sample| film.frame(sample))?;
                 output::print(&format!("{}\n", folder.display()))?;
             }
-            None => {
-                let path = self.path(&compiled.description.identifier, "svg")?;
-                output::write(&path, &film.svg())?;
-                output::print(&format!("{}\n", path.display()))?;
-            }
+            None => self.write(&compiled, "svg", &film.svg())?,
         }
         let pictures = film.len();
         cut.map_or(Ok(()), |error| {
@@ -100,10 +95,13 @@ impl View {
         })
     }
 
-    fn path(&self, identifier: &str, kind: &str) -> Result<PathBuf, Failure> {
-        let path = self.output.clone().unwrap_or_else(|| format!("{identifier}.{kind}").into());
+    /// Writes the page or the film, and prints where it is.
+    fn write(&self, compiled: &Compiled, kind: &str, text: &str) -> Result<(), Failure> {
+        let named = || format!("{}.{kind}", compiled.description.identifier).into();
+        let path = self.output.clone().unwrap_or_else(named);
         output::apart(&[Some(&self.scene)], &[Some(&path)])?;
-        Ok(path)
+        output::write(&path, text)?;
+        output::print(&format!("{}\n", path.display()))
     }
 
     /// One file for each picture. Those of a longer film, left in the folder, would be taken for its end.
@@ -120,7 +118,7 @@ impl View {
         for sample in 0..count {
             let path = folder.join(format!("frame_{sample:04}.png"));
             let picture = png(&frame(sample), Size::Wide(width));
-            output::write_bytes(&path, &picture.map_err(|error| Failure::file("draw", &path, error))?)?;
+            output::write(&path, picture.map_err(|error| Failure::file("draw", &path, error))?)?;
         }
         Ok(())
     }

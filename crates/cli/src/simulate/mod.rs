@@ -12,17 +12,15 @@ use std::sync::Arc;
 
 use clap::Args;
 use cotree::compile::compile;
-use cotree::output::csv::{Table, Writer};
+use cotree::output::csv::Table;
 use cotree::simulate::{self, Run, RunError};
 use cotree_fmu::instance::{Inaccuracy, InstanceError};
 use cotree_fmu::model::Model;
 
-use super::MessageFormat;
 use super::failure::Failure;
-use super::output::{self, Output};
-use super::study;
 use super::times::Times;
 use super::units::{InUnits, Shown};
+use super::{MessageFormat, output, study};
 use progress::Progress;
 use record::Record;
 
@@ -138,13 +136,8 @@ impl Simulate {
         record: &mut Record,
         shown: &Shown,
     ) -> Result<(u64, Result<Option<Inaccuracy>, Failure>), Failure> {
-        let header = record.header(shown);
-        let header = header.iter().map(String::as_str);
         let is_wanted = self.output.is_some() || !(self.summary || self.plot.is_some());
-        let mut writer = match is_wanted {
-            true => Some(Writer::with_header(Output::new(self.file())?, header)?),
-            false => None,
-        };
+        let mut writer = is_wanted.then(|| output::begin(self.file(), &record.header(shown))).transpose()?;
         let is_kept = self.plot.is_some() || self.summary || self.overlay.is_some();
         let every = request::thinning(self)?;
         let mut progress = Progress::new(simulate::count(run.experiment));

@@ -32,8 +32,7 @@ pub fn run<'a>(
     }
     let mut experiment = options.times.experiment(description.experiment)?;
     if let Some(every) = options.every.as_ref().filter(|every| every.parse::<u64>().is_err()) {
-        let wrong = |message: String| Failure::Usage(format!("--every: {message}"));
-        experiment.step = compile::quantity(every, &Unit::time()).map_err(wrong)?;
+        experiment.step = times::seconds("every", every)?;
         times::check(experiment)?;
     }
     Ok(Run { description, experiment, settings, inputs, reported })

@@ -3,15 +3,13 @@
 use cotree::columns::titled;
 use cotree::compile::{self, shown};
 use cotree::mechanism::Units;
-use cotree::output::csv::Writer;
 use cotree::scene::Scene;
 use cotree::simulate::points;
 use cotree_study::analysis::report::{Report, Style};
 use cotree_study::analysis::{Sensitivities, Study};
 
 use super::super::failure::Failure;
-use super::super::output::{self, Output};
-use super::super::{MessageFormat, study};
+use super::super::{MessageFormat, output, study};
 use super::{Simulate, asked};
 
 /// Writes a table with a column for each variable, and one for each derivative.
@@ -29,14 +27,13 @@ pub fn run(options: &Simulate, scene: Scene, format: MessageFormat) -> Result<()
     output::warn(study.take_warnings().as_ref(), format);
     let found = found?;
     let (names, factors): (Vec<String>, Vec<f64>) = columns(&found, study.display()).into_iter().unzip();
-    let mut writer = Writer::with_header(Output::new(options.file())?, names.iter().map(String::as_str))?;
-    for (&time, (values, derivatives)) in found.times.iter().zip(found.values.iter().zip(&found.derivatives)) {
-        // By columns: all derivatives by a parameter stand together.
-        let row = [&time].into_iter().chain(values).chain(derivatives.iter()).zip(&factors);
-        let row: Vec<f64> = row.map(|(value, factor)| value / factor).collect();
-        writer.row(row[0], &row[1..])?;
-    }
-    output::finish(writer, options.file())
+    let rows =
+        found.times.iter().zip(found.values.iter().zip(&found.derivatives)).map(|(time, (values, derivatives))| {
+            // By columns: all derivatives by a parameter stand together.
+            let row = [time].into_iter().chain(values).chain(derivatives.iter()).zip(&factors);
+            row.map(|(value, factor)| value / factor).collect()
+        });
+    output::rows(options.file(), &names, rows)
 }
 
 /// The columns of the table, by the units that they are shown in: derivatives stand after the values.

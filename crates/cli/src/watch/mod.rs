@@ -11,9 +11,8 @@ use std::time::{Duration, SystemTime};
 
 use clap::Args;
 use cotree::export::{ExportError, runtime};
-use cotree::scene::{Scene, Source};
+use cotree::scene::Source;
 use cotree_file::moving;
-use cotree_file::page::Page;
 
 use super::failure::Failure;
 use super::output;
@@ -171,7 +170,9 @@ fn shown(path: &Path, module: Option<Vec<u8>>) -> (Shown, Vec<PathBuf>) {
         }
     };
     let files = further(&scene.source);
-    (made(&scene, module).map_or_else(faulty, |page| Shown::Page(page.live_html())), files)
+    let page = moving::page(&scene, module).map_err(Failure::from);
+    let page = page.and_then(|(_, page)| page.map_err(Failure::Numerical));
+    (page.map_or_else(faulty, |page| Shown::Page(page.live_html())), files)
 }
 
 fn faulty(failure: Failure) -> Shown {
@@ -180,9 +181,4 @@ fn faulty(failure: Failure) -> Shown {
         Failure::Usage(message) | Failure::Numerical(message) | Failure::Stopped(message) => Shown::Fault(message),
         Failure::ClosedPipe => Shown::Fault(String::new()),
     }
-}
-
-fn made(scene: &Scene, module: Option<Vec<u8>>) -> Result<Page, Failure> {
-    let (_, page) = moving::page(scene, module)?;
-    page.map_err(Failure::Numerical)
 }
