@@ -343,7 +343,7 @@ impl Kind {
             (false, false) => (1e3 * value, "mm"),
             (false, true) => (1e3 * value, "mm/s"),
         };
-        format!("{} {unit}", rounded(value, 4, 1e-3..1e6))
+        format!("{} {unit}", rounded(value, 4))
     }
 }
 

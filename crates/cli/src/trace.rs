@@ -14,7 +14,6 @@ use cotree::scene::{Scene, Text};
 use cotree::simulate::{Run, RunError};
 use cotree_draw::dxf;
 use cotree_file::film;
-use cotree_fmu::instance::Inaccuracy;
 use cotree_fmu::model::Model;
 
 use super::MessageFormat;
@@ -119,17 +118,33 @@ fn variables(points: &[String]) -> impl Iterator<Item = String> {
     points.iter().flat_map(|point| ["x", "y"].map(|axis| format!("{point}.{axis}")))
 }
 
-fn run(
+/// The rows of a run, SI: time, x and y of each point; and what ended it early. What was worked out before is worth having.
+fn rows(
     compiled: &Compiled,
     points: &[String],
-    report: impl FnMut(f64, &[f64]) -> std::io::Result<()>,
-) -> Result<Option<Inaccuracy>, RunError> {
+    format: MessageFormat,
+) -> Result<(Vec<Vec<f64>>, Result<(), Failure>), Failure> {
     let description = &compiled.description;
-    let model = Model::new(compiled.program.clone())?;
+    let model = Model::new(compiled.program.clone()).map_err(RunError::from)?;
     let place = |name: String| description.variables.iter().position(|variable| variable.name == name);
     let reported = variables(points).filter_map(place).collect();
     let run = Run { description, experiment: description.experiment, settings: Vec::new(), inputs: None, reported };
-    run.start(Arc::new(model), report)
+    let mut rows = Vec::new();
+    let ended = run.start(Arc::new(model), |time, values| {
+        rows.push([&[time], values].concat());
+        Ok(())
+    });
+    let failure = match ended {
+        Ok(inaccuracy) => {
+            inaccuracy.iter().for_each(|found| output::warn_inaccurate(compiled, "", found, format));
+            Ok(())
+        }
+        Err(error @ RunError::Instance(_)) if !rows.is_empty() => {
+            Err(Failure::from(error).with_note(&format!("the curves have the {} points before that", rows.len())))
+        }
+        Err(error) => return Err(error.into()),
+    };
+    Ok((rows, failure))
 }
 
 fn table(
@@ -139,32 +154,25 @@ fn table(
     file: Option<&Path>,
     format: MessageFormat,
 ) -> Result<(), Failure> {
-    let [metre, second] = [Unit::length(), Unit::time()].map(|unit| shown.of(&unit).factor);
-    let names = variables(points).map(|name| shown.header(&name, &Unit::length()));
-    let header: Vec<String> = [shown.header("time", &Unit::time())].into_iter().chain(names).collect();
-    let mut writer = Writer::with_header(Output::new(file)?, header.iter().map(String::as_str))?;
-    let mut rows = 0;
-    let ended = run(compiled, points, |time, values| {
-        rows += 1;
-        writer.row(time / second, &values.iter().map(|value| value / metre).collect::<Vec<_>>())
-    });
-    let failure = part(compiled, ended, rows, format)?;
+    let columns = variables(points).map(|name| shown.column(&name, &Unit::length()));
+    let columns = std::iter::once(shown.column("time", &Unit::time())).chain(columns);
+    let mut writer = Writer::new(Output::new(file)?, columns)?;
+    let (rows, failure) = rows(compiled, points, format)?;
+    rows.iter().try_for_each(|row| writer.row(row))?;
     output::finish(writer, file)?;
-    failure.map_or(Ok(()), Err)
+    failure
 }
 
 /// A profile with the curve of the follower's point, for each half degree of the cam's angle.
 fn profile_table(cam: &Profile, units: &Units, file: Option<&Path>) -> Result<(), Failure> {
     let [metre, radian] = [Unit::length(), Unit::angle()].map(|unit| units.of(&unit));
-    let columns = ["x", "y", "pitch_x", "pitch_y"].map(|column| titled(&format!("{}.{column}", cam.name), &metre.name));
-    let header: Vec<String> = [titled("angle", &radian.name)].into_iter().chain(columns).collect();
-    let mut writer = Writer::with_header(Output::new(file)?, header.iter().map(String::as_str))?;
+    let place = |axis| (titled(&format!("{}.{axis}", cam.name), &metre.name), metre.factor);
+    let places = ["x", "y", "pitch_x", "pitch_y"].map(place);
+    let columns = std::iter::once((titled("angle", &radian.name), radian.factor)).chain(places);
+    let mut writer = Writer::new(Output::new(file)?, columns)?;
     for sample in cam.samples(PROFILE) {
-        let [profile, pitch] = [sample.contact, sample.point].map(|at| from_shaft(cam, at));
-        writer.row(
-            sample.angle / radian.factor,
-            &[profile, pitch].concat().iter().map(|at| at / metre.factor).collect::<Vec<_>>(),
-        )?;
+        let [[x, y], [pitch_x, pitch_y]] = [sample.contact, sample.point].map(|at| from_shaft(cam, at));
+        writer.row(&[sample.angle, x, y, pitch_x, pitch_y])?;
     }
     output::finish(writer, file)
 }
@@ -192,34 +200,12 @@ fn curves(
     if points.is_empty() {
         return output::write(path, &dxf::curves(&cams.iter().map(outline).collect::<Vec<_>>()));
     }
-    let mut curves: Vec<(String, Vec<[f64; 2]>)> = points.iter().map(|point| (point.clone(), Vec::new())).collect();
-    let mut rows = 0;
-    let ended = run(compiled, points, |_, values| {
-        rows += 1;
-        curves.iter_mut().zip(values.chunks(2)).for_each(|((_, curve), at)| curve.push([at[0], at[1]]));
-        Ok(())
-    });
-    let failure = part(compiled, ended, rows, format)?;
-    curves.extend(cams.iter().map(outline));
+    let (rows, failure) = rows(compiled, points, format)?;
+    let curve = |(index, point): (usize, &String)| {
+        (point.clone(), rows.iter().map(|row| [row[2 * index + 1], row[2 * index + 2]]).collect())
+    };
+    let curves: Vec<(String, Vec<[f64; 2]>)> =
+        points.iter().enumerate().map(curve).chain(cams.iter().map(outline)).collect();
     output::write(path, &dxf::curves(&curves))?;
-    failure.map_or(Ok(()), Err)
-}
-
-/// What was worked out before the solver gave up is worth having: the failure is reported after it.
-fn part(
-    compiled: &Compiled,
-    ended: Result<Option<Inaccuracy>, RunError>,
-    rows: u64,
-    format: MessageFormat,
-) -> Result<Option<Failure>, Failure> {
-    match ended {
-        Ok(inaccuracy) => {
-            inaccuracy.iter().for_each(|found| output::warn_inaccurate(compiled, "", found, format));
-            Ok(None)
-        }
-        Err(error @ RunError::Instance(_)) if rows > 0 => {
-            Ok(Some(Failure::from(error).with_note(&format!("the curves have the {rows} points before that"))))
-        }
-        Err(error) => Err(error.into()),
-    }
+    failure
 }

@@ -171,5 +171,5 @@ impl Look<'_> {
 
 /// Four digits.
 pub(crate) fn short(value: f64) -> String {
-    rounded(value, 4, 1e-4..1e7)
+    rounded(value, 4)
 }

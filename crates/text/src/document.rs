@@ -228,8 +228,7 @@ fn text_table(Table { caption, head, rows }: &Table) -> String {
     let caption = if caption.is_empty() { String::new() } else { format!("  {caption}:\n") };
     let cells = rows.iter().map(|row| row.iter().map(|cell| TEXT.piece(cell)).collect::<Vec<_>>());
     let lines: Vec<Vec<String>> = (!head.is_empty()).then(|| head.to_vec()).into_iter().chain(cells).collect();
-    let lines = aligned(&lines, usize::MAX);
-    caption + &lines.iter().map(|line| format!("{}\n", format!("  {line}").trim_end())).collect::<String>()
+    caption + &aligned(&lines, usize::MAX, "  ")
 }
 
 /// A page in LaTeX, ready to be compiled.

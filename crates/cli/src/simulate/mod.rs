@@ -138,29 +138,27 @@ impl Simulate {
         record: &mut Record,
         shown: &Shown,
     ) -> Result<(u64, Result<Option<Inaccuracy>, Failure>), Failure> {
-        let header = record.header(shown);
-        let header = header.iter().map(String::as_str);
         let is_wanted = self.output.is_some() || !(self.summary || self.plot.is_some());
         let mut writer = match is_wanted {
-            true => Some(Writer::with_header(Output::new(self.file())?, header)?),
+            true => Some(Writer::new(Output::new(self.file())?, record.table(shown))?),
             false => None,
         };
         let is_kept = self.plot.is_some() || self.summary || self.overlay.is_some();
         let every = request::thinning(self)?;
         let mut progress = Progress::new(simulate::count(run.experiment));
-        let (mut points, mut rows, mut row) = (0, 0, Vec::new());
+        let (mut points, mut rows) = (0, 0);
         let ended = run.start(model, |time, values| {
             progress.step(time);
             points += 1;
             if (points - 1) % every != 0 {
                 return Ok(());
             }
-            let time = record.shown(time, values, self.wrap, &mut row);
+            let row = if self.wrap { record.wrapped(time, values) } else { [&[time], values].concat() };
             if is_kept {
-                record.push(time, &row);
+                record.push(&row);
             }
             rows += 1;
-            writer.as_mut().map_or(Ok(()), |writer| writer.row(time, &row))
+            writer.as_mut().map_or(Ok(()), |writer| writer.row(&row))
         });
         progress.end();
         let ended = match ended {

@@ -43,26 +43,22 @@ impl Record {
         Record { time: shown.of(&Unit::time()), times: Vec::new(), columns: reported.iter().map(column).collect() }
     }
 
-    /// Time and values, SI, as they are shown.
-    pub fn shown(&self, time: f64, values: &[f64], wrap: bool, row: &mut Vec<f64>) -> f64 {
-        row.clear();
-        row.extend(self.columns.iter().zip(values).map(|(column, &value)| {
-            let value = if wrap && is_angle(&column.si) { wrapped(value) } else { value };
-            value / column.unit.factor
-        }));
-        time / self.time.factor
+    /// A row of the table, SI: the time, then the values with their angles within half a turn.
+    pub fn wrapped(&self, time: f64, values: &[f64]) -> Vec<f64> {
+        let own = |(column, &value): (&Column, &f64)| if is_angle(&column.si) { wrapped(value) } else { value };
+        std::iter::once(time).chain(self.columns.iter().zip(values).map(own)).collect()
     }
 
-    /// Adds a row that is shown so.
-    pub fn push(&mut self, time: f64, row: &[f64]) {
-        self.times.push(time);
-        self.columns.iter_mut().zip(row).for_each(|(column, &value)| column.values.push(value));
+    /// Adds a row, SI.
+    pub fn push(&mut self, row: &[f64]) {
+        self.times.push(row[0] / self.time.factor);
+        self.columns.iter_mut().zip(&row[1..]).for_each(|(own, value)| own.values.push(value / own.unit.factor));
     }
 
-    /// A table's header.
-    pub fn header(&self, shown: &Shown) -> Vec<String> {
-        let columns = self.columns.iter().map(|column| shown.header(&column.name, &column.si));
-        std::iter::once(shown.header("time", &Unit::time())).chain(columns).collect()
+    /// The columns of the table.
+    pub fn table(&self, shown: &Shown) -> Vec<(String, f64)> {
+        let columns = self.columns.iter().map(|column| shown.column(&column.name, &column.si));
+        std::iter::once(shown.column("time", &Unit::time())).chain(columns).collect()
     }
 
     pub fn statistics(&self) -> Statistics {

@@ -28,13 +28,10 @@ pub fn run(options: &Simulate, scene: Scene, format: MessageFormat) -> Result<()
     let found = study.sensitivities(&options.sensitivity, &times);
     output::warn(study.take_warnings().as_ref(), format);
     let found = found?;
-    let (names, factors): (Vec<String>, Vec<f64>) = columns(&found, study.display()).into_iter().unzip();
-    let mut writer = Writer::with_header(Output::new(options.file())?, names.iter().map(String::as_str))?;
-    for (&time, (values, derivatives)) in found.times.iter().zip(found.values.iter().zip(&found.derivatives)) {
+    let mut writer = Writer::new(Output::new(options.file())?, columns(&found, study.display()))?;
+    for (time, (values, derivatives)) in found.times.iter().zip(found.values.iter().zip(&found.derivatives)) {
         // By columns: all derivatives by a parameter stand together.
-        let row = [&time].into_iter().chain(values).chain(derivatives.iter()).zip(&factors);
-        let row: Vec<f64> = row.map(|(value, factor)| value / factor).collect();
-        writer.row(row[0], &row[1..])?;
+        writer.row([time].into_iter().chain(values).chain(derivatives.iter()))?;
     }
     output::finish(writer, options.file())
 }

@@ -5,7 +5,7 @@ mod equilibrium;
 mod linear;
 mod modes;
 
-use cotree::columns::{aligned, rounded};
+use cotree::columns;
 use cotree::compile::shown;
 use cotree::mechanism::Units;
 use serde_json::Value;
@@ -41,14 +41,19 @@ pub trait Report {
     }
 }
 
-/// Lines of cells in columns: the first to the left, the others to the right.
-pub(crate) fn align(lines: &[Vec<String>]) -> String {
-    aligned(lines, 1).iter().map(|line| format!("{}\n", format!("  {line}").trim_end())).collect()
+/// A table whose first column stands to the left, the others to the right.
+pub(crate) fn align(rows: &[Vec<String>]) -> String {
+    columns::aligned(rows, 1, "  ")
 }
 
-/// Six significant digits; what is only rounding beside `largest` is zero.
+/// A table for spreadsheets.
+fn csv(header: &str, lines: impl IntoIterator<Item = String>) -> String {
+    std::iter::once(header.to_owned()).chain(lines).map(|line| line + "\n").collect()
+}
+
+/// A number beside the largest of its kind: less than rounding leaves of that is zero.
 fn number(value: f64, largest: f64) -> String {
-    if value.abs() <= 1e-13 * largest { "0".to_owned() } else { rounded(value, 6, 1e-4..1e7) }
+    columns::number(value, 1e-13 * largest)
 }
 
 /// `t = 2 s`
