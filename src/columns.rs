@@ -23,9 +23,13 @@ pub fn without_zeros(number: &str) -> &str {
     if number.contains('.') { number.trim_end_matches('0').trim_end_matches('.') } else { number }
 }
 
-/// `1 row`, `2 rows`
+/// `1 row`, `2 rows`, `2 bodies`
 pub fn counted(count: usize, word: &str) -> String {
-    format!("{count} {word}{}", if count == 1 { "" } else { "s" })
+    match (count, word.strip_suffix("dy")) {
+        (1, _) => format!("1 {word}"),
+        (_, Some(stem)) => format!("{count} {stem}dies"),
+        (_, None) => format!("{count} {word}s"),
+    }
 }
 
 /// `time [s]`

@@ -15,7 +15,8 @@ use super::jumps;
 use super::suspect::{rivals, suspect};
 use crate::columns::rounded;
 use crate::component::{Held, Origin};
-use crate::diagnostic::{Fault, Span, suggest};
+use crate::diagnostic::suggest::list;
+use crate::diagnostic::{Fault, Span};
 use crate::equations::{Constraint, CoupledChord, Equations};
 use crate::expr::Symbol;
 use crate::graph::{ElementId, SignedRow, Topology};
@@ -322,10 +323,6 @@ fn drivers(equations: &Equations) -> Vec<String> {
 /// A gap in millimetres or degrees, without its sign.
 pub fn show(size: f64, angular: bool) -> String {
     Kind { angular, rate: false }.show(size.abs())
-}
-
-pub fn list(names: &[String]) -> String {
-    suggest::list(names.iter().map(String::as_str))
 }
 
 #[derive(Clone, Copy)]

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use crate::cells;
 use crate::columns::{aligned, counted};
+use crate::diagnostic::suggest;
 
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Summary {
@@ -214,12 +215,7 @@ fn list<S: AsRef<str>>(f: &mut fmt::Formatter<'_>, title: &str, names: &[S]) -> 
 /// The same for names that stand for `count` things.
 fn counted_names<S: AsRef<str>>(f: &mut fmt::Formatter<'_>, title: &str, count: usize, names: &[S]) -> fmt::Result {
     const MOST: usize = 24;
-    if names.is_empty() {
-        return Ok(());
-    }
-    let shown: Vec<&str> = names.iter().take(MOST).map(AsRef::as_ref).collect();
-    let more = if names.len() > MOST { format!(", and {} more", names.len() - MOST) } else { String::new() };
-    line(f, title, count, &format!("{}{more}", shown.join(", ")))
+    if names.is_empty() { Ok(()) } else { line(f, title, count, &suggest::joined(names, MOST)) }
 }
 
 /// Names in the order of their first use; those that occur again say how often.

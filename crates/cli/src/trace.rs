@@ -1,7 +1,6 @@
 //! `cotree trace`
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use clap::Args;
 use cotree::columns::titled;
@@ -11,10 +10,9 @@ use cotree::diagnostic::suggest;
 use cotree::mechanism::{Dimension, Unit, Units};
 use cotree::output::csv::Writer;
 use cotree::scene::{Scene, Text};
-use cotree::simulate::{Run, RunError};
+use cotree::simulate::RunError;
 use cotree_draw::dxf;
 use cotree_file::film;
-use cotree_fmu::model::Model;
 
 use super::MessageFormat;
 use super::failure::Failure;
@@ -119,18 +117,9 @@ fn variables(points: &[String]) -> impl Iterator<Item = String> {
 }
 
 /// The rows of a run, SI: time, x and y of each point; and what ended it early. What was worked out before is worth having.
-fn rows(
-    compiled: &Compiled,
-    points: &[String],
-    format: MessageFormat,
-) -> Result<(Vec<Vec<f64>>, Result<(), Failure>), Failure> {
-    let description = &compiled.description;
-    let model = Model::new(compiled.program.clone()).map_err(RunError::from)?;
-    let place = |name: String| description.variables.iter().position(|variable| variable.name == name);
-    let reported = variables(points).filter_map(place).collect();
-    let run = Run { description, experiment: description.experiment, settings: Vec::new(), inputs: None, reported };
+fn rows(compiled: &Compiled, format: MessageFormat) -> Result<(Vec<Vec<f64>>, Result<(), Failure>), Failure> {
     let mut rows = Vec::new();
-    let ended = run.start(Arc::new(model), |time, values| {
+    let ended = compiled.run(|time, values| {
         rows.push([&[time], values].concat());
         Ok(())
     });
@@ -157,7 +146,7 @@ fn table(
     let columns = variables(points).map(|name| shown.column(&name, &Unit::length()));
     let columns = std::iter::once(shown.column("time", &Unit::time())).chain(columns);
     let mut writer = Writer::new(Output::new(file)?, columns)?;
-    let (rows, failure) = rows(compiled, points, format)?;
+    let (rows, failure) = rows(compiled, format)?;
     rows.iter().try_for_each(|row| writer.row(row))?;
     output::finish(writer, file)?;
     failure
@@ -200,7 +189,7 @@ fn curves(
     if points.is_empty() {
         return output::write(path, &dxf::curves(&cams.iter().map(outline).collect::<Vec<_>>()));
     }
-    let (rows, failure) = rows(compiled, points, format)?;
+    let (rows, failure) = rows(compiled, format)?;
     let curve = |(index, point): (usize, &String)| {
         (point.clone(), rows.iter().map(|row| [row[2 * index + 1], row[2 * index + 2]]).collect())
     };

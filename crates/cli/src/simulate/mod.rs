@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
+use cotree::columns::counted;
 use cotree::compile::compile;
 use cotree::output::csv::{Table, Writer};
 use cotree::simulate::{self, Run, RunError};
@@ -221,7 +222,7 @@ impl Simulate {
     /// The failure of a run that has some of its rows.
     fn cut_short(&self, error: InstanceError, rows: u64) -> Failure {
         let place = self.file().map_or("the table".to_owned(), |path| format!("`{}`", path.display()));
-        let note = format!("{place} has the {rows} row{} before that", if rows == 1 { "" } else { "s" });
+        let note = format!("{place} has the {} before that", counted(rows as usize, "row"));
         Failure::from(RunError::Instance(error)).with_note(&note)
     }
 }

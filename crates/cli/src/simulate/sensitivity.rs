@@ -6,7 +6,7 @@ use cotree::mechanism::Units;
 use cotree::output::csv::Writer;
 use cotree::scene::Scene;
 use cotree::simulate::points;
-use cotree_study::analysis::report::{Report, Style};
+use cotree_study::analysis::report::Report;
 use cotree_study::analysis::{Sensitivities, Study};
 
 use super::super::failure::Failure;
@@ -67,7 +67,7 @@ fn features(options: &Simulate, mut study: Study, times: &[f64], format: Message
     let levels = options.crossing.iter().map(level).collect::<Result<Vec<_>, Failure>>()?;
     let found = study.features(&options.sensitivity, times, &levels);
     output::warn(study.take_warnings().as_ref(), format);
-    let style = if options.json { Style::Json } else { Style::Text };
-    let text = found?.write(style, study.display());
+    let found = found?;
+    let text = if options.json { format!("{:#}\n", found.json()) } else { found.text(study.display()) };
     output::put(options.file(), &text)
 }

@@ -15,30 +15,13 @@ pub use equilibrium::Statics;
 pub use linear::Linearization;
 pub use modes::Vibration;
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Style {
-    #[default]
-    Text,
-    Json,
-    Csv,
-}
-
 pub trait Report {
-    /// For people, in these units.
+    /// For people, in these units; ends with a line break, as CSV does.
     fn text(&self, units: &Units) -> String;
     /// In SI units.
     fn json(&self) -> Value;
     /// Where it names units, in these; else in SI units.
     fn csv(&self, units: &Units) -> String;
-
-    /// In a style; ends with a line break.
-    fn write(&self, style: Style, units: &Units) -> String {
-        match style {
-            Style::Text => self.text(units),
-            Style::Json => format!("{:#}\n", self.json()),
-            Style::Csv => self.csv(units),
-        }
-    }
 }
 
 /// A table whose first column stands to the left, the others to the right.
