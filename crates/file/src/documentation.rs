@@ -74,19 +74,13 @@ impl Page<'_> {
 
     /// A page without scripts.
     fn still(&self, description: &Description, why: &str, sections: &str) -> String {
-        let name = escape(&description.model_name);
         let about = match description.description.as_str() {
             "" => String::new(),
             text => format!("<p>{}</p>\n", prose(text)),
         };
-        format!(
-            "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{name}</title>\n\
-             <style>{STYLE}</style>\n</head>\n<body>\n<h1>{name}</h1>\n{about}{}<p>The picture stands still: {}.</p>\n{sections}{}</body>\n</html>\n",
-            self.drawing.svg(),
-            escape(why),
-            self.facts.html()
-        )
+        let (picture, why, facts) = (self.drawing.svg(), escape(why), self.facts.html());
+        let body = format!("{about}{picture}<p>The picture stands still: {why}.</p>\n{sections}{facts}");
+        cotree_text::html_page(&description.model_name, STYLE, &body)
     }
 
     /// How to use the FMU, its variables, what accuracy costs, licences.
