@@ -120,11 +120,15 @@ impl fmt::Display for Summary {
         writeln!(f, "{}{about}\n", self.name)?;
         list(f, "bodies", &self.bodies)?;
         self.write_joints(f)?;
-        list(f, "drivers", &self.drivers)?;
-        list(f, "loads", &self.loads)?;
-        list(f, "parameters", &self.parameters)?;
-        list(f, "inputs", &self.inputs)?;
-        list(f, "outputs", &self.outputs)?;
+        let Summary { drivers, loads, parameters, inputs, outputs, .. } = self;
+        let lists = [
+            ("drivers", drivers),
+            ("loads", loads),
+            ("parameters", parameters),
+            ("inputs", inputs),
+            ("outputs", outputs),
+        ];
+        lists.into_iter().try_for_each(|(title, names)| list(f, title, names))?;
         let motion = match (self.kinematic, self.mobility) {
             (true, _) if self.drivers.is_empty() => "nothing can move",
             (true, _) => "the drivers determine the motion",
