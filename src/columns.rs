@@ -32,6 +32,16 @@ pub fn counted(count: usize, word: &str) -> String {
     }
 }
 
+/// `1 to 2`, `at least 1`, `at most 2`; nothing where there is no end.
+pub fn between(ends: [Option<String>; 2]) -> Option<String> {
+    match ends {
+        [Some(least), Some(most)] => Some(format!("{least} to {most}")),
+        [Some(least), None] => Some(format!("at least {least}")),
+        [None, Some(most)] => Some(format!("at most {most}")),
+        [None, None] => None,
+    }
+}
+
 /// `time [s]`
 pub fn titled(name: &str, unit: &str) -> String {
     if unit.is_empty() { name.to_owned() } else { format!("{name} [{unit}]") }

@@ -14,7 +14,7 @@ use zip::ZipArchive;
 use zip::result::ZipError;
 
 use crate::cells;
-use crate::columns::aligned;
+use crate::columns::{aligned, between};
 use crate::diagnostic::visible::on_one_line;
 use crate::mechanism::{CREDITS, Credits};
 
@@ -285,13 +285,7 @@ impl Variable {
 
     /// What values it may have, and when it may change.
     fn remark(&self) -> String {
-        let range = match (&self.min, &self.max) {
-            (Some(min), Some(max)) => Some(format!("{min} to {max}")),
-            (Some(min), None) => Some(format!("at least {min}")),
-            (None, Some(max)) => Some(format!("at most {max}")),
-            (None, None) => None,
-        };
-        let parts = [self.tunable.then(|| "tunable".to_owned()), range];
+        let parts = [self.tunable.then(|| "tunable".to_owned()), between([self.min.clone(), self.max.clone()])];
         parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
     }
 }

@@ -1,6 +1,7 @@
 //! `documentation/index.html`: what a user of the FMU wants to know, in one file without links: the page of `cotree view`, with more to read.
 
 use cotree::cells;
+use cotree::columns::between;
 use cotree::export::archive::Extra;
 use cotree::export::description::{Causality, Description, ScalarVariable, Start};
 use cotree::export::{ExportError, FmiVersion};
@@ -283,16 +284,11 @@ fn initial_values(variables: &[ScalarVariable]) -> String {
 
 /// Default, permitted values, and when it may be set, of what can be set.
 fn range(variable: &ScalarVariable) -> Option<[String; 3]> {
-    let (start, [min, max]) = variable.causality.range()?;
+    let (start, ends) = variable.causality.range()?;
     let is_fixed = matches!(variable.causality, Causality::Parameter { tunable: false, .. });
     let change = if is_fixed { "before start" } else { "any time" };
     let shown = |value: f64| shown(value, &variable.unit);
-    let permitted = match (min.map(shown), max.map(shown)) {
-        (None, None) => "any".to_owned(),
-        (Some(min), None) => format!("at least {min}"),
-        (None, Some(max)) => format!("at most {max}"),
-        (Some(min), Some(max)) => format!("{min} to {max}"),
-    };
+    let permitted = between(ends.map(|end| end.map(shown))).unwrap_or_else(|| "any".to_owned());
     Some([shown(start), permitted, change.to_owned()])
 }
 
