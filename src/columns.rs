@@ -48,6 +48,7 @@ pub fn titled(name: &str, unit: &str) -> String {
 }
 
 /// A row of a table, of whatever can be displayed.
+#[doc(hidden)]
 #[macro_export]
 macro_rules! cells {
     ($($cell:expr),+ $(,)?) => { vec![$(($cell).to_string()),+] };

@@ -116,8 +116,11 @@ fn variables(points: &[String]) -> impl Iterator<Item = String> {
     points.iter().flat_map(|point| ["x", "y"].map(|axis| format!("{point}.{axis}")))
 }
 
-/// The rows of a run, SI: time, x and y of each point; and what ended it early. What was worked out before is worth having.
-fn rows(compiled: &Compiled, format: MessageFormat) -> Result<(Vec<Vec<f64>>, Result<(), Failure>), Failure> {
+/// Time, then x and y of each point, SI.
+type Row = Vec<f64>;
+
+/// The rows of a run, and what ended it early: what was worked out before is worth having.
+fn rows(compiled: &Compiled, format: MessageFormat) -> Result<(Vec<Row>, Result<(), Failure>), Failure> {
     let mut rows = Vec::new();
     let ended = compiled.run(|time, values| {
         rows.push([&[time], values].concat());
