@@ -1,18 +1,21 @@
-//! Numbers and columns as people read them.
+//! Numbers, counts and tables as people read them.
 
-use std::ops::Range;
-
-/// A number of so many digits without zeros at its end; as a power of ten outside the range.
-pub fn rounded(value: f64, digits: usize, plain: Range<f64>) -> String {
+/// A number of so many digits without zeros at its end; as a power of ten if it is very small or very large.
+pub fn rounded(value: f64, digits: usize) -> String {
     if value == 0.0 {
         return "0".to_owned();
     }
     let last = digits - 1;
-    if !plain.contains(&value.abs()) {
+    if !(1e-4..1e7).contains(&value.abs()) {
         return format!("{value:.last$e}");
     }
     let decimals = last as i32 - value.abs().log10().floor() as i32;
     without_zeros(&format!("{value:.*}", decimals.max(0) as usize)).to_owned()
+}
+
+/// A result: six digits; zero up to the noise, which is what rounding errors may leave of zero.
+pub fn number(value: f64, noise: f64) -> String {
+    if value.abs() <= noise { "0".to_owned() } else { rounded(value, 6) }
 }
 
 /// Decimals without zeros at their end.
@@ -20,24 +23,54 @@ pub fn without_zeros(number: &str) -> &str {
     if number.contains('.') { number.trim_end_matches('0').trim_end_matches('.') } else { number }
 }
 
+/// `1 row`, `2 rows`, `2 bodies`
+pub fn counted(count: usize, word: &str) -> String {
+    match (count, word.strip_suffix("dy")) {
+        (1, _) => format!("1 {word}"),
+        (_, Some(stem)) => format!("{count} {stem}dies"),
+        (_, None) => format!("{count} {word}s"),
+    }
+}
+
+/// `1 to 2`, `at least 1`, `at most 2`; nothing where there is no end.
+pub fn between(ends: [Option<String>; 2]) -> Option<String> {
+    match ends {
+        [Some(least), Some(most)] => Some(format!("{least} to {most}")),
+        [Some(least), None] => Some(format!("at least {least}")),
+        [None, Some(most)] => Some(format!("at most {most}")),
+        [None, None] => None,
+    }
+}
+
 /// `time [s]`
 pub fn titled(name: &str, unit: &str) -> String {
     if unit.is_empty() { name.to_owned() } else { format!("{name} [{unit}]") }
 }
 
-/// Lines of cells in columns: the first `left` of them to the left, the others to the right.
-pub fn aligned(lines: &[Vec<String>], left: usize) -> Vec<String> {
-    let columns = lines.iter().map(Vec::len).max().unwrap_or(0);
-    let width = |column: usize| lines.iter().filter_map(|line| line.get(column)).map(|cell| cell.chars().count()).max();
-    let widths: Vec<usize> = (0..columns).map(|column| width(column).unwrap_or(0)).collect();
-    let line = |line: &Vec<String>| {
-        let cells = line.iter().zip(&widths).enumerate().map(|(column, (cell, &width))| match column < left {
+/// A row of a table, of whatever can be displayed.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! cells {
+    ($($cell:expr),+ $(,)?) => { vec![$(($cell).to_string()),+] };
+}
+
+/// A table as lines that begin with `indent`: the first `left` columns to the left, the others to the right. What ends a row early, such as a
+/// reason why there are no figures, makes no column wider.
+pub fn aligned(rows: &[Vec<String>], left: usize, indent: &str) -> String {
+    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
+    let fills = |row: &&Vec<String>, column: usize| column + 1 < row.len() || row.len() == columns;
+    let cells =
+        |column: usize| rows.iter().filter(move |row| fills(row, column)).filter_map(move |row| row.get(column));
+    let widths: Vec<usize> =
+        (0..columns).map(|column| cells(column).map(|cell| cell.chars().count()).max().unwrap_or(0)).collect();
+    let line = |row: &Vec<String>| {
+        let cells = row.iter().zip(&widths).enumerate().map(|(column, (cell, &width))| match column < left {
             true => format!("{cell:<width$}"),
             false => format!("{cell:>width$}"),
         });
-        cells.collect::<Vec<String>>().join("  ").trim_end().to_owned()
+        format!("{}\n", format!("{indent}{}", cells.collect::<Vec<String>>().join("  ")).trim_end())
     };
-    lines.iter().map(line).collect()
+    rows.iter().map(line).collect()
 }
 
 #[cfg(test)]
@@ -56,14 +89,14 @@ mod tests {
             (1e9, "1.00000e9"),
             (f64::NAN, "NaN"),
         ] {
-            assert_eq!(rounded(value, 6, 1e-4..1e7), text);
+            assert_eq!(rounded(value, 6), text);
         }
     }
 
     #[test]
     fn columns_are_aligned() {
-        let lines = [vec!["a".to_owned(), "1".to_owned()], vec!["long".to_owned(), "20".to_owned()]];
-        assert_eq!(aligned(&lines, 1), ["a      1", "long  20"]);
-        assert_eq!(aligned(&lines, 2), ["a     1", "long  20"]);
+        let rows = [cells!["a", 1, "x"], cells!["long", 20, "y"], cells!["b", "why"]];
+        assert_eq!(aligned(&rows, 1, ""), "a      1  x\nlong  20  y\nb     why\n");
+        assert_eq!(aligned(&rows[..2], 2, "  "), "  a     1   x\n  long  20  y\n");
     }
 }

@@ -6,6 +6,7 @@ use std::path::Path;
 use cotree_fmu::program::Program;
 use cotree_fmu::program::check;
 
+use crate::diagnostic::suggest;
 use crate::export::archive::{self, Extra, Package, SceneText};
 use crate::export::describe::describe;
 use crate::export::description::Description;
@@ -85,22 +86,17 @@ pub fn with_everything(scene: &Scene) -> Result<(Scene, Vec<Fault>), Faults> {
     let warnings = left_out.iter().map(|(&(body, property), names)| {
         let key = if property == Property::Mass { "mass" } else { "inertia" };
         let owner = &mechanism.bodies[body];
-        let message = format!("left out, because body `{}` has no `{key}`: {}", owner.name, listed(names));
+        let message = format!(
+            "left out, because body `{}` has no `{key}`: {}",
+            owner.name,
+            suggest::joined(names, suggest::MOST)
+        );
         Fault::warning("scene::left_out", message, owner.span)
             .label(format!("has no `{key}`"))
             .help(format!("add `{key} = ...` to `[bodies.{}]` if you want them", owner.name))
     });
     let warnings = warnings.collect();
     Ok((whole, warnings))
-}
-
-/// Names, unless they are many: then some of them.
-fn listed(names: &[&str]) -> String {
-    const MOST: usize = 12;
-    match names.len().checked_sub(MOST) {
-        None | Some(0) => names.join(", "),
-        Some(more) => format!("{} and {more} more", names[..MOST].join(", ")),
-    }
 }
 
 /// A name for these very bytes: their 128-bit FNV-1a hash, written as a GUID.

@@ -7,7 +7,7 @@
 use std::collections::{HashMap, HashSet, VecDeque};
 
 use crate::component::{Origin, System};
-use crate::diagnostic::{Fault, Span};
+use crate::diagnostic::{Fault, Span, suggest};
 use crate::graph::{ElementId, LinearGraph, Rotation, Translation, Tree};
 use crate::mechanism::{BodyId, Coordinates};
 
@@ -188,7 +188,7 @@ fn branches<D>(
     let unreached = graph.unreached(&branches);
     if faults.is_empty() && !unreached.is_empty() {
         let span = names.first().map_or_else(Span::default, |(_, span)| *span);
-        let missing = list_names(&unreached);
+        let missing = suggest::list(&unreached);
         faults.push(
             Fault::new("coordinates::not_spanning", format!("the {list} tree does not reach {missing}"), span)
                 .label("these branches do not reach everything")
@@ -227,11 +227,10 @@ fn not_in_graph(system: &System, name: &str, span: Span, list: &str) -> Fault {
 }
 
 fn loop_fault(name: &str, span: Span, list: &str, others: &[String]) -> Fault {
-    let others: Vec<&str> = others.iter().map(String::as_str).collect();
     let message = if others.is_empty() {
         format!("`{name}` closes a loop of the {list} tree by itself")
     } else {
-        format!("`{name}` closes a loop with {}", list_names(&others))
+        format!("`{name}` closes a loop with {}", suggest::list(others))
     };
     Fault::new("coordinates::loop", message, span)
         .label("the tree already connects both ends")
@@ -269,10 +268,4 @@ fn closes_loop<D>(
             .map(|other| system.element(other).name.clone())
             .collect(),
     )
-}
-
-fn list_names(names: &[&str]) -> String {
-    let shown: Vec<String> = names.iter().take(5).map(|name| format!("`{name}`")).collect();
-    let rest = names.len().saturating_sub(5);
-    if rest > 0 { format!("{} and {rest} more", shown.join(", ")) } else { shown.join(", ") }
 }

@@ -7,7 +7,6 @@ use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::time::Duration;
 
 use cotree::export::FmiVersion;
-use cotree::mechanism::Units;
 use cotree::output::csv::Table;
 use cotree::output::statistics::Accumulator;
 use cotree::scene::Text;
@@ -15,7 +14,7 @@ use cotree::simulate::{Ended, Ensemble, Measure, Run, points};
 use cotree::{Compiled, Scene};
 use cotree_fmu::instance::MOST_LANES;
 use cotree_fmu::model::Model;
-use cotree_study::analysis::report::{Report, Style};
+use cotree_study::analysis::report::Report;
 use cotree_study::analysis::{At, Sensitivities, Study};
 use cotree_study::bench;
 use cotree_study::fit::{FitError, Request, Vary, fit};
@@ -216,7 +215,7 @@ impl Core {
     fn equilibrium(&self, py: Python<'_>, settings: Vec<(String, Value)>) -> PyResult<String> {
         let mut study = self.study(&settings)?;
         let found = py.detach(|| study.equilibrium()).map_err(study_error)?;
-        Ok(found.write(Style::Json, &Units::default()))
+        Ok(found.json().to_string())
     }
 
     /// Linear systems as JSON: at the equilibrium, or at these times.
@@ -234,7 +233,7 @@ impl Core {
             }
         };
         let found = py.detach(|| study.linearize(&at)).map_err(study_error)?;
-        Ok(found.write(Style::Json, &Units::default()))
+        Ok(found.json().to_string())
     }
 
     /// Vibrations as JSON.
@@ -245,7 +244,7 @@ impl Core {
             return Err(wrong(format!("at: is before the start, {start:?} s")));
         }
         let found = py.detach(|| study.modes(at)).map_err(study_error)?;
-        Ok(found.write(Style::Json, &Units::default()))
+        Ok(found.json().to_string())
     }
 
     /// Outputs and parameters with their units; the outputs (time, output); their derivatives (time, output, parameter).
@@ -287,7 +286,7 @@ impl Core {
     fn mode_sensitivities(&self, py: Python<'_>, to: Vec<String>, settings: Vec<(String, Value)>) -> PyResult<String> {
         let mut study = self.study(&settings)?;
         let found = py.detach(|| study.mode_sensitivities(&to)).map_err(study_error)?;
-        Ok(found.write(Style::Json, &Units::default()))
+        Ok(found.json().to_string())
     }
 
     /// Peaks and crossings with their derivatives, as JSON.
@@ -312,7 +311,7 @@ impl Core {
         study.set_experiment(experiment);
         let at: Vec<f64> = points(experiment).collect();
         let found = py.detach(|| study.features(&to, &at, &levels)).map_err(study_error)?;
-        Ok(found.write(Style::Json, &Units::default()))
+        Ok(found.json().to_string())
     }
 
     /// Values that fit what was measured, as JSON: names with bounds, standard deviations of columns.

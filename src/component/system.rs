@@ -120,6 +120,13 @@ impl<'m> System<'m> {
         self.t_nodes.contains_key(&place)
     }
 
+    /// The places of the nodes of the translational graph.
+    pub fn places(&self) -> Vec<Place> {
+        let mut places = vec![Place::Origin; self.translation.nodes()];
+        self.t_nodes.iter().for_each(|(&place, node)| places[node.index()] = place);
+        places
+    }
+
     /// The node of a body, or of the ground.
     pub fn r_node(&self, body: Option<BodyId>) -> RNode {
         body.and_then(|body| self.r_nodes.get(&body).copied()).unwrap_or(RNode::DATUM)

@@ -13,15 +13,20 @@ pub(crate) fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a s
         .map(|(_, candidate)| candidate)
 }
 
+/// So many names are listed at most.
+pub const MOST: usize = 12;
+
 /// Names in backticks, joined by commas; a long list is cut.
-pub fn list<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
-    const MOST: usize = 12;
+pub fn list(names: impl IntoIterator<Item = impl AsRef<str>>) -> String {
+    joined(names.into_iter().map(|name| format!("`{}`", name.as_ref())), MOST)
+}
+
+/// Names joined by commas, `most` of them.
+pub fn joined(names: impl IntoIterator<Item = impl AsRef<str>>, most: usize) -> String {
     let mut names = names.into_iter();
-    let mut shown: Vec<String> = names.by_ref().take(MOST).map(|name| format!("`{name}`")).collect();
+    let mut shown: Vec<String> = names.by_ref().take(most).map(|name| name.as_ref().to_owned()).collect();
     let further = names.count();
-    if further > 0 {
-        shown.push(format!("and {further} more"));
-    }
+    shown.extend((further > 0).then(|| format!("and {further} more")));
     shown.join(", ")
 }
 

@@ -13,6 +13,8 @@ use quick_xml::events::{BytesStart, Event};
 use zip::ZipArchive;
 use zip::result::ZipError;
 
+use crate::cells;
+use crate::columns::{aligned, between};
 use crate::diagnostic::visible::on_one_line;
 use crate::mechanism::{CREDITS, Credits};
 
@@ -283,13 +285,7 @@ impl Variable {
 
     /// What values it may have, and when it may change.
     fn remark(&self) -> String {
-        let range = match (&self.min, &self.max) {
-            (Some(min), Some(max)) => Some(format!("{min} to {max}")),
-            (Some(min), None) => Some(format!("at least {min}")),
-            (None, Some(max)) => Some(format!("at most {max}")),
-            (None, None) => None,
-        };
-        let parts = [self.tunable.then(|| "tunable".to_owned()), range];
+        let parts = [self.tunable.then(|| "tunable".to_owned()), between([self.min.clone(), self.max.clone()])];
         parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
     }
 }
@@ -297,44 +293,27 @@ impl Variable {
 impl fmt::Display for Contents {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let Experiment { start, stop, step, tolerance, .. } = self.experiment;
-        let description = on_one_line(&self.description);
-        writeln!(
-            f,
-            "{}{}",
-            on_one_line(&self.name),
-            if description.is_empty() { String::new() } else { format!(": {description}") }
-        )?;
-        for (key, text) in &self.credits {
-            writeln!(f, "  {key:11} {}", on_one_line(text))?;
-        }
-        writeln!(f, "  made by     {}", on_one_line(&self.tool))?;
-        writeln!(f, "  guid        {}", on_one_line(&self.guid))?;
-        writeln!(f, "  interfaces  FMI {} {}", on_one_line(&self.version), self.interfaces.join(", "))?;
-        let platforms: Vec<String> =
-            self.platforms.iter().map(|(name, size)| format!("{} ({})", on_one_line(name), kilobytes(*size))).collect();
-        writeln!(f, "  platforms   {}", platforms.join(", "))?;
-        writeln!(f, "  experiment  {start:?} s to {stop:?} s, step {step:?} s, tolerance {tolerance:?}")?;
-        writeln!(f, "  size        {}", kilobytes(self.size))?;
-        writeln!(
-            f,
-            "  scene       {}",
-            if self.scene.is_some() { "inside: print it with --scene" } else { "not inside" }
-        )?;
-        let width = |field: fn(&Variable) -> String| {
-            self.variables.iter().map(|variable| field(variable).chars().count()).max().unwrap_or(0)
+        let platforms = self.platforms.iter().map(|(name, size)| format!("{name} ({})", kilobytes(*size)));
+        let scene = if self.scene.is_some() { "inside: print it with --scene" } else { "not inside" };
+        let mut facts: Vec<Vec<String>> = self.credits.iter().map(|(key, text)| cells![key, text]).collect();
+        facts.extend([
+            cells!["made by", self.tool],
+            cells!["guid", self.guid],
+            cells!["interfaces", format!("FMI {} {}", self.version, self.interfaces.join(", "))],
+            cells!["platforms", platforms.collect::<Vec<_>>().join(", ")],
+            cells!["experiment", format!("{start:?} s to {stop:?} s, step {step:?} s, tolerance {tolerance:?}")],
+            cells!["size", kilobytes(self.size)],
+            cells!["scene", scene],
+        ]);
+        let variable =
+            |own: &Variable| cells![own.causality, own.name, own.unit, own.start(), own.remark(), own.description];
+        let table = |rows: Vec<Vec<String>>| {
+            let rows = rows.iter().map(|row| row.iter().map(|cell| on_one_line(cell)).collect());
+            aligned(&rows.collect::<Vec<_>>(), usize::MAX, "  ")
         };
-        let (name, unit) = (width(|variable| variable.name.clone()), width(|variable| variable.unit.clone()));
-        let (start, remark) = (width(Variable::start), width(Variable::remark));
-        let kind = width(|variable| variable.causality.clone()).max(11);
-        for variable in &self.variables {
-            let (value, remarks) = (variable.start(), variable.remark());
-            let line = format!(
-                "  {:kind$} {:name$}  {:unit$}  {value:start$}  {remarks:remark$}  {}",
-                variable.causality, variable.name, variable.unit, variable.description
-            );
-            writeln!(f, "{}", on_one_line(line.trim_end()))?;
-        }
-        Ok(())
+        let about = if self.description.is_empty() { String::new() } else { format!(": {}", self.description) };
+        let tables = [facts, self.variables.iter().map(variable).collect()].map(table).concat();
+        write!(f, "{}\n{tables}", on_one_line(&format!("{}{about}", self.name)))
     }
 }
 

@@ -41,6 +41,8 @@ pub enum Order {
 }
 
 impl Order {
+    pub const ALL: [Order; 3] = [Order::Position, Order::Velocity, Order::Acceleration];
+
     /// The next derivative, if the equations ever need it.
     pub fn next(self) -> Option<Order> {
         match self {

@@ -15,7 +15,8 @@ use super::jumps;
 use super::suspect::{rivals, suspect};
 use crate::columns::rounded;
 use crate::component::{Held, Origin};
-use crate::diagnostic::{Fault, Span, suggest};
+use crate::diagnostic::suggest::list;
+use crate::diagnostic::{Fault, Span};
 use crate::equations::{Constraint, CoupledChord, Equations};
 use crate::expr::Symbol;
 use crate::graph::{ElementId, SignedRow, Topology};
@@ -324,10 +325,6 @@ pub fn show(size: f64, angular: bool) -> String {
     Kind { angular, rate: false }.show(size.abs())
 }
 
-pub fn list(names: &[String]) -> String {
-    suggest::list(names.iter().map(String::as_str))
-}
-
 #[derive(Clone, Copy)]
 struct Kind {
     angular: bool,
@@ -343,7 +340,7 @@ impl Kind {
             (false, false) => (1e3 * value, "mm"),
             (false, true) => (1e3 * value, "mm/s"),
         };
-        format!("{} {unit}", rounded(value, 4, 1e-3..1e6))
+        format!("{} {unit}", rounded(value, 4))
     }
 }
 

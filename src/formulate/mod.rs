@@ -17,10 +17,11 @@ use cotree_fmu::model::{Model, State};
 use cotree_fmu::program::Motion;
 
 use crate::component::{Held, Origin, System};
-use crate::diagnostic::{Fault, Span, suggest};
+use crate::diagnostic::suggest::{self, list};
+use crate::diagnostic::{Fault, Span};
 use crate::equations::{Constraint, Equations};
 use crate::expr::{Expr, Property, Symbol};
-use crate::formulate::assembly::{circuit_names, explain, list, show, span_of, without_rate};
+use crate::formulate::assembly::{circuit_names, explain, show, span_of, without_rate};
 use crate::formulate::jumps::Jump;
 use crate::formulate::restrictions::{Restrictions, restrictions};
 use crate::formulate::start::Start;

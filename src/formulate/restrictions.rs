@@ -8,11 +8,12 @@ use cotree_fmu::constraints::independence::{Independence, independence};
 use cotree_fmu::model::{Model, State};
 use nalgebra::DVector;
 
-use super::assembly::{list, owner_span};
+use super::assembly::owner_span;
 use super::first_state;
 use super::start::{Start, evaluate_at};
 use crate::component::{Implied, Measured, System};
 use crate::diagnostic::Fault;
+use crate::diagnostic::suggest::list;
 use crate::equations::Equations;
 use crate::expr::Expr;
 use crate::mechanism::{BodyId, Dimension, Owner, Place, Quantity, Variable};

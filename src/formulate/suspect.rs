@@ -2,9 +2,9 @@
 
 use crate::component::Angle;
 use crate::component::Origin;
+use crate::diagnostic::suggest::list;
 use crate::diagnostic::{Fault, Span};
 use crate::equations::Equations;
-use crate::formulate::assembly::list;
 use crate::formulate::start::Start;
 use crate::graph::ElementId;
 use crate::mechanism::{Coordinates, DriverId, JointId, Mechanism, Owner, Part, Value};
@@ -78,7 +78,7 @@ pub fn rivals(equations: &Equations, length: f64, missing: &str) -> Option<Fault
         rivals = if is_more { drivers.iter().collect() } else { Vec::new() };
     }
     let (last, others) = rivals.split_last()?;
-    let names = list(&rivals.iter().map(|driver| driver.name.clone()).collect::<Vec<_>>());
+    let names = list(rivals.iter().map(|driver| &driver.name));
     let who = if others.is_empty() {
         format!("driver {names} prescribes too much")
     } else {

@@ -2,6 +2,7 @@
 
 use super::Formula;
 use super::measure::Wanted;
+use crate::columns::rounded;
 use crate::diagnostic::Span;
 
 /// Exponents of the hertz.
@@ -77,6 +78,13 @@ pub struct DisplayUnit {
     pub name: String,
     /// SI value of one of it.
     pub factor: f64,
+}
+
+impl DisplayUnit {
+    /// A value in SI as `12.5 mm`, with four digits.
+    pub fn show(&self, value: f64) -> String {
+        format!("{} {}", rounded(value / self.factor, 4), self.name)
+    }
 }
 
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -4,7 +4,8 @@ use std::fmt;
 
 use serde::Serialize;
 
-use crate::columns::{aligned, rounded};
+use crate::cells;
+use crate::columns::{aligned, number};
 
 /// A run in figures.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -115,18 +116,12 @@ impl Accumulator {
 impl fmt::Display for Statistics {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let at = format!("at [{}]", self.time_unit);
-        let heads = ["variable", "unit", "min", &at, "max", &at, "mean", "RMS", "end"].map(str::to_string);
-        let row = |line: &Figures| {
-            let Figures { min, max, mean, rms, end, .. } = *line;
-            let numbers = [min[0], min[1], max[0], max[1], mean, rms, end];
-            let numbers = numbers.map(|value| rounded(value, 6, 1e-4..1e7));
-            [line.name.clone(), line.unit.clone()].into_iter().chain(numbers).collect()
-        };
-        let rows: Vec<Vec<String>> = std::iter::once(heads.to_vec()).chain(self.variables.iter().map(row)).collect();
-        for line in aligned(&rows, 2) {
-            writeln!(f, "{line}")?;
+        let mut rows = vec![cells!["variable", "unit", "min", at, "max", at, "mean", "RMS", "end"]];
+        for Figures { name, unit, min, max, mean, rms, end } in &self.variables {
+            let numbers = [min[0], min[1], max[0], max[1], *mean, *rms, *end].map(|value| number(value, 0.0));
+            rows.push([name.clone(), unit.clone()].into_iter().chain(numbers).collect());
         }
-        Ok(())
+        f.write_str(&aligned(&rows, 2, ""))
     }
 }
 

@@ -4,6 +4,10 @@ use std::fmt;
 
 use serde::Serialize;
 
+use crate::cells;
+use crate::columns::{aligned, counted};
+use crate::diagnostic::suggest;
+
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Summary {
     pub name: String,
@@ -112,25 +116,27 @@ pub struct Count {
 
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.name)?;
-        if !self.description.is_empty() {
-            write!(f, ": {}", self.description)?;
-        }
-        writeln!(f, "\n")?;
+        let about = if self.description.is_empty() { String::new() } else { format!(": {}", self.description) };
+        writeln!(f, "{}{about}\n", self.name)?;
         list(f, "bodies", &self.bodies)?;
         self.write_joints(f)?;
-        list(f, "drivers", &self.drivers)?;
-        list(f, "loads", &self.loads)?;
-        list(f, "parameters", &self.parameters)?;
-        list(f, "inputs", &self.inputs)?;
-        list(f, "outputs", &self.outputs)?;
+        let Summary { drivers, loads, parameters, inputs, outputs, .. } = self;
+        let lists = [
+            ("drivers", drivers),
+            ("loads", loads),
+            ("parameters", parameters),
+            ("inputs", inputs),
+            ("outputs", outputs),
+        ];
+        lists.into_iter().try_for_each(|(title, names)| list(f, title, names))?;
         let motion = match (self.kinematic, self.mobility) {
             (true, _) if self.drivers.is_empty() => "nothing can move",
             (true, _) => "the drivers determine the motion",
             (false, 1) => "degree of freedom",
             (false, _) => "degrees of freedom",
         };
-        writeln!(f, "  {:<12}{:>4}  {motion}\n", "mobility", self.mobility)?;
+        line(f, "mobility", self.mobility, motion)?;
+        writeln!(f)?;
         self.write_equations(f)?;
         self.write_counts(f)?;
         self.write_savings(f)
@@ -139,16 +145,12 @@ impl fmt::Display for Summary {
 
 impl Summary {
     fn write_joints(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let width = self.joints.iter().map(|joint| joint.name.chars().count()).max().unwrap_or(0);
-        for (index, joint) in self.joints.iter().enumerate() {
-            match index {
-                0 => write!(f, "  {:<12}{:>4}  ", "joints", self.joints.len())?,
-                _ => write!(f, "{:20}", "")?,
-            }
-            let [first, second] = &joint.between;
-            writeln!(f, "{:<width$}  {:<9}  {first} - {second}", joint.name, joint.kind)?;
-        }
-        Ok(())
+        let row = |joint: &Joint| cells![joint.name, format!("{:<9}", joint.kind), joint.between.join(" - ")];
+        let joints = aligned(&self.joints.iter().map(row).collect::<Vec<_>>(), usize::MAX, "");
+        joints.lines().enumerate().try_for_each(|(index, joint)| match index {
+            0 => line(f, "joints", self.joints.len(), joint),
+            _ => line(f, "", "", joint),
+        })
     }
 
     fn write_equations(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -157,57 +159,45 @@ impl Summary {
                 self.coordinates.iter().filter(|q| q.tree == tree).map(|q| q.name.as_str()).collect();
             list(f, title, &names)?;
         }
-        counted(f, "loops", self.constraints.len(), &tally(&self.constraints))?;
-        counted(f, "redundant", self.redundant.len(), &tally(&self.redundant))?;
+        counted_names(f, "loops", self.constraints.len(), &tally(&self.constraints))?;
+        counted_names(f, "redundant", self.redundant.len(), &tally(&self.redundant))?;
         if !self.solver.is_empty() {
-            writeln!(f, "  {:<16}  {}", "solver", self.solver)?;
+            line(f, "solver", "", &self.solver)?;
         }
-        let blocks: Vec<String> = self.blocks.iter().map(|names| names.join(" with ")).collect();
         self.write_integrated(f)?;
-        counted(f, "blocks", blocks.len(), &blocks)
+        list(f, "blocks", &self.blocks.iter().map(|names| names.join(" with ")).collect::<Vec<_>>())
     }
 
     fn write_integrated(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Some(Integrated { series, stages, outputs_of_state, outputs_of_acceleration }) = self.integrated else {
             return Ok(());
         };
-        let loops = |count: usize| plural(count, "loop equation");
+        let loops = |count: usize| counted(count, "loop equation");
         if let Some(SeriesSystem { angles, displacements, loop_equations }) = series {
-            let [angles, displacements] = [plural(angles, "angle"), plural(displacements, "displacement")];
-            writeln!(
-                f,
-                "  {:<16}  {angles} in the world, {displacements}, {}: the arm form; the trees say",
-                "series",
-                loops(loop_equations)
-            )?;
-            writeln!(f, "  {:<16}  what the loops cut, but not what its angles count from", "")?;
+            let unknowns =
+                format!("{} in the world, {}", counted(angles, "angle"), counted(displacements, "displacement"));
+            line(f, "series", "", &format!("{unknowns}, {}: the arm form; the trees say", loops(loop_equations)))?;
+            line(f, "", "", "what the loops cut, but not what its angles count from")?;
         }
-        let coordinates = plural(stages.coordinates, "coordinate");
-        writeln!(
-            f,
-            "  {:<16}  {coordinates}, {}: the printed equations, in the coordinates of both trees",
-            "Runge-Kutta",
-            loops(stages.constraints)
-        )?;
-        let [state, more] = [plural(outputs_of_state, "output"), plural(outputs_of_acceleration, "output")];
-        writeln!(f, "  {:<16}  {state} from positions and rates, {more} from accelerations or reactions", "read")
+        let stages = format!("{}, {}", counted(stages.coordinates, "coordinate"), loops(stages.constraints));
+        line(f, "Runge-Kutta", "", &format!("{stages}: the printed equations, in the coordinates of both trees"))?;
+        let [state, more] = [outputs_of_state, outputs_of_acceleration].map(|count| counted(count, "output"));
+        line(f, "read", "", &format!("{state} from positions and rates, {more} from accelerations or reactions"))
     }
 
     fn write_counts(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "\n  {:<14}{:>12}{:>17}", "choice", "coordinates", "loop equations")?;
         let choices = [
             ("recommended", self.counts.recommended),
             ("absolute", self.counts.absolute),
             ("joint", self.counts.joint),
             ("this scene", Some(self.counts.used)),
         ];
-        for (name, count) in choices {
-            match count {
-                Some(count) => writeln!(f, "  {name:<14}{:>12}{:>17}", count.coordinates, count.constraints)?,
-                None => writeln!(f, "  {name:<14}{:>12}{:>17}", "-", "-")?,
-            }
-        }
-        Ok(())
+        let mut rows = vec![cells!["choice", "coordinates", "loop equations"]];
+        rows.extend(choices.map(|(name, count)| match count {
+            Some(count) => cells![name, count.coordinates, count.constraints],
+            None => cells![name, "-", "-"],
+        }));
+        write!(f, "\n{}", aligned(&rows, 1, "  "))
     }
 
     fn write_savings(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -217,25 +207,19 @@ impl Summary {
     }
 }
 
-/// `1 angle`, `2 angles`
-fn plural(count: usize, word: &str) -> String {
-    format!("{count} {word}{}", if count == 1 { "" } else { "s" })
+fn line(f: &mut fmt::Formatter<'_>, title: &str, count: impl fmt::Display, text: &str) -> fmt::Result {
+    writeln!(f, "  {title:<12}{count:>4}  {text}")
 }
 
 /// A line of names; no line if there are none.
 fn list<S: AsRef<str>>(f: &mut fmt::Formatter<'_>, title: &str, names: &[S]) -> fmt::Result {
-    counted(f, title, names.len(), names)
+    counted_names(f, title, names.len(), names)
 }
 
 /// The same for names that stand for `count` things.
-fn counted<S: AsRef<str>>(f: &mut fmt::Formatter<'_>, title: &str, count: usize, names: &[S]) -> fmt::Result {
+fn counted_names<S: AsRef<str>>(f: &mut fmt::Formatter<'_>, title: &str, count: usize, names: &[S]) -> fmt::Result {
     const MOST: usize = 24;
-    if names.is_empty() {
-        return Ok(());
-    }
-    let shown: Vec<&str> = names.iter().take(MOST).map(AsRef::as_ref).collect();
-    let more = if names.len() > MOST { format!(", and {} more", names.len() - MOST) } else { String::new() };
-    writeln!(f, "  {title:<12}{count:>4}  {}{more}", shown.join(", "))
+    if names.is_empty() { Ok(()) } else { line(f, title, count, &suggest::joined(names, MOST)) }
 }
 
 /// Names in the order of their first use; those that occur again say how often.
@@ -313,11 +297,11 @@ mod tests {
           Runge-Kutta       2 coordinates, 1 loop equation: the printed equations, in the coordinates of both trees
           read              1 output from positions and rates, 0 outputs from accelerations or reactions
 
-          choice         coordinates   loop equations
-          recommended              2                1
-          absolute                 9                8
-          joint                    -                -
-          this scene               2                1
+          choice       coordinates  loop equations
+          recommended            2               1
+          absolute               9               8
+          joint                  -               -
+          this scene             2               1
         ");
     }
 

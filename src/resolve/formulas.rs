@@ -6,6 +6,7 @@ use cotree_fmu::program::domain::Limit;
 
 use super::lower::Context;
 use super::{Resolver, UNKNOWN};
+use crate::columns::counted;
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
 use crate::mechanism::{Bound, Formula, Range, Unit};
@@ -300,7 +301,7 @@ impl Resolver<'_> {
             return [x, Formula::Number(0.0)];
         }
         if count != 2 {
-            let components = if count == 1 { "1 component".to_string() } else { format!("{count} components") };
+            let components = counted(count, "component");
             self.faults.push(
                 Fault::new("scene::wrong_value", format!("{what} has {components} instead of two"), vector.span)
                     .label("x and y are wanted")

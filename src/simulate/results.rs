@@ -95,11 +95,10 @@ impl Results {
     /// # Errors
     /// `out` cannot be written.
     pub fn write_csv(&self, out: impl Write) -> io::Result<()> {
-        let mut writer = Writer::new(out, self.columns.iter().map(|column| column.name.as_str()))?;
-        let mut row = vec![0.0; self.columns.len()];
-        for (index, &time) in self.times.iter().enumerate() {
-            row.iter_mut().zip(&self.columns).for_each(|(value, column)| *value = column.values[index]);
-            writer.row(time, &row)?;
+        let names = self.columns.iter().map(|column| column.name.as_str());
+        let mut writer = Writer::new(out, ["time"].into_iter().chain(names).map(|name| (name, 1.0)))?;
+        for (index, time) in self.times.iter().enumerate() {
+            writer.row([time].into_iter().chain(self.columns.iter().map(|column| &column.values[index])))?;
         }
         writer.finish().map(drop)
     }

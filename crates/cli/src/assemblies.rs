@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use cotree::columns::counted;
 use cotree::compile::compile_with;
 use cotree::formulate::assemblies::{Assemblies, Value, assemblies};
 use cotree::mechanism::{Mechanism, Unit};
@@ -73,8 +74,7 @@ fn text(found: &Assemblies, mechanism: &Mechanism, starts: usize) -> String {
             found.poses.len() - 1
         );
     }
-    let count = found.poses.len();
-    let ways = if count == 1 { "1 way".to_string() } else { format!("{count} ways") };
+    let ways = counted(found.poses.len(), "way");
     let given = |name: &str| {
         let known = mechanism.initial.iter().filter(|own| own.known).map(|own| mechanism.variable_name(own.variable));
         found.held.iter().any(|held| held.name == name) || known.into_iter().any(|known| known == name)

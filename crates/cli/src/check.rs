@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use cotree::columns::counted;
 use cotree::compile::{Compiled, compile_with};
 use cotree::formulate::attempt::attempt;
 use cotree::output::figures::summarise;
@@ -72,8 +73,8 @@ impl Check {
         let mut text = format!(
             "{}: no errors: {}, {}, mobility {}\n",
             self.scene.display(),
-            counted(summary.bodies.len(), "body", "bodies"),
-            counted(summary.joints.len(), "joint", "joints"),
+            counted(summary.bodies.len(), "body"),
+            counted(summary.joints.len(), "joint"),
             summary.mobility
         );
         if summary.mobility == 0 && summary.drivers.is_empty() {
@@ -93,8 +94,4 @@ impl Check {
         json["assumptions"] = assumptions.into();
         json
     }
-}
-
-fn counted(count: usize, one: &str, many: &str) -> String {
-    format!("{count} {}", if count == 1 { one } else { many })
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use cotree::compile;
 use cotree::scene::Scene;
-use cotree_study::analysis::report::{Report, Style};
+use cotree_study::analysis::report::Report;
 use cotree_study::analysis::{self, Study, StudyError};
 
 use super::MessageFormat;
@@ -50,12 +50,13 @@ impl Asked {
         result: Result<impl Report, StudyError>,
     ) -> Result<(), Failure> {
         output::warn(study.take_warnings().as_ref(), format);
-        let style = match (self.json, self.csv) {
-            (true, _) => Style::Json,
-            (_, true) => Style::Csv,
-            _ => Style::Text,
+        let (result, units) = (result?, self.units.before(study.display())?);
+        let text = match (self.json, self.csv) {
+            (true, _) => format!("{:#}\n", result.json()),
+            (_, true) => result.csv(&units),
+            _ => result.text(&units),
         };
-        output::put(output::file(self.output.as_deref()), &result?.write(style, &self.units.before(study.display())?))
+        output::put(output::file(self.output.as_deref()), &text)
     }
 }
 

@@ -1,6 +1,5 @@
 //! `cotree sweep`
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,7 +12,7 @@ use cotree::scene::Scene;
 use cotree::simulate::Measure;
 use cotree_draw::study::sweep::Picture;
 use cotree_fmu::instance::MOST_LANES;
-use cotree_study::sweep::{self, Design, Factor, Inaccurate, Kind, Outcome, Record, RecordError, Rows};
+use cotree_study::sweep::{self, Design, Factor, Inaccurate, Kind, Record, RecordError};
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 use signal_hook::consts::SIGINT;
 
@@ -182,7 +181,7 @@ impl Sweep {
         let bar = bar(sweep.design.len(), record.done());
         let mut failed = 0;
         let ended = sweep.run(record.done(), self.threads(), stop, |first, outcomes| {
-            failed += failures(&outcomes);
+            failed += outcomes.iter().filter(|outcome| outcome.is_err()).count();
             picture.iter_mut().for_each(|picture| picture.add(&outcomes));
             bar.set_position((first + outcomes.len()) as u64);
             record.write(sweep, first, &outcomes)
@@ -205,14 +204,14 @@ impl Sweep {
         mut picture: Option<&mut Picture>,
         format: MessageFormat,
     ) -> Result<(), Failure> {
-        let mut rows = Rows::new(std::io::stdout().lock(), sweep)?;
+        let mut out = std::io::stdout().lock();
+        sweep::begin(&mut out, sweep)?;
         let mut done = 0;
         let inaccurate = sweep.run(0, self.threads(), stop, |first, outcomes| {
             done = first + outcomes.len();
             picture.iter_mut().for_each(|picture| picture.add(&outcomes));
-            rows.write(sweep, first, &outcomes)
+            sweep::write(&mut out, sweep, first, &outcomes)
         })?;
-        rows.finish().flush()?;
         let all = sweep.design.len();
         self.warn(sweep, inaccurate.as_ref(), format);
         match stop.load(Ordering::Relaxed) && done < all {
@@ -233,10 +232,6 @@ fn bar(all: usize, done: usize) -> ProgressBar {
     bar.set_position(done as u64);
     bar.reset_eta();
     bar
-}
-
-fn failures(outcomes: &[Outcome]) -> usize {
-    outcomes.iter().filter(|outcome| outcome.is_err()).count()
 }
 
 /// How many of this session's runs failed.

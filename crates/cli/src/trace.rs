@@ -113,27 +113,27 @@ fn variables(points: &[String]) -> impl Iterator<Item = String> {
     points.iter().flat_map(|point| [Quantity::X, Quantity::Y].map(|own| own.of(point)))
 }
 
-/// Runs, and reports x and y of the points over time. What was worked out before the solver gave up is worth having: that failure is returned, to be told after it.
-fn run(
-    compiled: &Compiled,
-    format: MessageFormat,
-    mut report: impl FnMut(f64, &[f64]) -> std::io::Result<()>,
-) -> Result<Option<Failure>, Failure> {
-    let mut rows = 0;
+/// Time, then x and y of each point, SI.
+type Row = Vec<f64>;
+
+/// The rows of a run, and what ended it early: what was worked out before is worth having.
+fn rows(compiled: &Compiled, format: MessageFormat) -> Result<(Vec<Row>, Result<(), Failure>), Failure> {
+    let mut rows = Vec::new();
     let ended = compiled.run(|time, values| {
-        rows += 1;
-        report(time, values)
+        rows.push([&[time], values].concat());
+        Ok(())
     });
-    match ended {
+    let failure = match ended {
         Ok(inaccuracy) => {
             inaccuracy.iter().for_each(|found| output::warn_inaccurate(compiled, "", found, format));
-            Ok(None)
+            Ok(())
         }
-        Err(error @ RunError::Instance(_)) if rows > 0 => {
-            Ok(Some(Failure::from(error).with_note(&format!("the curves have the {rows} points before that"))))
+        Err(error @ RunError::Instance(_)) if !rows.is_empty() => {
+            Err(Failure::from(error).with_note(&format!("the curves have the {} points before that", rows.len())))
         }
-        Err(error) => Err(error.into()),
-    }
+        Err(error) => return Err(error.into()),
+    };
+    Ok((rows, failure))
 }
 
 fn table(
@@ -143,27 +143,27 @@ fn table(
     file: Option<&Path>,
     format: MessageFormat,
 ) -> Result<(), Failure> {
-    let [metre, second] = [Unit::length(), Unit::time()].map(|unit| shown.of(&unit).factor);
-    let names = variables(points).map(|name| shown.header(&name, &Unit::length()));
-    let header: Vec<String> = [shown.header("time", &Unit::time())].into_iter().chain(names).collect();
-    let mut writer = output::begin(file, &header)?;
-    let failure = run(compiled, format, |time, values| {
-        writer.row(time / second, &values.iter().map(|value| value / metre).collect::<Vec<_>>())
-    })?;
+    let columns = variables(points).map(|name| shown.column(&name, &Unit::length()));
+    let columns = std::iter::once(shown.column("time", &Unit::time())).chain(columns);
+    let mut writer = Writer::new(Output::new(file)?, columns)?;
+    let (rows, failure) = rows(compiled, format)?;
+    rows.iter().try_for_each(|row| writer.row(row))?;
     output::finish(writer, file)?;
-    failure.map_or(Ok(()), Err)
+    failure
 }
 
 /// A profile with the curve of the follower's point, for each half degree of the cam's angle.
 fn profile_table(cam: &Profile, units: &Units, file: Option<&Path>) -> Result<(), Failure> {
     let [metre, radian] = [Unit::length(), Unit::angle()].map(|unit| units.of(&unit));
-    let columns = ["x", "y", "pitch_x", "pitch_y"].map(|column| titled(&format!("{}.{column}", cam.name), &metre.name));
-    let header: Vec<String> = [titled("angle", &radian.name)].into_iter().chain(columns).collect();
-    let rows = cam.samples(PROFILE).into_iter().map(|sample| {
-        let lengths = [sample.contact, sample.point].into_iter().flat_map(|at| from_shaft(cam, at));
-        std::iter::once(sample.angle / radian.factor).chain(lengths.map(|at| at / metre.factor)).collect()
-    });
-    output::rows(file, &header, rows)
+    let place = |axis| (titled(&format!("{}.{axis}", cam.name), &metre.name), metre.factor);
+    let places = ["x", "y", "pitch_x", "pitch_y"].map(place);
+    let columns = std::iter::once((titled("angle", &radian.name), radian.factor)).chain(places);
+    let mut writer = Writer::new(Output::new(file)?, columns)?;
+    for sample in cam.samples(PROFILE) {
+        let [[x, y], [pitch_x, pitch_y]] = [sample.contact, sample.point].map(|at| from_shaft(cam, at));
+        writer.row(&[sample.angle, x, y, pitch_x, pitch_y])?;
+    }
+    output::finish(writer, file)
 }
 
 /// Points of a profile.
@@ -189,12 +189,12 @@ fn curves(
     if points.is_empty() {
         return output::write(path, dxf::curves(&cams.iter().map(outline).collect::<Vec<_>>()));
     }
-    let mut curves: Vec<(String, Vec<[f64; 2]>)> = points.iter().map(|point| (point.clone(), Vec::new())).collect();
-    let failure = run(compiled, format, |_, values| {
-        curves.iter_mut().zip(values.chunks(2)).for_each(|((_, curve), at)| curve.push([at[0], at[1]]));
-        Ok(())
-    })?;
-    curves.extend(cams.iter().map(outline));
-    output::write(path, dxf::curves(&curves))?;
-    failure.map_or(Ok(()), Err)
+    let (rows, failure) = rows(compiled, format)?;
+    let curve = |(index, point): (usize, &String)| {
+        (point.clone(), rows.iter().map(|row| [row[2 * index + 1], row[2 * index + 2]]).collect())
+    };
+    let curves: Vec<(String, Vec<[f64; 2]>)> =
+        points.iter().enumerate().map(curve).chain(cams.iter().map(outline)).collect();
+    output::write(path, &dxf::curves(&curves))?;
+    failure
 }

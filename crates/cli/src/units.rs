@@ -60,8 +60,9 @@ impl Shown {
         self.units.of(unit)
     }
 
-    /// A name in the header of the table.
-    pub fn header(&self, name: &str, unit: &Unit) -> String {
-        if self.in_header { titled(name, &self.of(unit).name) } else { name.to_string() }
+    /// A column of the table: its heading, and the SI value of one in it.
+    pub fn column(&self, name: &str, unit: &Unit) -> (String, f64) {
+        let unit = self.of(unit);
+        (if self.in_header { titled(name, &unit.name) } else { name.to_owned() }, unit.factor)
     }
 }

@@ -152,9 +152,10 @@ pub fn polyline(points: &[Pixel]) -> String {
 }
 
 pub fn number(value: f64) -> String {
-    let text = format!("{value:.2}");
-    let text = text.trim_end_matches('0').trim_end_matches('.');
-    if text == "-0" { "0".to_owned() } else { text.to_owned() }
+    match cotree::columns::without_zeros(&format!("{value:.2}")) {
+        "-0" => "0".to_owned(),
+        text => text.to_owned(),
+    }
 }
 
 /// Text as it may stand in XML and HTML, also inside quotes.

@@ -1,7 +1,7 @@
 //! `documentation/index.html`: what a user of the FMU wants to know, in one file without links: the page of `cotree view`, with more to read.
 
-use std::fmt::Write;
-
+use cotree::cells;
+use cotree::columns::between;
 use cotree::export::archive::Extra;
 use cotree::export::description::{Causality, Description, ScalarVariable, Start};
 use cotree::export::{ExportError, FmiVersion};
@@ -75,26 +75,21 @@ impl Page<'_> {
 
     /// A page without scripts.
     fn still(&self, description: &Description, why: &str, sections: &str) -> String {
-        let name = escape(&description.model_name);
         let about = match description.description.as_str() {
             "" => String::new(),
             text => format!("<p>{}</p>\n", prose(text)),
         };
-        format!(
-            "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{name}</title>\n\
-             <style>{STYLE}</style>\n</head>\n<body>\n<h1>{name}</h1>\n{about}{}<p>The picture stands still: {}.</p>\n{sections}{}</body>\n</html>\n",
-            self.drawing.svg(),
-            escape(why),
-            self.facts.html()
-        )
+        let (picture, why, facts) = (self.drawing.svg(), escape(why), self.facts.html());
+        let body = format!("{about}{picture}<p>The picture stands still: {why}.</p>\n{sections}{facts}");
+        cotree_text::html_page(&description.model_name, STYLE, &body)
     }
 
     /// How to use the FMU, its variables, what accuracy costs, licences.
     fn sections(&self, description: &Description, version: FmiVersion) -> String {
         let mut text = about(description, version);
         for (title, wanted) in SECTIONS {
-            table(&mut text, title, description.variables.iter().filter(|variable| wanted(variable.causality)));
+            let wanted = description.variables.iter().filter(|variable| wanted(variable.causality));
+            text.push_str(&variables(title, &wanted.collect::<Vec<_>>()));
         }
         text.push_str(&initial_values(&description.variables));
         text.push_str(&accuracy(self.accuracy, description.experiment.tolerance));
@@ -209,109 +204,92 @@ fn accuracy(measured: &Result<Accuracy, String>, default: f64) -> String {
     let mut text = String::from("<h2>Accuracy and work</h2>\n");
     let accuracy = match measured {
         Ok(accuracy) => accuracy,
-        Err(reason) => {
-            add(&mut text, format_args!("<p>Not measured: {}.</p>\n", escape(reason)));
-            return text;
-        }
+        Err(reason) => return text + &format!("<p>Not measured: {}.</p>\n", escape(reason)),
     };
     let [from, to] = accuracy.span;
-    add(
-        &mut text,
-        format_args!(
-            "<p>Measured with this model from {from:?} s to {to:?} s, at default parameters and inputs. The error is the largest of any \
-             output at any time, relative to the output's largest value, and against a run with tolerance {REFERENCE:e}. The default tolerance \
-             is {default:e}.</p>\n"
-        ),
+    text += &format!(
+        "<p>Measured with this model from {from:?} s to {to:?} s, at default parameters and inputs. The error is the largest of any \
+         output at any time, relative to the output's largest value, and against a run with tolerance {REFERENCE:e}. The default tolerance \
+         is {default:e}.</p>\n"
     );
     if accuracy.attainable > FINEST {
-        let attainable = accuracy.attainable;
-        let help = escape(Inaccuracy::ROUNDING);
-        add(
-            &mut text,
-            format_args!(
-                "<p><strong>Rounding errors leave a relative accuracy of about {attainable:.0e}</strong>, at smaller tolerances too: {help}.</p>\n"
-            ),
+        let (attainable, help) = (accuracy.attainable, escape(Inaccuracy::ROUNDING));
+        text += &format!(
+            "<p><strong>Rounding errors leave a relative accuracy of about {attainable:.0e}</strong>, at smaller tolerances too: {help}.</p>\n"
         );
     }
     if let Some(curve) = accuracy.curve() {
         text.push_str(&curve.svg());
     }
-    let heads = ["tolerance", "error", "steps", "rejected", accuracy.work()];
-    let heads = heads.map(|head| format!("<th class=\"n\">{head}</th>")).concat();
-    add(&mut text, format_args!("<div class=\"wide\"><table>\n<tr>{heads}</tr>\n"));
-    for Measurement { tolerance, error, statistics } in &accuracy.measurements {
+    let row = |Measurement { tolerance, error, statistics }: &Measurement| {
         let Statistics { steps, rejected, evaluations, .. } = statistics;
-        let (tolerance, error) = (format!("{tolerance:e}"), format!("{error:.1e}"));
-        let cells = [tolerance, error, steps.to_string(), rejected.to_string(), evaluations.to_string()];
-        let cells = cells.map(|cell| format!("<td class=\"n\">{cell}</td>")).concat();
-        add(&mut text, format_args!("<tr>{cells}</tr>\n"));
-    }
-    text.push_str("</table></div>\n");
-    text
+        cells![format!("{tolerance:e}"), format!("{error:.1e}"), steps, rejected, evaluations]
+    };
+    let heads = ["tolerance", "error", "steps", "rejected", accuracy.work()].map(|head| (head, NUMBER));
+    text + &table(&heads, accuracy.measurements.iter().map(row))
+}
+
+const TEXT: &str = "";
+const NUMBER: &str = " class=\"n\"";
+
+/// A table that scrolls where it is too wide: the columns by their heads and kinds, and cells as HTML.
+fn table(columns: &[(&str, &str)], rows: impl Iterator<Item = Vec<String>>) -> String {
+    let heads: String = columns.iter().map(|(head, kind)| format!("<th{kind}>{head}</th>")).collect();
+    let row = |row: Vec<String>| {
+        let cells = row.iter().zip(columns).map(|(cell, (_, kind))| format!("<td{kind}>{cell}</td>"));
+        format!("<tr>{}</tr>\n", cells.collect::<String>())
+    };
+    let rows: String = rows.map(row).collect();
+    format!("<div class=\"wide\"><table>\n<tr>{heads}</tr>\n{rows}</table></div>\n")
+}
+
+fn code(name: &str) -> String {
+    format!("<code>{}</code>", escape(name))
 }
 
 /// A table of variables, if there are any.
-fn table<'a>(page: &mut String, title: &str, variables: impl Iterator<Item = &'a ScalarVariable>) {
-    let mut variables = variables.peekable();
-    let Some(first) = variables.peek() else {
-        return;
-    };
-    let range = range(first).is_some();
-    let columns = if range { "<th class=\"n\">default</th><th>permitted</th><th>may change</th>" } else { "" };
-    add(
-        page,
-        format_args!(
-            "<h2>{title}</h2>\n<div class=\"wide\"><table>\n<tr><th>name</th><th>unit</th>{columns}<th>meaning</th></tr>\n"
-        ),
-    );
-    for variable in variables {
-        let (name, unit) = (escape(&variable.name), escape(&shown_unit(&variable.unit)));
-        add(page, format_args!("<tr><td><code>{name}</code></td><td>{unit}</td>"));
-        if let Some((start, permitted, change)) = self::range(variable) {
-            let [start, permitted] = [start, permitted].map(|text| escape(&text));
-            add(page, format_args!("<td class=\"n\">{start}</td><td>{permitted}</td><td>{change}</td>"));
-        }
-        add(page, format_args!("<td>{}</td></tr>\n", prose(&variable.description)));
+fn variables(title: &str, variables: &[&ScalarVariable]) -> String {
+    let Some(first) = variables.first() else { return String::new() };
+    let mut columns = vec![("name", TEXT), ("unit", TEXT)];
+    if range(first).is_some() {
+        columns.extend([("default", NUMBER), ("permitted", TEXT), ("may change", TEXT)]);
     }
-    page.push_str("</table></div>\n");
+    columns.push(("meaning", TEXT));
+    let row = |own: &&ScalarVariable| {
+        let mut row = vec![code(&own.name), escape(&shown_unit(&own.unit))];
+        row.extend(range(own).into_iter().flat_map(|range| range.map(|text| escape(&text))));
+        row.push(prose(&own.description));
+        row
+    };
+    format!("<h2>{title}</h2>\n{}", table(&columns, variables.iter().map(row)))
 }
 
 /// The initial values that can be set.
 fn initial_values(variables: &[ScalarVariable]) -> String {
-    let rows = variables.iter().filter_map(|variable| {
-        let (value, kind) = match variable.start? {
+    let rows = variables.iter().filter_map(|own| {
+        let (value, kind) = match own.start? {
             Start::Exact(value) => (value, "known"),
             Start::Approximate(value) => (value, "a guess that picks the assembly"),
         };
-        let [name, unit, value] =
-            [&variable.name, &shown_unit(&variable.unit), &shown(value, &variable.unit)].map(|text| escape(text));
-        Some(format!(
-            "<tr><td><code>{name}</code></td><td>{unit}</td><td class=\"n\">{value}</td><td>{kind}</td></tr>\n"
-        ))
+        let [unit, value] = [shown_unit(&own.unit), shown(value, &own.unit)].map(|text| escape(&text));
+        Some(vec![code(&own.name), unit, value, kind.to_owned()])
     });
-    let rows: String = rows.collect();
-    if rows.is_empty() {
-        return rows;
+    let mut rows = rows.peekable();
+    if rows.peek().is_none() {
+        return String::new();
     }
-    format!(
-        "<h2>Initial values</h2>\n<p>They may be set before initialisation.</p>\n<div class=\"wide\"><table>\n\
-         <tr><th>name</th><th>unit</th><th class=\"n\">default</th><th>is</th></tr>\n{rows}</table></div>\n"
-    )
+    let table = table(&[("name", TEXT), ("unit", TEXT), ("default", NUMBER), ("is", TEXT)], rows);
+    format!("<h2>Initial values</h2>\n<p>They may be set before initialisation.</p>\n{table}")
 }
 
 /// Default, permitted values, and when it may be set, of what can be set.
-fn range(variable: &ScalarVariable) -> Option<(String, String, &'static str)> {
-    let (start, [min, max]) = variable.causality.range()?;
+fn range(variable: &ScalarVariable) -> Option<[String; 3]> {
+    let (start, ends) = variable.causality.range()?;
     let is_fixed = matches!(variable.causality, Causality::Parameter { tunable: false, .. });
     let change = if is_fixed { "before start" } else { "any time" };
     let shown = |value: f64| shown(value, &variable.unit);
-    let permitted = match (min.map(shown), max.map(shown)) {
-        (None, None) => "any".to_owned(),
-        (Some(min), None) => format!("at least {min}"),
-        (None, Some(max)) => format!("at most {max}"),
-        (Some(min), Some(max)) => format!("{min} to {max}"),
-    };
-    Some((shown(start), permitted, change))
+    let permitted = between(ends.map(|end| end.map(shown))).unwrap_or_else(|| "any".to_owned());
+    Some([shown(start), permitted, change.to_owned()])
 }
 
 /// A unit, and in brackets the one that tools show.
@@ -331,9 +309,4 @@ fn shown(value: f64, unit: &Unit) -> String {
         }
         None => format!("{value:?}"),
     }
-}
-
-fn add(page: &mut String, text: std::fmt::Arguments) {
-    // Writing to a string cannot fail.
-    let _ = page.write_fmt(text);
 }

@@ -5,6 +5,8 @@ use std::hint::black_box;
 use std::sync::Arc;
 use std::time::Instant;
 
+use cotree::cells;
+use cotree::columns::aligned;
 use cotree::expr::Expr;
 use cotree::formulate::start::evaluate_at;
 use cotree::formulate::{Formulated, formulate_written};
@@ -227,35 +229,36 @@ fn condition(mut matrix: DMatrix<f64>) -> Option<f64> {
     (smallest > f64::EPSILON * largest).then(|| largest / smallest)
 }
 
+fn row(choice: &Choice) -> Vec<String> {
+    let mut row = cells![format!("{}{}", choice.name, if choice.used { " *" } else { "" })];
+    match &choice.figures {
+        Figures::Bad { fault } => row.push(fault.clone()),
+        Figures::Good(cost) => {
+            let known = |text: Option<String>| text.unwrap_or_else(|| "-".to_owned());
+            let condition = |number: Option<f64>| known(number.map(|number| format!("{number:.1}")));
+            let own = cost.operations;
+            row.extend(cells![
+                cost.coordinates,
+                cost.loop_equations,
+                own.additions,
+                own.multiplications,
+                own.divisions
+            ]);
+            row.extend(cells![own.square_roots, own.sine_cosine_pairs, own.others, format!("{:.1}", cost.nanoseconds)]);
+            row.extend([condition(cost.condition), condition(cost.mass_condition), cost.method.to_owned()]);
+            row.push(known(cost.steps.map(|steps| steps.to_string())));
+            row.push(known(cost.run_seconds.map(|run| format!("{:.3}", 1e3 * run))));
+        }
+    }
+    row
+}
+
 impl fmt::Display for Comparison {
     fn fmt(&self, out: &mut fmt::Formatter) -> fmt::Result {
-        let width = self.choices.iter().map(|choice| choice.name.len() + 2).max().unwrap_or_default().max(12);
-        writeln!(out, "cost of the {}", self.kernel)?;
-        writeln!(
-            out,
-            "  {:width$}  coordinates  loops      +      *    /  sqrt  sin,cos  other        ns  condition  cond. of M    method  steps  run [ms]",
-            "trees"
-        )?;
-        for choice in &self.choices {
-            let name = if choice.used { format!("{} *", choice.name) } else { choice.name.to_owned() };
-            match &choice.figures {
-                Figures::Good(cost) => {
-                    let Operations { additions, multiplications, divisions, square_roots, sine_cosine_pairs, others } =
-                        cost.operations;
-                    let [condition, mass] = [cost.condition, cost.mass_condition]
-                        .map(|number| number.map_or_else(|| "-".to_owned(), |number| format!("{number:.1}")));
-                    let steps = cost.steps.map_or_else(|| "-".to_owned(), |steps| steps.to_string());
-                    let run = cost.run_seconds.map_or_else(|| "-".to_owned(), |run| format!("{:.3}", 1e3 * run));
-                    writeln!(
-                        out,
-                        "  {name:width$}  {:11}  {:5}  {additions:5}  {multiplications:5}  {divisions:3}  {square_roots:4}  \
-                         {sine_cosine_pairs:7}  {others:5}  {:8.1}  {condition:>9}  {mass:>10}  {:>8}  {steps:>5}  {run:>8}",
-                        cost.coordinates, cost.loop_equations, cost.nanoseconds, cost.method
-                    )?;
-                }
-                Figures::Bad { fault } => writeln!(out, "  {name:width$}  {fault}")?,
-            }
-        }
+        let mut rows = vec![cells!["trees", "coordinates", "loops", "+", "*", "/", "sqrt", "sin,cos", "other", "ns"]];
+        rows[0].extend(cells!["condition", "cond. of M", "method", "steps", "run [ms]"]);
+        rows.extend(self.choices.iter().map(row));
+        write!(out, "cost of the {}\n{}", self.kernel, aligned(&rows, 1, "  "))?;
         writeln!(
             out,
             "  * used by the scene; conditions at the start, rows and columns scaled; `-`: singular or not there\n  method, steps, run: what \

@@ -54,12 +54,6 @@ pub struct Input {
     pub unit: DisplayUnit,
 }
 
-impl Input {
-    fn show(&self, at: f64) -> String {
-        format!("{} {}", short(at / self.unit.factor), self.unit.name)
-    }
-}
-
 /// The contacts of a mechanism over some input, told in these units.
 pub fn over(
     mechanism: &Mechanism,
@@ -101,10 +95,6 @@ struct Look<'a> {
 }
 
 impl Look<'_> {
-    fn force(&self, force: f64) -> String {
-        format!("{} {}", short(force / self.newton.factor), self.newton.name)
-    }
-
     fn largest(&self) -> f64 {
         self.normal.iter().fold(0.0, |largest: f64, force| largest.max(force.abs()))
     }
@@ -115,22 +105,22 @@ impl Look<'_> {
         let pulls = |index: usize| self.normal[index] < -least;
         let first = (0..self.normal.len()).find(|&index| pulls(index))?;
         let last = (first..self.normal.len()).find(|&index| !pulls(index));
-        let until = last.map_or(String::new(), |last| format!(" to {}", self.input.show(self.crossing(last))));
-        let from = self.input.show(if first == 0 { self.inputs[0] } else { self.crossing(first) });
+        let until = last.map_or(String::new(), |last| format!(" to {}", self.input.unit.show(self.crossing(last))));
+        let from = self.input.unit.show(if first == 0 { self.inputs[0] } else { self.crossing(first) });
         let (worst, force) = self.normal.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1))?;
         let again = last.is_some_and(|last| (last..self.normal.len()).any(pulls));
         let (more, place, is_cam) =
-            (if again { ", and again" } else { "" }, self.input.show(self.inputs[worst]), self.angle.is_some());
+            (if again { ", and again" } else { "" }, self.input.unit.show(self.inputs[worst]), self.angle.is_some());
         let (name, named) = (&joint.name, &self.input.named);
         let what = if is_cam { "the follower would leave the cam" } else { "the disc would lift off" };
         let message = format!(
             "`{name}` has to pull: {what} from {named} {from}{until}{more}; its contact force is down to {} at {named} {place}",
-            self.force(*force)
+            self.newton.show(*force)
         );
         let help = match self.pressure() {
             Some(pressure) if is_cam => format!(
                 "a spring that presses the follower along its guide with at least {} more would hold it there; or turn slower, or rise more gently",
-                self.force(pressure)
+                self.newton.show(pressure)
             ),
             _ => "the motion shown is that of a contact that holds in both directions".to_owned(),
         };
@@ -158,18 +148,13 @@ impl Look<'_> {
         let pairs = self.normal.iter().zip(along).enumerate();
         let needed = pairs.filter(|(_, (normal, _))| **normal > least).map(|(index, (n, t))| (index, (t / n).abs()));
         let (index, most) = needed.max_by(|a, b| a.1.total_cmp(&b.1))?;
-        let place = self.input.show(self.inputs[index]);
+        let place = self.input.unit.show(self.inputs[index]);
         (most > 1e-6).then(|| {
             format!(
                 "`{name}` rolls without slip: that takes a coefficient of friction of at least {} (at {} {place})",
-                short(most),
+                rounded(most, 4),
                 self.input.named
             )
         })
     }
-}
-
-/// Four digits.
-pub(crate) fn short(value: f64) -> String {
-    rounded(value, 4, 1e-4..1e7)
 }

@@ -228,8 +228,7 @@ fn text_table(Table { caption, head, rows }: &Table) -> String {
     let caption = if caption.is_empty() { String::new() } else { format!("  {caption}:\n") };
     let cells = rows.iter().map(|row| row.iter().map(|cell| TEXT.piece(cell)).collect::<Vec<_>>());
     let lines: Vec<Vec<String>> = (!head.is_empty()).then(|| head.to_vec()).into_iter().chain(cells).collect();
-    let lines = aligned(&lines, usize::MAX);
-    caption + &lines.iter().map(|line| format!("{}\n", format!("  {line}").trim_end())).collect::<String>()
+    caption + &aligned(&lines, usize::MAX, "  ")
 }
 
 /// A page in LaTeX, ready to be compiled.
@@ -344,12 +343,16 @@ const BLOCK_STYLE: &str = ".equations,.table{overflow-x:auto;margin:.6rem 0}.equ
 padding:.15rem .7rem;border-bottom:1px solid #8886}.table .long{white-space:normal;min-width:14rem}";
 
 pub fn html(title: &str, blocks: &[Block]) -> String {
+    html_page(title, STYLE, &fragment(blocks))
+}
+
+/// A page of its own.
+pub fn html_page(title: &str, style: &str, body: &str) -> String {
     let name = escape(title);
     format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>{name}</title>\n\
-         <style>{STYLE}</style>\n</head>\n<body>\n<h1>{name}</h1>\n{}</body>\n</html>\n",
-        fragment(blocks)
+         <style>{style}</style>\n</head>\n<body>\n<h1>{name}</h1>\n{body}</body>\n</html>\n"
     )
 }
 

@@ -110,8 +110,8 @@ fn inputs(equations: &Equations) -> Vec<Value> {
 fn followers(equations: &Equations) -> Vec<Value> {
     let mechanism = equations.system.mechanism;
     let of = |(index, (driver, input, given)): (usize, &(DriverId, InputId, Order))| {
-        let [position, rate, acceleration] = [Order::Position, Order::Velocity, Order::Acceleration]
-            .map(|order| symbol_name(equations, Symbol::Follower(index, order)));
+        let [position, rate, acceleration] =
+            Order::ALL.map(|order| symbol_name(equations, Symbol::Follower(index, order)));
         json!({
             "name": position, "rate": rate, "acceleration": acceleration,
             "driver": mechanism.drivers[driver.0].name, "input": mechanism.inputs[input.0].name,
@@ -123,8 +123,8 @@ fn followers(equations: &Equations) -> Vec<Value> {
 
 fn coordinates(equations: &Equations) -> Vec<Value> {
     let of = |(index, own): (usize, &cotree::equations::Coordinate)| {
-        let [position, rate, acceleration] = [Order::Position, Order::Velocity, Order::Acceleration]
-            .map(|order| symbol_name(equations, Symbol::Coordinate(index, order)));
+        let [position, rate, acceleration] =
+            Order::ALL.map(|order| symbol_name(equations, Symbol::Coordinate(index, order)));
         json!({ "name": position, "rate": rate, "acceleration": acceleration, "unit": if own.angular { "rad" } else { "m" } })
     };
     equations.coordinates.iter().enumerate().map(of).collect()

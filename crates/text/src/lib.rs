@@ -42,6 +42,7 @@ pub mod written;
 use cotree::equations::Equations;
 use cotree::expr::Symbol;
 
+pub use document::html_page;
 pub use json::json;
 pub use minimal::minimal;
 use motion::Motion;

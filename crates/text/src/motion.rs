@@ -118,26 +118,35 @@ impl Motion {
 
     /// The equations as matrices (Eqs 19-22).
     fn form(&self, equations: &Equations) -> Vec<(Tree, Tree)> {
-        let column = |base: &str| Tree::Name(Name::column(base, ""));
-        let [v, a, load, lambda] = ["v", "a", "Q", "lambda"].map(column);
-        let m = Tree::Name(Name::matrix("M", ""));
-        let jacobian = || Tree::Name(Name::matrix("Phi", "q"));
-        let product = |a: Tree, b: Tree| Tree::product(vec![a, b]);
-        let mut rows = Vec::new();
-        if self.dynamic && !has_loops(equations) {
-            rows.push((product(m, a.clone()), load));
-        } else if self.dynamic {
-            let transposed = Tree::power(jacobian(), Tree::Name(Name::letter("T", "")));
-            rows.push((Tree::sum(vec![(false, product(m, a.clone())), (false, product(transposed, lambda))]), load));
-        }
+        let mut rows = governing(equations, self.dynamic);
         if has_loops(equations) {
-            rows.push((column("Phi"), Tree::zero()));
-            let rate = Tree::Name(Name::column("Phi", "t"));
-            rows.push((product(jacobian(), v), Tree::Sum(vec![(true, rate)])));
-            rows.push((product(jacobian(), a), column("gamma")));
+            let jacobian = |rates: &str| product(matrix("Phi", "q"), column(rates, ""));
+            rows.push((jacobian("v"), Tree::Sum(vec![(true, column("Phi", "t"))])));
+            rows.push((jacobian("a"), column("gamma", "")));
         }
         rows
     }
+}
+
+fn column(base: &str, subscript: &str) -> Tree {
+    Tree::Name(Name::column(base, subscript))
+}
+
+fn matrix(base: &str, subscript: &str) -> Tree {
+    Tree::Name(Name::matrix(base, subscript))
+}
+
+fn product(a: Tree, b: Tree) -> Tree {
+    Tree::product(vec![a, b])
+}
+
+/// M a + Phi_q^T lambda = Q (22) of a model with masses, and Phi = 0.
+pub fn governing(equations: &Equations, dynamic: bool) -> Vec<(Tree, Tree)> {
+    let mut terms = vec![(false, product(matrix("M", ""), column("a", "")))];
+    let transposed = Tree::power(matrix("Phi", "q"), Tree::Name(Name::letter("T", "")));
+    let loops = has_loops(equations).then(|| (column("Phi", ""), Tree::zero()));
+    terms.extend(loops.as_ref().map(|_| (false, product(transposed, column("lambda", "")))));
+    dynamic.then(|| (Tree::sum(terms), column("Q", ""))).into_iter().chain(loops).collect()
 }
 
 /// More formulas than this need a word about their number.

@@ -46,7 +46,7 @@ impl ScalarMotion {
     }
 
     pub(super) fn coordinate(arena: &mut Arena, index: usize) -> Self {
-        let [q, v, a] = [Order::Position, Order::Velocity, Order::Acceleration].map(|order| {
+        let [q, v, a] = Order::ALL.map(|order| {
             let symbol = arena.symbol(Symbol::Coordinate(index, order));
             Form::term(arena, symbol, &Expr::ONE)
         });

@@ -6,30 +6,28 @@ pub use table::{Cells, Table, TableError, named};
 
 use std::io::{self, Write};
 
-/// Writes results: `time` first, then one column for each variable. Fields are quoted as in RFC 4180; lines end with a
-/// line feed alone, because that is what command-line tools expect.
+/// Writes results, a row for each time. Fields are quoted as in RFC 4180; lines end with a line feed alone, because that is what command-line
+/// tools expect.
 #[derive(Debug)]
 pub struct Writer<W> {
     out: W,
+    /// The SI value of one in each column.
+    factors: Vec<f64>,
 }
 
 impl<W: Write> Writer<W> {
-    pub fn new<'a>(out: W, names: impl IntoIterator<Item = &'a str>) -> io::Result<Self> {
-        Self::with_header(out, std::iter::once("time").chain(names))
-    }
-
-    /// The same with a header of one's own, such as `time [ms]`, `crank.angle [deg]`.
-    pub fn with_header<'a>(mut out: W, header: impl IntoIterator<Item = &'a str>) -> io::Result<Self> {
-        let fields: Vec<String> = header.into_iter().map(field).collect();
+    /// Begins with the headings, such as `time [ms]`; beside each stands the SI value of one in its column.
+    pub fn new(mut out: W, columns: impl IntoIterator<Item = (impl AsRef<str>, f64)>) -> io::Result<Self> {
+        let (fields, factors): (Vec<String>, Vec<f64>) =
+            columns.into_iter().map(|(heading, factor)| (field(heading.as_ref()), factor)).unzip();
         writeln!(out, "{}", fields.join(","))?;
-        Ok(Self { out })
+        Ok(Self { out, factors })
     }
 
-    /// Writes a row. Every number is the shortest text that reads back as the same number.
-    pub fn row(&mut self, time: f64, values: &[f64]) -> io::Result<()> {
-        write!(self.out, "{time:?}")?;
-        for value in values {
-            write!(self.out, ",{value:?}")?;
+    /// Writes a row of SI values. Every number is the shortest text that reads back as the same number.
+    pub fn row<'v>(&mut self, values: impl IntoIterator<Item = &'v f64>) -> io::Result<()> {
+        for (column, (value, factor)) in values.into_iter().zip(&self.factors).enumerate() {
+            write!(self.out, "{}{:?}", if column == 0 { "" } else { "," }, value / factor)?;
         }
         writeln!(self.out)
     }
@@ -52,9 +50,10 @@ mod tests {
     #[test]
     fn what_is_written_reads_back() {
         let rows = [(0.0, [1.0 / 3.0, -0.0]), (1e-7, [f64::MIN_POSITIVE, 1e300]), (2.0, [0.1 + 0.2, -5.0])];
-        let mut writer = Writer::new(Vec::new(), ["crank.angle", "odd, \"name\""]).unwrap();
+        let columns = ["time", "crank.angle", "odd, \"name\""].map(|name| (name, 1.0));
+        let mut writer = Writer::new(Vec::new(), columns).unwrap();
         for (time, values) in &rows {
-            writer.row(*time, values).unwrap();
+            writer.row([time].into_iter().chain(values)).unwrap();
         }
         let text = String::from_utf8(writer.finish().unwrap()).unwrap();
         assert!(text.starts_with("time,crank.angle,\"odd, \"\"name\"\"\"\n0.0,0.3333333333333333,-0.0\n"), "{text}");

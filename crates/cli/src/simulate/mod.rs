@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
+use cotree::columns::counted;
 use cotree::compile::compile;
 use cotree::output::csv::Table;
 use cotree::simulate::{self, Run, RunError};
@@ -137,23 +138,26 @@ impl Simulate {
         shown: &Shown,
     ) -> Result<(u64, Result<Option<Inaccuracy>, Failure>), Failure> {
         let is_wanted = self.output.is_some() || !(self.summary || self.plot.is_some());
-        let mut writer = is_wanted.then(|| output::begin(self.file(), &record.header(shown))).transpose()?;
+        let mut writer = match is_wanted {
+            true => Some(Writer::new(Output::new(self.file())?, record.table(shown))?),
+            false => None,
+        };
         let is_kept = self.plot.is_some() || self.summary || self.overlay.is_some();
         let every = request::thinning(self)?;
         let mut progress = Progress::new(simulate::count(run.experiment));
-        let (mut points, mut rows, mut row) = (0, 0, Vec::new());
+        let (mut points, mut rows) = (0, 0);
         let ended = run.start(model, |time, values| {
             progress.step(time);
             points += 1;
             if (points - 1) % every != 0 {
                 return Ok(());
             }
-            let time = record.shown(time, values, self.wrap, &mut row);
+            let row = if self.wrap { record.wrapped(time, values) } else { [&[time], values].concat() };
             if is_kept {
-                record.push(time, &row);
+                record.push(&row);
             }
             rows += 1;
-            writer.as_mut().map_or(Ok(()), |writer| writer.row(time, &row))
+            writer.as_mut().map_or(Ok(()), |writer| writer.row(&row))
         });
         progress.end();
         let ended = match ended {
@@ -216,7 +220,7 @@ impl Simulate {
     /// The failure of a run that has some of its rows.
     fn cut_short(&self, error: InstanceError, rows: u64) -> Failure {
         let place = self.file().map_or("the table".to_owned(), |path| format!("`{}`", path.display()));
-        let note = format!("{place} has the {rows} row{} before that", if rows == 1 { "" } else { "s" });
+        let note = format!("{place} has the {} before that", counted(rows as usize, "row"));
         Failure::from(RunError::Instance(error)).with_note(&note)
     }
 }

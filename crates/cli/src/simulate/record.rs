@@ -43,26 +43,22 @@ impl Record {
         Record { time: shown.of(&Unit::time()), times: Vec::new(), columns: reported.iter().map(column).collect() }
     }
 
-    /// Time and values, SI, as they are shown.
-    pub fn shown(&self, time: f64, values: &[f64], wrap: bool, row: &mut Vec<f64>) -> f64 {
-        row.clear();
-        row.extend(self.columns.iter().zip(values).map(|(column, &value)| {
-            let value = if wrap && is_angle(&column.si) { wrapped(value) } else { value };
-            value / column.unit.factor
-        }));
-        time / self.time.factor
+    /// A row of the table, SI: the time, then the values with their angles within half a turn.
+    pub fn wrapped(&self, time: f64, values: &[f64]) -> Vec<f64> {
+        let own = |(column, &value): (&Column, &f64)| if is_angle(&column.si) { wrapped(value) } else { value };
+        std::iter::once(time).chain(self.columns.iter().zip(values).map(own)).collect()
     }
 
-    /// Adds a row that is shown so.
-    pub fn push(&mut self, time: f64, row: &[f64]) {
-        self.times.push(time);
-        self.columns.iter_mut().zip(row).for_each(|(column, &value)| column.values.push(value));
+    /// Adds a row, SI.
+    pub fn push(&mut self, row: &[f64]) {
+        self.times.push(row[0] / self.time.factor);
+        self.columns.iter_mut().zip(&row[1..]).for_each(|(own, value)| own.values.push(value / own.unit.factor));
     }
 
-    /// A table's header.
-    pub fn header(&self, shown: &Shown) -> Vec<String> {
-        let columns = self.columns.iter().map(|column| shown.header(&column.name, &column.si));
-        std::iter::once(shown.header("time", &Unit::time())).chain(columns).collect()
+    /// The columns of the table.
+    pub fn table(&self, shown: &Shown) -> Vec<(String, f64)> {
+        let columns = self.columns.iter().map(|column| shown.column(&column.name, &column.si));
+        std::iter::once(shown.column("time", &Unit::time())).chain(columns).collect()
     }
 
     pub fn statistics(&self) -> Statistics {
@@ -79,7 +75,7 @@ impl Record {
     pub fn plot(&self, options: &Simulate, run: &Run, shown: &Shown) -> Result<Plot, Failure> {
         let title = run.description.model_name.clone();
         if let Some(x) = options.x.as_deref().filter(|x| *x != "time") {
-            return self.plot_over(title, self.column(x)?, &options.y);
+            return self.plot_over(title, self.axis(x)?, &options.y);
         }
         let wanted = |column: &&Column| options.y.is_empty() || options.y.contains(&column.name);
         let mut series: Vec<Series> =
@@ -90,49 +86,44 @@ impl Record {
     }
 
     fn plot_over(&self, title: String, x: &Column, wanted: &[String]) -> Result<Plot, Failure> {
-        let columns: Vec<&Column> = wanted.iter().map(|name| self.column(name)).collect::<Result<_, _>>()?;
-        let series = |column: &&Column| Series {
-            name: column.name.clone(),
-            unit: column.unit.name.clone(),
-            values: column.values.clone(),
-            ..Series::default()
-        };
+        let columns: Vec<&Column> = wanted.iter().map(|name| self.axis(name)).collect::<Result<_, _>>()?;
         let is_length = x.si.exponents == Unit::length().exponents;
         Ok(Plot {
             title,
             axis: titled(&x.name, &x.unit.name),
             true_to_scale: is_length.then(|| x.unit.name.clone()),
             time: x.values.clone(),
-            series: columns.iter().map(series).collect(),
+            series: columns.iter().map(|column| self.series(column, false)).collect(),
         })
     }
 
-    fn column(&self, name: &str) -> Result<&Column, Failure> {
-        self.columns.iter().find(|column| column.name == name).ok_or_else(|| {
-            let known: Vec<&str> = self.columns.iter().map(|column| column.name.as_str()).collect();
-            Failure::Usage(format!("`{name}` is not reported; {}", suggest::known(name, known)))
-        })
+    /// The variable of that name; or else the names that there are.
+    fn column(&self, name: &str) -> Result<&Column, String> {
+        let known = || suggest::known(name, self.columns.iter().map(|column| column.name.as_str()));
+        self.columns.iter().find(|column| column.name == name).ok_or_else(known)
+    }
+
+    fn axis(&self, name: &str) -> Result<&Column, Failure> {
+        self.column(name).map_err(|known| Failure::Usage(format!("`{name}` is not reported; {known}")))
     }
 
     /// A curve; where a wrapped angle begins a new turn it has a gap.
     fn series(&self, column: &Column, wrap: bool) -> Series {
-        let mut series = Series { name: column.name.clone(), unit: column.unit.name.clone(), ..Series::default() };
+        let curve = |values| Series::new(&column.name, &column.unit.name, values);
         if !(wrap && is_angle(&column.si)) {
-            series.values = column.values.clone();
-            return series;
+            return curve(column.values.clone());
         }
         let half = PI / column.unit.factor;
-        let mut at = Vec::new();
+        let (mut at, mut values) = (Vec::new(), Vec::new());
         for (&time, &value) in self.times.iter().zip(&column.values) {
-            if series.values.last().is_some_and(|last: &f64| (value - last).abs() > half) {
+            if values.last().is_some_and(|last: &f64| (value - last).abs() > half) {
                 at.push(time);
-                series.values.push(f64::NAN);
+                values.push(f64::NAN);
             }
             at.push(time);
-            series.values.push(value);
+            values.push(value);
         }
-        series.at = Some(at);
-        series
+        Series { at: Some(at), ..curve(values) }
     }
 
     /// The inputs that the table gives, where they are not reported anyway.
@@ -144,8 +135,7 @@ impl Record {
             if self.columns.iter().all(|column| column.name != variable.name) {
                 let unit = shown.of(&variable.unit);
                 let value = |time: &f64| table.at(place, time * self.time.factor).0 / unit.factor;
-                let values = self.times.iter().map(value).collect();
-                series.push(Series { name: variable.name.clone(), unit: unit.name, values, ..Series::default() });
+                series.push(Series::new(&variable.name, &unit.name, self.times.iter().map(value).collect()));
             }
         }
         series
@@ -156,10 +146,8 @@ impl Record {
         let wrong = |message: String| Failure::Usage(format!("{file}: {message}"));
         let (mut measured, mut report) = (Vec::new(), String::new());
         for (place, (name, unit)) in table.names().iter().zip(table.units()).enumerate() {
-            let column = self.column(name).map_err(|_| {
-                let known: Vec<&str> = self.columns.iter().map(|column| column.name.as_str()).collect();
-                wrong(format!("the column `{name}` is no reported variable; {}", suggest::known(name, known)))
-            })?;
+            let column = (self.column(name))
+                .map_err(|known| wrong(format!("the column `{name}` is no reported variable; {known}")))?;
             if let Some(unit) = unit.as_ref().filter(|unit| !unit.is_compatible(&column.si) && !column.si.si.is_empty())
             {
                 return Err(wrong(format!(
@@ -171,14 +159,8 @@ impl Record {
             let at: Vec<f64> = table.times().iter().map(|time| time / self.time.factor).collect();
             let values: Vec<f64> = table.column(place).iter().map(|value| value / column.unit.factor).collect();
             report += &self.difference(column, &at, &values);
-            measured.push(Series {
-                name: format!("{name} measured"),
-                unit: column.unit.name.clone(),
-                at: Some(at),
-                values,
-                measured: Some(name.clone()),
-                ..Series::default()
-            });
+            let dots = Series::new(&format!("{name} measured"), &column.unit.name, values);
+            measured.push(Series { at: Some(at), measured: Some(name.clone()), ..dots });
         }
         Ok((measured, report))
     }

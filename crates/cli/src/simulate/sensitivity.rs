@@ -5,7 +5,7 @@ use cotree::compile::{self, shown};
 use cotree::mechanism::Units;
 use cotree::scene::Scene;
 use cotree::simulate::points;
-use cotree_study::analysis::report::{Report, Style};
+use cotree_study::analysis::report::Report;
 use cotree_study::analysis::{Sensitivities, Study};
 
 use super::super::failure::Failure;
@@ -26,14 +26,12 @@ pub fn run(options: &Simulate, scene: Scene, format: MessageFormat) -> Result<()
     let found = study.sensitivities(&options.sensitivity, &times);
     output::warn(study.take_warnings().as_ref(), format);
     let found = found?;
-    let (names, factors): (Vec<String>, Vec<f64>) = columns(&found, study.display()).into_iter().unzip();
-    let rows =
-        found.times.iter().zip(found.values.iter().zip(&found.derivatives)).map(|(time, (values, derivatives))| {
-            // By columns: all derivatives by a parameter stand together.
-            let row = [time].into_iter().chain(values).chain(derivatives.iter()).zip(&factors);
-            row.map(|(value, factor)| value / factor).collect()
-        });
-    output::rows(options.file(), &names, rows)
+    let mut writer = Writer::new(Output::new(options.file())?, columns(&found, study.display()))?;
+    for (time, (values, derivatives)) in found.times.iter().zip(found.values.iter().zip(&found.derivatives)) {
+        // By columns: all derivatives by a parameter stand together.
+        writer.row([time].into_iter().chain(values).chain(derivatives.iter()))?;
+    }
+    output::finish(writer, options.file())
 }
 
 /// The columns of the table, by the units that they are shown in: derivatives stand after the values.
@@ -67,7 +65,7 @@ fn features(options: &Simulate, mut study: Study, times: &[f64], format: Message
     let levels = options.crossing.iter().map(level).collect::<Result<Vec<_>, Failure>>()?;
     let found = study.features(&options.sensitivity, times, &levels);
     output::warn(study.take_warnings().as_ref(), format);
-    let style = if options.json { Style::Json } else { Style::Text };
-    let text = found?.write(style, study.display());
+    let found = found?;
+    let text = if options.json { format!("{:#}\n", found.json()) } else { found.text(study.display()) };
     output::put(options.file(), &text)
 }

@@ -9,7 +9,7 @@ use cotree::component::{CoupledEdge, System};
 use cotree::diagnostic::Faults;
 use cotree::formulate::{Formulated, formulate};
 use cotree::graph::{ElementId, LinearGraph, Tree};
-use cotree::mechanism::{Dimension, Place};
+use cotree::mechanism::Dimension;
 use cotree::scene::Scene;
 
 use super::drawing::Drawing;
@@ -46,7 +46,8 @@ pub struct Edge {
 impl GraphDrawing {
     /// Lays out the graphs of a mechanism: points near their place at the start, bodies around the ground.
     pub fn new(formulated: &mut Formulated) -> Self {
-        let places = node_places(formulated);
+        let places = formulated.equations.system.places();
+        let places = pose::positions(formulated, places);
         let equations = &formulated.equations;
         let (system, trees) = (&equations.system, &equations.trees);
         let mut translation = graph(system, &system.translation, &trees.translation, system.coupled_points());
@@ -100,24 +101,6 @@ fn graph<D>(system: &System, graph: &LinearGraph<D>, tree: &Tree<D>, coupled: Ve
         places: Vec::new(),
         edges: graph.edges().map(edge).chain(coupled.into_iter().map(term)).collect(),
     }
-}
-
-/// Where the nodes of the translational graph are at the start.
-fn node_places(formulated: &mut Formulated) -> Vec<[f64; 2]> {
-    let mechanism = formulated.equations.system.mechanism;
-    let bodies = mechanism.bodies.iter().enumerate().flat_map(|(index, body)| {
-        let id = cotree::mechanism::BodyId(index);
-        let points = (0..body.points.len()).map(move |point| Place::Point(id, point));
-        points.chain([Place::Centre(id)])
-    });
-    let ground = (0..mechanism.ground.len()).map(Place::Ground);
-    let system = &formulated.equations.system;
-    let mut places = vec![[0.0; 2]; system.translation.nodes()];
-    let used: Vec<Place> = bodies.chain(ground).filter(|place| system.has_node(*place)).collect();
-    for (place, at) in used.iter().zip(pose::positions(formulated, used.iter().copied())) {
-        places[formulated.equations.system.t_node(*place).index()] = at;
-    }
-    places
 }
 
 /// The linear graphs of a scene with their trees, and the mechanism at its start.

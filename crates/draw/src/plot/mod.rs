@@ -126,6 +126,11 @@ pub(super) fn headed(title: &str) -> Svg {
 }
 
 impl Series {
+    /// A curve along the axis of its plot.
+    pub fn new(name: &str, unit: &str, values: Vec<f64>) -> Self {
+        Series { name: name.into(), unit: unit.into(), values, ..Series::default() }
+    }
+
     /// Its largest value, without its sign.
     fn size(&self) -> f64 {
         self.values.iter().filter(|value| value.is_finite()).fold(0.0, |size, value| f64::max(size, value.abs()))
@@ -146,16 +151,12 @@ fn same_scale(width: f64, along: &mut Ticks, up: &mut Ticks) -> f64 {
 mod tests {
     use super::*;
 
-    fn series(name: &str, unit: &str, values: Vec<f64>) -> Series {
-        Series { name: name.into(), unit: unit.into(), values, ..Series::default() }
-    }
-
     #[test]
     fn one_panel_for_each_unit() {
         let series = vec![
-            series("crank.angle", "rad", vec![0.0, 1.0]),
-            series("slider.x", "m", vec![0.0, 1.0]),
-            series("rod.angle", "rad", vec![1.0, 0.0]),
+            Series::new("crank.angle", "rad", vec![0.0, 1.0]),
+            Series::new("slider.x", "m", vec![0.0, 1.0]),
+            Series::new("rod.angle", "rad", vec![1.0, 0.0]),
         ];
         let plot = Plot { title: "a < b".into(), time: vec![0.0, 1.0], series, ..Plot::default() };
         let units: Vec<_> = plot.panels().iter().map(|panel| (panel.unit, panel.series.len())).collect();
@@ -165,7 +166,7 @@ mod tests {
 
     #[test]
     fn what_has_no_known_unit_is_not_called_a_pure_number() {
-        let series = vec![series("a", "", vec![0.0, 1.0]), series("b", "", vec![1.0, 0.0])];
+        let series = vec![Series::new("a", "", vec![0.0, 1.0]), Series::new("b", "", vec![1.0, 0.0])];
         let plot = Plot { title: "p".into(), time: vec![0.0, 1.0], series, ..Plot::default() };
         assert!(!plot.svg().contains("[1]") && !plot.svg().contains("[]"), "{}", plot.svg());
     }
@@ -173,10 +174,10 @@ mod tests {
     #[test]
     fn curves_of_different_size_get_panels_of_their_own() {
         let series = vec![
-            series("large", "N", vec![0.0, 1e4]),
-            series("small", "N", vec![0.0, 3.0]),
-            series("zero", "N", vec![0.0, 0.0]),
-            series("smaller", "N", vec![-1.0, 1.0]),
+            Series::new("large", "N", vec![0.0, 1e4]),
+            Series::new("small", "N", vec![0.0, 3.0]),
+            Series::new("zero", "N", vec![0.0, 0.0]),
+            Series::new("smaller", "N", vec![-1.0, 1.0]),
         ];
         let plot = Plot { time: vec![0.0, 1.0], series, ..Plot::default() };
         let names: Vec<Vec<&str>> =
@@ -186,7 +187,7 @@ mod tests {
 
     #[test]
     fn equal_curves_are_told_apart() {
-        let series = ["a", "b", "c"].map(|name| series(name, "N", vec![0.0, if name == "c" { 2.0 } else { 1.0 }]));
+        let series = ["a", "b", "c"].map(|name| Series::new(name, "N", vec![0.0, if name == "c" { 2.0 } else { 1.0 }]));
         let plot = Plot { time: vec![0.0, 1.0], series: series.to_vec(), ..Plot::default() };
         assert_eq!(plot.svg().matches("stroke-dasharray").count(), 2, "one curve and its line in the legend");
     }
@@ -196,10 +197,13 @@ mod tests {
         let measured = Series {
             at: Some(vec![0.25, 0.5]),
             measured: Some("x".into()),
-            ..series("x measured", "m", vec![0.3, 0.5])
+            ..Series::new("x measured", "m", vec![0.3, 0.5])
         };
-        let plot =
-            Plot { time: vec![0.0, 1.0], series: vec![series("x", "m", vec![0.0, 1.0]), measured], ..Plot::default() };
+        let plot = Plot {
+            time: vec![0.0, 1.0],
+            series: vec![Series::new("x", "m", vec![0.0, 1.0]), measured],
+            ..Plot::default()
+        };
         assert_eq!((plot.panels().len(), plot.svg().matches("<circle").count()), (1, 3));
     }
 
@@ -207,8 +211,12 @@ mod tests {
     fn a_circle_is_drawn_as_a_circle() {
         let turn = (0..=100).map(|index| f64::from(index) * std::f64::consts::TAU / 100.0);
         let (time, values) = turn.map(|angle| (0.2 * angle.cos(), 0.2 * angle.sin())).unzip();
-        let plot =
-            Plot { true_to_scale: Some("m".into()), time, series: vec![series("y", "m", values)], ..Plot::default() };
+        let plot = Plot {
+            true_to_scale: Some("m".into()),
+            time,
+            series: vec![Series::new("y", "m", values)],
+            ..Plot::default()
+        };
         let svg = plot.svg();
         let path = svg.split("<path d=\"").nth(1).unwrap().split('"').next().unwrap();
         let pixels: Vec<[f64; 2]> = path
@@ -230,14 +238,14 @@ mod tests {
     fn values_that_are_no_numbers_leave_gaps() {
         let time = (0..6).map(f64::from).collect();
         let values = vec![0.0, f64::NAN, 1.0, 2.0, f64::INFINITY, 3.0];
-        let svg = Plot { time, series: vec![series("x", "m", values)], ..Plot::default() }.svg();
+        let svg = Plot { time, series: vec![Series::new("x", "m", values)], ..Plot::default() }.svg();
         assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
     }
 
     #[test]
     fn nothing_to_plot_is_still_a_picture() {
         assert!(Plot::default().svg().ends_with("</svg>\n"));
-        let empty = Plot { series: vec![series("x", "m", vec![])], ..Plot::default() };
+        let empty = Plot { series: vec![Series::new("x", "m", vec![])], ..Plot::default() };
         assert!(!empty.svg().contains("NaN"));
     }
 }

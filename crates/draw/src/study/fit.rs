@@ -24,11 +24,8 @@ fn panels(times: &[f64], Column { name, unit, measured, fitted, .. }: &Column, u
     let unit = shown(units, unit);
     let residual = format!("residual of {name}");
     let series = |name: &str, values: Vec<f64>| Series {
-        name: name.to_owned(),
-        unit: unit.name.clone(),
-        values: values.iter().map(|value| value / unit.factor).collect(),
         panel: Some(name.to_owned()),
-        ..Series::default()
+        ..Series::new(name, &unit.name, values.iter().map(|value| value / unit.factor).collect())
     };
     let ends = [times.first(), times.last()].into_iter().flatten().copied().collect();
     let residuals = measured.iter().zip(fitted).map(|(measured, fitted)| measured - fitted).collect();

@@ -18,12 +18,7 @@ pub fn plot(figures: &Figures, units: &Units) -> Plot {
         let limit = if column.name == "advantage" { Some(100.0) } else { of_cam };
         let is_far = |value: f64| limit.is_some_and(|limit| value.abs() > limit);
         let value = |value: &f64| if is_far(*value) { f64::NAN } else { value / unit.factor };
-        Series {
-            name: column.name.clone(),
-            unit: unit.name.clone(),
-            values: column.values.iter().map(value).collect(),
-            ..Series::default()
-        }
+        Series::new(&column.name, &unit.name, column.values.iter().map(value).collect())
     };
     let Some((input, rest)) = figures.table.split_first() else { return Plot::default() };
     let unit = shown.of(&input.unit);

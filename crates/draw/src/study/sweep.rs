@@ -102,7 +102,7 @@ impl Picture {
             for (level, runs) in &groups {
                 let named = other.zip(*level).map(|(other, level)| {
                     let unit = &self.units[other];
-                    let level = rounded(level / unit.factor, 12, 1e-4..1e7);
+                    let level = rounded(level / unit.factor, 12);
                     format!("{} = {level} {}", factors[other].name, unit.name)
                 });
                 series.push(Series {

@@ -4,7 +4,6 @@
 //! moved along its accelerations from rest for a while, and the search continues from there; if it converges to the same point again, the motion from the
 //! guess is followed longer and longer.
 
-use cotree::columns::rounded;
 use cotree::compile::shown;
 use cotree::formulate::Formulated;
 use nalgebra::{DMatrix, DVector};
@@ -80,7 +79,7 @@ fn stuck_at(formulated: &Formulated, variation: &Variation, point: &Point) -> Re
     let told = |index: usize, value: f64, [angular, straight]: [&str; 2]| {
         let coordinate = &equations.coordinates[index];
         let unit = shown(units, if coordinate.angular { angular } else { straight });
-        format!("`{}` ({} {})", coordinate.name.position, rounded(value / unit.factor, 4, 1e-4..1e7), unit.name)
+        format!("`{}` ({})", coordinate.name.position, unit.show(value))
     };
     let mut order: Vec<usize> = (0..scales.len()).collect();
     let size = |index: &usize| (accelerations[*index] / scales[*index]).abs();

@@ -100,8 +100,7 @@ impl Variation {
     fn of(equations: &mut Equations, active: Vec<usize>, groups: Vec<(Row, Vec<Expr>)>, signals: Vec<Symbol>) -> Self {
         let coordinates = equations.coordinates.len();
         let arena = &mut equations.system.arena;
-        let motion = [Order::Position, Order::Velocity, Order::Acceleration];
-        let columns: Vec<Symbol> = (motion.into_iter())
+        let columns: Vec<Symbol> = (Order::ALL.into_iter())
             .flat_map(|order| (0..coordinates).map(move |index| Symbol::Coordinate(index, order)))
             .chain(active.iter().map(|&row| Symbol::Reaction(row)))
             .chain(signals)

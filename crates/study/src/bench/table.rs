@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use cotree::cells;
+use cotree::columns::aligned;
 use cotree_fmu::instance::Inaccuracy;
 
 use super::runs::TOO_LONG;
@@ -27,10 +29,11 @@ impl fmt::Display for Bench {
             )?;
             writeln!(f, "{}", Inaccuracy::ROUNDING)?;
         }
-        let energy = if self.energy_kept { "energy" } else { "" };
-        let head = ["method", "tolerance", "time [ms]", "error", "steps", "evaluations", "factors", "loops", energy];
-        writeln!(f, "\n{}", head.map(|title| format!("{title:>12}")).concat().trim_end())?;
-        self.runs.iter().try_for_each(|run| write_run(f, run))?;
+        let mut rows =
+            vec![cells!["method", "tolerance", "time [ms]", "error", "steps", "evaluations", "factors", "loops"]];
+        rows[0].extend(self.energy_kept.then(|| "energy".to_owned()));
+        rows.extend(self.runs.iter().map(row));
+        write!(f, "\n{}", aligned(&rows, 0, "  "))?;
         write_problems(f, &self.runs)?;
         writeln!(
             f,
@@ -90,31 +93,20 @@ fn write_problems(f: &mut fmt::Formatter<'_>, runs: &[Run]) -> fmt::Result {
     Ok(())
 }
 
-fn write_run(f: &mut fmt::Formatter<'_>, run: &Run) -> fmt::Result {
-    let measured = match &run.result {
-        Ok(measured) => measured,
-        Err(problem) => {
-            let why = if problem == TOO_LONG { "too slow" } else { "no result" };
-            return writeln!(f, "{:>12}{:>12.0e}{:>12}", run.method, run.tolerance, why);
+fn row(run: &Run) -> Vec<String> {
+    let mut row = cells![run.method, format!("{:.0e}", run.tolerance)];
+    match &run.result {
+        Err(problem) => row.extend(cells![if problem == TOO_LONG { "too slow" } else { "no result" }]),
+        Ok(own) => {
+            let error = match own.error {
+                0.0 => "<1e-16".to_owned(),
+                error => format!("{}{error:.1e}", if own.resolved { "" } else { "<" }),
+            };
+            let time = own.cpu_seconds.map_or_else(|| "-".to_owned(), |seconds| format!("{:.3}", 1e3 * seconds));
+            let residual = power(own.constraint_residual);
+            row.extend(cells![time, error, own.steps, own.evaluations, own.factorisations, residual]);
+            row.extend(own.energy_drift.map(power));
         }
-    };
-    let error = match measured.error {
-        0.0 => "<1e-16".to_owned(),
-        error => format!("{}{error:.1e}", if measured.resolved { "" } else { "<" }),
-    };
-    let time = measured.cpu_seconds.map_or_else(|| "-".to_owned(), |seconds| format!("{:.3}", 1e3 * seconds));
-    write!(
-        f,
-        "{:>12}{:>12.0e}{time:>12}{error:>12}{:>12}{:>12}{:>12}{:>12}",
-        run.method,
-        run.tolerance,
-        measured.steps,
-        measured.evaluations,
-        measured.factorisations,
-        power(measured.constraint_residual)
-    )?;
-    match measured.energy_drift {
-        Some(drift) => writeln!(f, "{:>12}", power(drift)),
-        None => writeln!(f),
     }
+    row
 }

@@ -1,5 +1,6 @@
 //! How well the measured values determine the quantities.
 
+use cotree::diagnostic::suggest;
 use nalgebra::{DMatrix, DVector, SVD};
 
 use super::Quantity;
@@ -40,17 +41,16 @@ impl Estimates {
         let idle = idle
             .zip(&norms)
             .map(|(effect, norm)| *norm == 0.0 || effect > f64::MIN_POSITIVE * norm && effect < NO_EFFECT);
-        let idle: Vec<String> =
-            names.iter().zip(idle).filter(|(_, idle)| *idle).map(|(name, _)| format!("`{name}`")).collect();
+        let idle = suggest::list(names.iter().zip(idle).filter(|(_, idle)| *idle).map(|(name, _)| name));
         if !idle.is_empty() {
             let what = "no measured value depends on it: leave it out, or measure something that it changes";
-            return Err(format!("the measured values do not determine {}: {what}", idle.join(", ")));
+            return Err(format!("the measured values do not determine {}: {what}", idle));
         }
         let covariance = covariance(&jacobian, &norms).map_err(|direction| {
             let takes_part = direction.iter().zip(&names).filter(|(share, _)| share.abs() > TAKES_PART);
-            let named: Vec<String> = takes_part.map(|(_, name)| format!("`{name}`")).collect();
+            let named = suggest::list(takes_part.map(|(_, name)| name));
             let what = "only a combination of them has an effect: leave one out, or measure something else too";
-            format!("the measured values do not determine {}: {what}", named.join(", "))
+            format!("the measured values do not determine {}: {what}", named)
         })?;
         let all_given = weighed.deviations.iter().all(|(_, is_given)| *is_given);
         let degrees = residuals.values.len().saturating_sub(free.len()).max(1);

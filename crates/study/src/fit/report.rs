@@ -1,10 +1,11 @@
 //! What was found, as a table for people and as JSON.
 
+use cotree::cells;
 use cotree::compile;
 use cotree::mechanism::Units;
 use serde_json::{Value, json};
 
-use super::{Ended, Fit, Quantity};
+use super::{Column, Ended, Fit, Quantity};
 use crate::analysis::report::align;
 
 impl Fit {
@@ -23,65 +24,50 @@ impl Fit {
     }
 
     fn estimates(&self, units: &Units) -> Vec<Vec<String>> {
-        let titles = ["quantity", "value", "std. error", "95 % from", "to", "unit", "start"];
-        let line = |own: &Quantity| {
+        let mut rows = vec![cells!["quantity", "value", "std. error", "95 % from", "to", "unit", "start"]];
+        for own in &self.quantities {
             let unit = compile::shown(units, &own.unit);
             let [value, start] = [own.value, own.start].map(|value| value / unit.factor);
-            let limits = own.limits.map(|limits| limits.map(|limit| limit / unit.factor));
-            let known = own.error.map(|error| error / unit.factor).zip(limits);
-            let numbers = match known {
-                Some((error, [low, high])) => {
-                    let digits = Some(error);
-                    vec![shown(value, digits), shown(error, digits), shown(low, digits), shown(high, digits)]
+            let error = own.error.filter(|_| own.limits.is_some()).map(|error| error / unit.factor);
+            let [error_shown, low, high] = match (error, own.limits) {
+                (Some(size), Some([low, high])) => {
+                    [size, low / unit.factor, high / unit.factor].map(|value| shown(value, error))
                 }
-                None => vec![shown(value, None), "at its bound".to_owned(), "-".to_owned(), "-".to_owned()],
+                _ => ["at its bound", "-", "-"].map(str::to_owned),
             };
-            let ends = [unit.name, format!("{start}")];
-            [own.name.clone()].into_iter().chain(numbers).chain(ends).collect()
-        };
-        [titles.map(str::to_owned).to_vec()].into_iter().chain(self.quantities.iter().map(line)).collect()
+            rows.push(cells![own.name, shown(value, error), error_shown, low, high, unit.name, start]);
+        }
+        rows
     }
 
     fn correlations(&self) -> Vec<Vec<String>> {
+        let cell = |value: &f64| if value.is_nan() { "-".to_owned() } else { format!("{value:.4}") };
         let names = || self.quantities.iter().map(|own| own.name.clone());
-        let mut lines = vec![["correlation".to_owned()].into_iter().chain(names()).collect::<Vec<_>>()];
-        for (row, name) in names().enumerate() {
-            let cell = |column: usize| match self.correlation[(row, column)] {
-                value if value.is_nan() => "-".to_owned(),
-                value => format!("{value:.4}"),
-            };
-            lines.push([name].into_iter().chain((0..self.quantities.len()).map(cell)).collect());
-        }
-        lines
+        let row = |(row, name)| std::iter::once(name).chain(self.correlation.row(row).iter().map(cell)).collect();
+        let heads = std::iter::once("correlation".to_owned()).chain(names()).collect();
+        std::iter::once(heads).chain(names().enumerate().map(row)).collect()
     }
 
     fn residuals(&self, units: &Units) -> Vec<Vec<String>> {
-        let mut lines =
-            vec![["measured", "values", "residual RMS", "std. deviation", "unit"].map(str::to_owned).to_vec()];
-        for column in &self.columns {
-            let given = if column.is_given { " (given)" } else { "" };
-            let unit = compile::shown(units, &column.unit);
-            lines.push(vec![
-                column.name.clone(),
-                column.measured.len().to_string(),
-                format!("{:.4e}", column.rms() / unit.factor),
-                format!("{:.4e}{given}", column.deviation / unit.factor),
-                unit.name,
-            ]);
+        let mut rows = vec![cells!["measured", "values", "residual RMS", "std. deviation", "unit"]];
+        for own in &self.columns {
+            let unit = compile::shown(units, &own.unit);
+            let [rms, deviation] = [own.rms(), own.deviation].map(|value| format!("{:.4e}", value / unit.factor));
+            let given = if own.is_given { " (given)" } else { "" };
+            rows.push(cells![own.name, own.measured.len(), rms, deviation + given, unit.name]);
         }
-        lines
+        rows
     }
 
     /// For scripts; SI.
     pub fn json(&self) -> Value {
         let quantity = |(index, own): (usize, &Quantity)| {
-            let correlation: Vec<Option<f64>> =
-                self.correlation.row(index).iter().map(|value| value.is_finite().then_some(*value)).collect();
+            let correlation: Value = self.correlation.row(index).iter().copied().collect();
             json!({ "name": own.name, "unit": own.unit, "start": own.start, "value": own.value, "error": own.error,
                     "limits": own.limits, "correlation": correlation })
         };
-        let column = |own: &super::Column| {
-            let residuals: Vec<f64> = own.measured.iter().zip(&own.fitted).map(|(own, fitted)| own - fitted).collect();
+        let column = |own: &Column| {
+            let residuals: Value = own.measured.iter().zip(&own.fitted).map(|(own, fitted)| own - fitted).collect();
             json!({ "name": own.name, "unit": own.unit, "rms": own.rms(), "deviation": own.deviation,
                     "given": own.is_given, "fitted": own.fitted, "residuals": residuals })
         };
@@ -91,8 +77,8 @@ impl Fit {
         };
         json!({
             "name": self.name, "ended": ended, "evaluations": self.evaluations, "times": self.times,
-            "quantities": self.quantities.iter().enumerate().map(quantity).collect::<Vec<_>>(),
-            "columns": self.columns.iter().map(column).collect::<Vec<_>>(),
+            "quantities": self.quantities.iter().enumerate().map(quantity).collect::<Value>(),
+            "columns": self.columns.iter().map(column).collect::<Value>(),
         })
     }
 }

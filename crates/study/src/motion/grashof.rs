@@ -52,7 +52,7 @@ fn named(lengths: [f64; 4], units: &Units) -> String {
     let excess = (s + l) - (p + q);
     let [ground, input, coupler, _] = lengths;
     let unit = units.of(&Unit::length());
-    let [a, b, c, d] = lengths.map(|length| rounded(length / unit.factor, 6, 1e-4..1e7));
+    let [a, b, c, d] = lengths.map(|length| rounded(length / unit.factor, 6));
     let sizes = format!("ground {a}, input {b}, coupler {c}, output {d} {}", unit.name);
     let class = match s {
         _ if excess.abs() <= EQUAL * l => "change point: shortest + longest = the other two",

@@ -16,11 +16,11 @@ mod samples;
 
 use std::f64::consts::TAU;
 
+use cotree::columns::rounded;
 use cotree::mechanism::{JointId, Mechanism, Unit, Units};
 use cotree::scene::{Faults, Scene};
 use cotree::simulate::{RunError, SimulateError};
 
-use crate::contact;
 pub use cams::Cam;
 use drive::Table;
 pub use figures::{Column, Figures, Link};
@@ -126,7 +126,7 @@ pub fn study(scene: &Scene, request: &Request) -> Result<Figures, MotionError> {
         && !(low <= start && start <= high && low < high)
     {
         let unit = request.units.of(&unit_of(motion));
-        let [low, high, start] = [low, high, start].map(|at| contact::short(at / unit.factor));
+        let [low, high, start] = [low, high, start].map(|at| rounded(at / unit.factor, 4));
         let message = format!(
             "the range from {low} to {high} {0} does not have the start of the scene, {start} {0}, in it",
             unit.name

@@ -1,9 +1,8 @@
 //! The quantities of a motion as a text, a table and a plot.
 
 use std::collections::HashMap;
-use std::fmt::Write;
 
-use cotree::columns::{aligned, rounded, titled};
+use cotree::columns::{self, aligned, titled};
 use cotree::compile::shown;
 use cotree::mechanism::{DisplayUnit, Unit, Units};
 
@@ -41,13 +40,6 @@ impl<'u> Shown<'u> {
         Self { units, largest }
     }
 
-    /// Nothing for what rounding errors make of it.
-    fn cleared(&self, value: f64, si: &str) -> f64 {
-        // Energy by torque and angle.
-        let noise = self.largest.get(if si == "J" { "N.m" } else { si }).map_or(0.0, |largest| NOISE * largest);
-        if value.abs() < noise { 0.0 } else { value }
-    }
-
     /// A unit in SI as it is shown. Of ratios lengths and forces are; radians stay, for the derivatives are by the radian.
     pub fn of(&self, si: &str) -> DisplayUnit {
         let Some((above, below @ ("rad" | "rad2" | "m" | "m2"))) = si.split_once('/') else {
@@ -66,12 +58,15 @@ impl<'u> Shown<'u> {
     }
 
     fn value(&self, value: f64, si: &str) -> String {
-        let unit = self.of(si);
-        format!("{} {}", number(self.cleared(value, si) / unit.factor), unit.name).trim_end().to_string()
+        format!("{} {}", self.bare(value, si), self.of(si).name).trim_end().to_owned()
     }
 
+    /// Nothing for what rounding errors make of it.
     fn bare(&self, value: f64, si: &str) -> String {
-        number(self.cleared(value, si) / self.of(si).factor)
+        // Energy by torque and angle.
+        let largest = self.largest.get(if si == "J" { "N.m" } else { si }).copied().unwrap_or_default();
+        let factor = self.of(si).factor;
+        number(value / factor, NOISE * largest / factor)
     }
 }
 
@@ -84,20 +79,20 @@ fn cam_lines(cam: &Cam, shown: &Shown) -> Vec<String> {
     for phase in &cam.phases {
         let word = if phase.rise > 0.0 { "rises" } else { "returns" };
         let [from, to] = [phase.from, phase.to].map(|angle| shown.value(angle, "rad"));
-        let [velocity, acceleration, jerk] = phase.peaks.map(number);
+        let [velocity, acceleration, jerk] = phase.peaks.map(|peak| number(peak, 0.0));
         let rise = shown.value(phase.rise.abs(), unit);
         lines.push(format!(
             "  {word} {rise} from {from} to {to}: peaks {velocity} h/beta, {acceleration} h/beta^2, {jerk} h/beta^3"
         ));
     }
     lines.push(format!("  pressure angle up to {}", at(&cam.pressure_angle, "rad")));
-    lines.extend(cam.pitch_radius.iter().map(|own| format!("  smallest radius of the pitch curve {}", at(own, "m"))));
-    lines.extend(
-        cam.convex_radius.iter().map(|own| format!("  smallest convex radius of the profile {}", at(own, "m"))),
-    );
-    lines.extend(
-        cam.hollow_radius.iter().map(|own| format!("  smallest hollow radius of the profile {}", at(own, "m"))),
-    );
+    for (what, radius) in [
+        ("radius of the pitch curve", &cam.pitch_radius),
+        ("convex radius of the profile", &cam.convex_radius),
+        ("hollow radius of the profile", &cam.hollow_radius),
+    ] {
+        lines.extend(radius.iter().map(|own| format!("  smallest {what} {}", at(own, "m"))));
+    }
     if let Some([low, high]) = &cam.face {
         lines.push(format!("  touches its face from {} to {} from the follower's point", at(low, "m"), at(high, "m")));
     }
@@ -119,33 +114,26 @@ impl Figures {
     /// Everything for people; of the table a row every so much of the input.
     pub fn text(&self, every: f64, units: &Units) -> String {
         let shown = Shown::new(units, &self.table);
-        let mut text = String::new();
-        let mut line = |sentence: String| {
-            // Writing to a text cannot fail.
-            let _ = writeln!(text, "{sentence}");
-        };
-        line(self.kind(&shown));
+        let mut lines = vec![self.kind(&shown)];
         if self.reversed {
             let input = &self.input.name;
-            line(format!(
+            lines.push(format!(
                 "the scene moves `{input}` backwards; the figures are those of the way forwards, at the same speed"
             ));
         }
-        self.output_lines(&shown).into_iter().for_each(&mut line);
-        self.transmission.iter().for_each(|angle| line(self.transmission_line(angle, &shown)));
+        lines.extend(self.output_lines(&shown));
+        lines.extend(self.transmission.iter().map(|angle| self.transmission_line(angle, &shown)));
         if let (Some(index), Some(output)) = (&self.joint_force_index, &self.output) {
             let [force, load] = ["N", if output.angular { "N.m" } else { "N" }].map(|si| shown.of(si));
-            let most = number(index.value * load.factor / force.factor);
+            let most = number(index.value * load.factor / force.factor, 0.0);
             let at = self.at(index, &shown);
-            line(format!("joint-force index up to {most} {} per {} at {at}", force.name, load.name));
+            lines.push(format!("joint-force index up to {most} {} per {} at {at}", force.name, load.name));
         }
-        self.cams.iter().flat_map(|cam| cam_lines(cam, &shown)).for_each(&mut line);
-        self.contacts.iter().cloned().for_each(&mut line);
-        self.dynamics(&shown).into_iter().for_each(&mut line);
-        self.path_lines(&shown).into_iter().for_each(&mut line);
-        line(String::new());
-        self.rows(every, &shown).into_iter().for_each(&mut line);
-        text
+        lines.extend(self.cams.iter().flat_map(|cam| cam_lines(cam, &shown)));
+        lines.extend(self.contacts.iter().cloned());
+        lines.extend(self.dynamics(&shown));
+        lines.extend(self.path_lines(&shown));
+        format!("{}\n\n{}", lines.join("\n"), self.rows(every, &shown))
     }
 
     fn kind(&self, shown: &Shown) -> String {
@@ -191,7 +179,7 @@ impl Figures {
             lines.push(format!("`{}` stands still: {}", output.name, limits.join("; ")));
         }
         if let Some(ratio) = self.time_ratio {
-            lines.push(format!("time ratio {}", number(ratio)));
+            lines.push(format!("time ratio {}", number(ratio, 0.0)));
         }
         if let Some(dwell) = self.dwell {
             let [near, place] = [dwell.tolerance, dwell.position].map(|value| shown.value(value, unit));
@@ -203,19 +191,23 @@ impl Figures {
     }
 
     fn transmission_line(&self, angle: &Transmission, shown: &Shown) -> String {
-        let end = |at: &At| format!("{} (at {})", shown.value(at.value, "rad"), self.at(at, shown));
         let poor = if angle.min.value < POOR { format!(": below {}", shown.value(POOR, "rad")) } else { String::new() };
-        format!("transmission angle at `{}` {} to {}{poor}", angle.joint, end(&angle.min), end(&angle.max))
+        let ends = self.ends([&angle.min, &angle.max], "rad", shown);
+        format!("transmission angle at `{}` {ends}{poor}", angle.joint)
+    }
+
+    /// The smallest and the largest value, with their places.
+    fn ends(&self, ends: [&At; 2], unit: &str, shown: &Shown) -> String {
+        ends.map(|end| format!("{} (at {})", shown.value(end.value, unit), self.at(end, shown))).join(" to ")
     }
 
     fn dynamics(&self, shown: &Shown) -> Vec<String> {
         let mut lines = Vec::new();
         let extent = |name: &str, extent: &Option<Extent>, unit: &str| {
-            extent.as_ref().map(|own| {
-                let [low, high] = [own.min, own.max]
-                    .map(|at| format!("{} (at {})", shown.value(at.value, unit), self.at(&at, shown)));
-                format!("{name} {low} to {high}, RMS {}", shown.value(own.rms, unit))
-            })
+            let written = |own: &Extent| {
+                format!("{name} {}, RMS {}", self.ends([&own.min, &own.max], unit, shown), shown.value(own.rms, unit))
+            };
+            extent.as_ref().map(written)
         };
         let effort = if self.input.angular { "N.m" } else { "N" };
         let word = if self.input.angular { "drive torque" } else { "drive force" };
@@ -231,7 +223,7 @@ impl Figures {
         lines.extend(extent("shaking moment", &self.shaking_moment, "N.m"));
         lines.extend(extent("generalised inertia", &self.inertia, if self.input.angular { "kg.m2" } else { "kg" }));
         if let Some(own) = &self.fluctuation {
-            let free = format!("coefficient of fluctuation without drive and loads {}", number(own.free));
+            let free = format!("coefficient of fluctuation without drive and loads {}", number(own.free, 0.0));
             let energy = shown.value(own.energy, "J");
             lines.push(format!("{free}; the loads need {} and vary by {energy}", shown.value(own.mean_torque, "N.m")));
             let wheels = own.flywheel.zip(own.added_inertia);
@@ -271,8 +263,8 @@ impl Figures {
     }
 
     /// The rows of the table, one every so much of the input; as many columns side by side as can be read.
-    fn rows(&self, every: f64, shown: &Shown) -> Vec<String> {
-        let [inputs, others @ ..] = &self.table[..] else { return Vec::new() };
+    fn rows(&self, every: f64, shown: &Shown) -> String {
+        let [inputs, others @ ..] = &self.table[..] else { return String::new() };
         let step = (inputs.values.get(1).unwrap_or(&1.0) - inputs.values.first().unwrap_or(&0.0)).abs();
         let thin = ((every / step).round() as usize).max(1);
         let written = |column: &Column| {
@@ -280,33 +272,29 @@ impl Figures {
             let values = column.values.iter().step_by(thin).map(|value| shown.bare(*value, &column.unit));
             std::iter::once(head).chain(values).collect::<Vec<String>>()
         };
-        let first = written(inputs);
-        let mut tables = vec![vec![first.clone()]];
+        let first: Vec<Vec<String>> = written(inputs).into_iter().map(|cell| vec![cell]).collect();
+        let mut tables = vec![first.clone()];
         let mut room = WIDTH;
         for column in others.iter().map(written) {
-            let width = widest(&column);
+            let width = column.iter().map(|cell| cell.chars().count()).max().unwrap_or(0) + 2;
             if width > room {
-                tables.push(vec![first.clone()]);
+                tables.push(first.clone());
                 room = WIDTH;
             }
             room = room.saturating_sub(width);
-            tables.last_mut().into_iter().for_each(|table| table.push(column.clone()));
+            tables.last_mut().into_iter().flatten().zip(column).for_each(|(row, cell)| row.push(cell));
         }
-        let row = |table: &[Vec<String>], index: usize| table.iter().map(|column| column[index].clone()).collect();
-        let rows = |table: Vec<Vec<String>>| (0..first.len()).map(|index| row(&table, index)).collect::<Vec<_>>();
-        let blocks: Vec<Vec<String>> = tables.into_iter().map(|table| aligned(&rows(table), 0)).collect();
-        blocks.join(&String::new())
+        tables.iter().map(|table| aligned(table, 0, "")).collect::<Vec<String>>().join("\n")
     }
 
-    /// The names of the table's columns with their units, and its rows.
-    pub fn csv(&self, units: &Units) -> (Vec<String>, Vec<Vec<f64>>) {
+    /// The columns of the table as they are shown: their headings, and the SI value of one in each.
+    pub fn columns(&self, units: &Units) -> Vec<(String, f64)> {
         let shown = Shown::new(units, &[]);
-        let header = self.table.iter().map(|column| titled(&column.name, &shown.of(&column.unit).name)).collect();
-        let factors: Vec<f64> = self.table.iter().map(|column| shown.of(&column.unit).factor).collect();
-        let count = self.table.first().map_or(0, |column| column.values.len());
-        let row =
-            |index: usize| self.table.iter().zip(&factors).map(|(own, factor)| own.values[index] / factor).collect();
-        (header, (0..count).map(row).collect())
+        let column = |own: &Column| {
+            let unit = shown.of(&own.unit);
+            (titled(&own.name, &unit.name), unit.factor)
+        };
+        self.table.iter().map(column).collect()
     }
 }
 
@@ -315,18 +303,14 @@ pub fn radius_of(cam: &str) -> String {
     format!("{cam}.radius")
 }
 
-/// Of a column, with the gap before it.
-fn widest(column: &[String]) -> usize {
-    column.iter().map(|cell| cell.chars().count()).max().unwrap_or(0) + 2
-}
+/// A ratio that is larger than this is on its way to infinity.
+const INFINITE: f64 = 1e9;
 
-/// Six digits.
-fn number(value: f64) -> String {
-    match value.abs() {
-        size if size.is_nan() => "-".to_string(),
-        size if size >= 1e9 => if value > 0.0 { "inf" } else { "-inf" }.to_string(),
-        size if size >= 1e7 || (size < 1e-4 && size > 0.0) => format!("{value:.4e}"),
-        _ => rounded(value, 6, 1e-4..1e7),
+fn number(value: f64, noise: f64) -> String {
+    match value {
+        value if value.is_nan() => "-".to_owned(),
+        value if value.abs() >= INFINITE => f64::INFINITY.copysign(value).to_string(),
+        value => columns::number(value, noise),
     }
 }
 

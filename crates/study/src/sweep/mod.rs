@@ -22,7 +22,7 @@ use cotree_fmu::model::Model;
 
 pub use design::Design;
 pub use factor::{Factor, Values};
-pub use record::{Record, RecordError, Rows};
+pub use record::{Record, RecordError, begin, write};
 pub use sample::Kind;
 
 /// Rows are handed over about as often.

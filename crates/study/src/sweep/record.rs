@@ -9,18 +9,10 @@ use cotree::output::csv::field;
 
 use super::{Outcome, Sweep};
 
-/// Writes the rows of a sweep.
-#[derive(Debug)]
-pub struct Rows<W> {
-    out: W,
-    /// The SI value of one in each column.
-    factors: Vec<f64>,
-}
-
 /// The table of a sweep in a file. Until it is finished it is called `NAME.part`; its first line there says which sweep it belongs to.
 #[derive(Debug)]
 pub struct Record {
-    rows: Rows<BufWriter<File>>,
+    out: BufWriter<File>,
     part: PathBuf,
     place: PathBuf,
     /// Bytes before the table itself.
@@ -42,28 +34,24 @@ pub enum RecordError {
     File { path: PathBuf, error: io::Error },
 }
 
-impl<W: Write> Rows<W> {
-    /// Begins with the line of names.
-    ///
-    /// # Errors
-    /// `out` cannot be written.
-    pub fn new(mut out: W, sweep: &Sweep) -> io::Result<Self> {
-        writeln!(out, "{}", heading(sweep))?;
-        Ok(Rows { out, factors: factors(sweep) })
-    }
+/// Begins a table with the line of names.
+///
+/// # Errors
+/// `out` cannot be written.
+pub fn begin(out: &mut impl Write, sweep: &Sweep) -> io::Result<()> {
+    writeln!(out, "{}", heading(sweep))
+}
 
-    /// Writes outcomes from run `first` on, and hands them over to the operating system.
-    pub fn write(&mut self, sweep: &Sweep, first: usize, outcomes: &[Outcome]) -> io::Result<()> {
-        for (index, outcome) in outcomes.iter().enumerate() {
-            writeln!(self.out, "{}", row(sweep, &self.factors, first + index, outcome))?;
-        }
-        self.out.flush()
+/// Writes outcomes from run `first` on, and hands them over to the operating system.
+///
+/// # Errors
+/// `out` cannot be written.
+pub fn write(out: &mut impl Write, sweep: &Sweep, first: usize, outcomes: &[Outcome]) -> io::Result<()> {
+    let factors = factors(sweep);
+    for (index, outcome) in outcomes.iter().enumerate() {
+        writeln!(out, "{}", row(sweep, &factors, first + index, outcome))?;
     }
-
-    /// The end: what was written to.
-    pub fn finish(self) -> W {
-        self.out
-    }
+    out.flush()
 }
 
 impl Record {
@@ -82,9 +70,8 @@ impl Record {
             let file = OpenOptions::new().read(true).write(true).create_new(true).open(&part).map_err(failed)?;
             let mut out = BufWriter::new(file);
             out.write_all(first.as_bytes()).map_err(failed)?;
-            let mut rows = Rows::new(out, sweep).map_err(failed)?;
-            rows.out.flush().map_err(failed)?;
-            return Ok(Record { rows, part, place: place.to_owned(), head, done: 0 });
+            begin(&mut out, sweep).and_then(|()| out.flush()).map_err(failed)?;
+            return Ok(Record { out, part, place: place.to_owned(), head, done: 0 });
         }
         if !resume {
             return Err(RecordError::Unfinished(part));
@@ -95,13 +82,7 @@ impl Record {
         };
         // A last line that was cut off is written anew.
         file.set_len(end).and_then(|()| file.seek(SeekFrom::Start(end))).map_err(failed)?;
-        Ok(Record {
-            rows: Rows { out: BufWriter::new(file), factors: factors(sweep) },
-            part,
-            place: place.to_owned(),
-            head,
-            done,
-        })
+        Ok(Record { out: BufWriter::new(file), part, place: place.to_owned(), head, done })
     }
 
     /// How many runs have been kept.
@@ -116,11 +97,11 @@ impl Record {
     pub fn outcomes(&self, sweep: &Sweep) -> Result<Vec<Outcome>, RecordError> {
         let failed = |error: io::Error| RecordError::File { path: self.part.clone(), error };
         let lines = BufReader::new(File::open(&self.part).map_err(failed)?).lines().skip(2).take(self.done);
+        let factors = factors(sweep);
         let outcome = |(run, line): (usize, io::Result<String>)| {
             let line = line.map_err(failed)?;
-            let rest = line.strip_prefix(&given(sweep, &self.rows.factors, run)).unwrap_or_default();
-            let factors = &self.rows.factors[sweep.design.factors().len()..];
-            let fields = rest.split(',').zip(factors);
+            let rest = line.strip_prefix(&given(sweep, &factors, run)).unwrap_or_default();
+            let fields = rest.split(',').zip(&factors[sweep.design.factors().len()..]);
             let values: Option<Vec<f64>> = fields.map(|(field, by)| Some(field.parse::<f64>().ok()? * by)).collect();
             Ok(values.ok_or_else(|| rest.trim_start_matches(',').to_owned()))
         };
@@ -130,14 +111,14 @@ impl Record {
     /// Keeps outcomes.
     pub fn write(&mut self, sweep: &Sweep, first: usize, outcomes: &[Outcome]) -> io::Result<()> {
         self.done = first + outcomes.len();
-        self.rows.write(sweep, first, outcomes)
+        write(&mut self.out, sweep, first, outcomes)
     }
 
     /// Puts the finished table in its place.
     pub fn finish(self) -> Result<(), RecordError> {
         let failed = |error: io::Error| RecordError::File { path: self.place.clone(), error };
         let mut draft = Draft::new(&self.place).map_err(failed)?;
-        let mut file = self.rows.out.into_inner().map_err(|error| failed(error.into_error()))?;
+        let mut file = self.out.into_inner().map_err(|error| failed(error.into_error()))?;
         file.seek(SeekFrom::Start(self.head)).map_err(failed)?;
         io::copy(&mut file, &mut draft).and_then(|_| draft.commit()).map_err(failed)?;
         drop(file); // an open file cannot be removed everywhere

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use cotree::columns::counted;
 use cotree::component::{Angle, Direction, Element, Known, Origin};
 use cotree::expr::{Expr, Symbol};
 use cotree::graph::ElementId;
@@ -145,7 +146,7 @@ impl Lesson<'_, '_, '_> {
             })
             .collect();
         let (all, mobility) = (bodies * each, self.source.mobility());
-        let bodies = if bodies == 1 { "1 moving body has".to_owned() } else { format!("{bodies} moving bodies have") };
+        let bodies = format!("{} {}", counted(bodies, "moving body"), if bodies == 1 { "has" } else { "have" });
         let rest = match (all.checked_sub(taken), mobility) {
             (Some(0), 0) => "; nothing is left: the drivers prescribe the motion.".to_owned(),
             (Some(1), 1) => "; 1 degree of freedom remains.".to_owned(),

@@ -3,9 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use cotree::component::Origin;
-use cotree::mechanism::{BodyId, Dimension, Place};
+use cotree::mechanism::{BodyId, Dimension};
 use cotree_draw::drawing::{Drawing, Mark};
-use cotree_draw::pose::{draw, frames, position};
+use cotree_draw::pose::{draw, frames, position, positions};
 
 use super::{Lesson, words};
 use crate::document::Block;
@@ -40,20 +40,15 @@ impl Lesson<'_, '_, '_> {
         if names.len() > NODES {
             return Vec::new();
         }
-        let places = self.places().into_iter().zip(names);
-        places.map(|(place, name)| Mark::Node { at: self.place(place), name }).collect()
-    }
-
-    /// Where a node is; one without a place is the datum.
-    fn place(&mut self, place: Option<Place>) -> [f64; 2] {
-        place.map_or([0.0; 2], |place| position(self.source, place))
+        let places = positions(self.source, self.equations.system.places());
+        places.into_iter().zip(names).map(|(at, name)| Mark::Node { at, name }).collect()
     }
 
     /// The free body of a cutset, by its nodes: a line around each of its bodies.
     pub fn picture_of_cut(&mut self, nodes: &BTreeSet<usize>) -> Option<Block> {
-        let places = self.places();
+        let places = self.equations.system.places();
         let mut bodies: BTreeMap<BodyId, Vec<[f64; 2]>> = BTreeMap::new();
-        for place in nodes.iter().filter_map(|node| places[*node]) {
+        for place in nodes.iter().map(|node| places[*node]) {
             if let Some(body) = place.body() {
                 bodies.entry(body).or_default().push(position(self.source, place));
             }
@@ -69,9 +64,8 @@ impl Lesson<'_, '_, '_> {
             return Vec::new();
         };
         let (label, walk) = (chord.label.clone(), self.translation.walk(chord));
-        let places = self.places();
-        let corners = walk.into_iter().map(|node| self.place(places[node]));
-        let corners: Vec<[f64; 2]> = corners.collect();
+        let places = self.equations.system.places();
+        let corners = positions(self.source, walk.into_iter().map(|node| places[node]));
         let picture = self.marked(vec![Mark::Circuit(corners)]);
         picture.map_or_else(Vec::new, |picture| {
             vec![words(format!("The circuit of {label}, along the tree and back by {label} itself:")), picture]
@@ -88,21 +82,5 @@ impl Lesson<'_, '_, '_> {
 
     fn is_plane(&self) -> bool {
         self.equations.system.mechanism.dimension == Dimension::Two
-    }
-
-    /// The points that are the translational nodes; none of the datum.
-    fn places(&self) -> Vec<Option<Place>> {
-        let system = &self.equations.system;
-        let mechanism = system.mechanism;
-        let ground = (0..mechanism.ground.len()).map(Place::Ground);
-        let points = mechanism.bodies.iter().enumerate().flat_map(|(index, body)| {
-            let id = BodyId(index);
-            std::iter::once(Place::Centre(id)).chain((0..body.points.len()).map(move |point| Place::Point(id, point)))
-        });
-        let mut places = vec![None; system.translation.nodes()];
-        for place in ground.chain(points).filter(|&place| system.has_node(place)) {
-            places[system.t_node(place).index()].get_or_insert(place);
-        }
-        places
     }
 }

@@ -7,8 +7,7 @@ use super::line;
 use super::numbers::{agree, short};
 use super::{Lesson, check, heading, words};
 use crate::document::{Block, Piece};
-use crate::motion::{called, dynamics};
-use crate::name::Name;
+use crate::motion::{called, dynamics, governing};
 use crate::tree::Tree;
 
 impl Lesson<'_, '_, '_> {
@@ -26,25 +25,13 @@ impl Lesson<'_, '_, '_> {
             ));
             return blocks;
         }
-        blocks.push(Block::Equations(self.form()));
+        blocks.push(Block::Equations(governing(&self.equations, true)));
         blocks.extend(self.mass_matrix());
         blocks.extend(self.reading());
         blocks.extend(self.loads());
         blocks.extend(line::matrices(self));
         blocks.extend(self.checked());
         blocks
-    }
-
-    /// M a + Phi_q^T lambda = Q (22)
-    fn form(&self) -> Vec<(Tree, Tree)> {
-        let column = |base: &str| Tree::Name(Name::column(base, ""));
-        let product = Tree::product(vec![Tree::Name(Name::matrix("M", "")), column("a")]);
-        if self.equations.loops().next().is_none() {
-            return vec![(product, column("Q"))];
-        }
-        let jacobian = Tree::power(Tree::Name(Name::matrix("Phi", "q")), Tree::Name(Name::letter("T", "")));
-        let reactions = Tree::product(vec![jacobian, column("lambda")]);
-        vec![(Tree::sum(vec![(false, product), (false, reactions)]), column("Q")), (column("Phi"), Tree::zero())]
     }
 
     fn mass_matrix(&mut self) -> Vec<Block> {

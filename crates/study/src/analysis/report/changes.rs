@@ -1,12 +1,14 @@
 //! Derivatives: of an equilibrium, of vibrations, of peaks and crossings.
 
+use cotree::cells;
 use cotree::columns::titled;
 use cotree::compile::shown;
 use cotree::mechanism::Units;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
-use super::{Report, align, number, told};
-use crate::analysis::{Changes, Feature, Kind, ModeChanges, Sensitivities};
+use super::modes::ratio;
+use super::{Report, align, csv, number, told};
+use crate::analysis::{Changes, Feature, Kind, Mode, ModeChanges, Sensitivities};
 
 /// What happens in a motion, and the parameters it is differentiated by, with their units.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,53 +29,49 @@ fn shown_by(parameters: &[(String, String)], units: &Units) -> Vec<(String, f64)
     parameters.iter().map(one).collect()
 }
 
-fn by_name<'a>(parameters: &'a [(String, String)], values: impl IntoIterator<Item = f64> + 'a) -> Map<String, Value> {
-    parameters.iter().zip(values).map(|((name, _), value)| (name.clone(), json!(value))).collect()
+fn by_name(parameters: &[(String, String)], values: &[f64]) -> Value {
+    parameters.iter().zip(values).map(|((name, _), value)| (name.clone(), *value)).collect()
 }
 
-/// At one time: an equilibrium.
+impl Sensitivities {
+    /// At its first time, that of an equilibrium: each output with its unit, its value and its derivatives.
+    fn rows(&self) -> impl Iterator<Item = (&str, &str, f64, Vec<f64>)> {
+        self.values.iter().zip(&self.derivatives).take(1).flat_map(|(values, derivatives)| {
+            let by = |row: usize| derivatives.row(row).iter().copied().collect();
+            let outputs = self.outputs.iter().enumerate();
+            outputs.map(move |(row, (name, unit))| (name.as_str(), unit.as_str(), values[row], by(row)))
+        })
+    }
+}
+
 impl Report for Sensitivities {
     fn text(&self, units: &Units) -> String {
         let parameters = shown_by(&self.parameters, units);
-        let per = parameters.iter().map(|(name, _)| format!("d/d({name})"));
-        let titles = ["output", "value", "unit"].map(str::to_owned).into_iter().chain(per);
-        let mut lines = vec![titles.collect::<Vec<String>>()];
-        for (values, derivatives) in self.values.iter().zip(&self.derivatives) {
-            for (row, (name, unit)) in self.outputs.iter().enumerate() {
-                let unit = shown(units, unit);
-                let mut line = vec![name.clone(), number(values[row] / unit.factor, 0.0), unit.name];
-                let derivatives = derivatives.row(row);
-                let derivatives = derivatives.iter().zip(&parameters).map(|(value, (_, by))| value * by / unit.factor);
-                line.extend(derivatives.map(|value| number(value, 0.0)));
-                lines.push(line);
-            }
+        let mut rows = vec![cells!["output", "value", "unit"]];
+        rows[0].extend(parameters.iter().map(|(name, _)| format!("d/d({name})")));
+        for (name, unit, value, derivatives) in self.rows() {
+            let unit = shown(units, unit);
+            let mut row = cells![name, number(value / unit.factor, 0.0), unit.name];
+            let derivatives = derivatives.iter().zip(&parameters).map(|(value, (_, by))| value * by / unit.factor);
+            row.extend(derivatives.map(|value| number(value, 0.0)));
+            rows.push(row);
         }
-        format!("Where it rests{}:\n\n{}", told(units), align(&lines))
+        format!("Where it rests{}:\n\n{}", told(units), align(&rows))
     }
 
     fn json(&self) -> Value {
-        let output = |(row, (name, unit)): (usize, &(String, String))| {
-            let value = self.values.first().map(|values| values[row]);
-            let derivatives = self
-                .derivatives
-                .iter()
-                .take(1)
-                .flat_map(|matrix| matrix.row(row).iter().copied().collect::<Vec<f64>>());
-            json!({ "name": name, "unit": unit, "value": value, "derivatives": by_name(&self.parameters, derivatives.collect::<Vec<f64>>()) })
-        };
-        json!({ "time": self.times.first(), "outputs": self.outputs.iter().enumerate().map(output).collect::<Vec<_>>() })
+        let outputs = self.rows().map(|(name, unit, value, derivatives)| {
+            json!({ "name": name, "unit": unit, "value": value, "derivatives": by_name(&self.parameters, &derivatives) })
+        });
+        json!({ "time": self.times.first(), "outputs": outputs.collect::<Value>() })
     }
 
     fn csv(&self, _: &Units) -> String {
-        let mut text = String::from("output,value,parameter,derivative\n");
-        for (values, derivatives) in self.values.iter().zip(&self.derivatives) {
-            for (row, (name, _)) in self.outputs.iter().enumerate() {
-                for (column, (parameter, _)) in self.parameters.iter().enumerate() {
-                    text.push_str(&format!("{name},{:?},{parameter},{:?}\n", values[row], derivatives[(row, column)]));
-                }
-            }
-        }
-        text
+        let lines = self.rows().flat_map(|(name, _, value, derivatives)| {
+            let parameters = self.parameters.iter().zip(derivatives);
+            parameters.map(move |((parameter, _), by)| format!("{name},{value:?},{parameter},{by:?}"))
+        });
+        csv("output,value,parameter,derivative", lines)
     }
 }
 
@@ -95,51 +93,50 @@ impl ModeChanges {
 impl Report for ModeChanges {
     fn text(&self, units: &Units) -> String {
         let parameters = shown_by(&self.parameters, units);
-        let titles = ["mode", "frequency [Hz]", "damping ratio", "with respect to", "d(frequency)", "d(damping ratio)"];
-        let mut lines = vec![titles.map(str::to_owned).to_vec()];
+        let mut rows = vec![cells![
+            "mode",
+            "frequency [Hz]",
+            "damping ratio",
+            "with respect to",
+            "d(frequency)",
+            "d(damping ratio)"
+        ]];
         for (index, mode) in self.modes.iter().enumerate() {
-            let ratio = mode.damping_ratio().map_or_else(|| "-".to_owned(), |ratio| number(ratio, 1e3));
             for ((_, parts), (name, by)) in self.cells(index).zip(&parameters) {
-                let [frequency, damping] = match parts {
-                    Some([_, _, frequency, damping]) => [frequency, damping].map(|value| number(value * by, 0.0)),
-                    None => ["-".to_owned(), "-".to_owned()],
-                };
-                let own = [(index + 1).to_string(), number(mode.frequency(), 0.0), ratio.clone()];
-                lines.push(own.into_iter().chain([name.to_owned(), frequency, damping]).collect());
+                let [_, _, frequency, damping] =
+                    parts.map_or([(); 4].map(|()| "-".to_owned()), |parts| parts.map(|value| number(value * by, 0.0)));
+                rows.push(cells![index + 1, number(mode.frequency(), 0.0), ratio(mode), name, frequency, damping]);
             }
         }
         let note = "A mode without derivatives moves freely, or its eigenvalue is there twice.\n";
         let note = if self.derivatives.iter().any(Option::is_none) { note } else { "" };
-        format!("{}: vibration about its equilibrium{}\n\n{}{note}", self.name, told(units), align(&lines))
+        format!("{}: vibration about its equilibrium{}\n\n{}{note}", self.name, told(units), align(&rows))
     }
 
     fn json(&self) -> Value {
-        let mode = |(index, mode): (usize, &crate::analysis::Mode)| {
-            let derivatives: Map<String, Value> = self
-                .cells(index)
-                .map(|(name, parts)| {
-                    let parts = parts.map(|[real, imaginary, frequency, damping]| {
-                        json!({ "eigenvalue": [real, imaginary], "frequency": frequency, "damping_ratio": damping })
-                    });
-                    (name.to_owned(), json!(parts))
-                })
-                .collect();
+        let mode = |(index, mode): (usize, &Mode)| {
+            let derivatives = self.cells(index).map(|(name, parts)| {
+                let parts = parts.map(|[real, imaginary, frequency, damping]| {
+                    json!({ "eigenvalue": [real, imaginary], "frequency": frequency, "damping_ratio": damping })
+                });
+                (name, parts)
+            });
+            let derivatives: Value = derivatives.collect();
             let (value, frequency) = (mode.eigenvalue, mode.frequency());
             json!({ "eigenvalue": [value.re, value.im], "frequency": frequency, "derivatives": derivatives })
         };
-        json!({ "name": self.name, "modes": self.modes.iter().enumerate().map(mode).collect::<Vec<_>>() })
+        json!({ "name": self.name, "modes": self.modes.iter().enumerate().map(mode).collect::<Value>() })
     }
 
     fn csv(&self, _: &Units) -> String {
-        let mut text = String::from("mode,frequency,parameter,real,imaginary,d_frequency,d_damping_ratio\n");
-        for (index, mode) in self.modes.iter().enumerate() {
-            for (name, parts) in self.cells(index) {
+        let lines = self.modes.iter().enumerate().flat_map(|(index, mode)| {
+            self.cells(index).map(move |(name, parts)| {
                 let parts =
                     parts.map_or_else(|| ",,,".to_owned(), |parts| parts.map(|part| format!("{part:?}")).join(","));
-                text.push_str(&format!("{},{:?},{name},{parts}\n", index + 1, mode.frequency()));
-            }
-        }
-        text
+                format!("{},{:?},{name},{parts}", index + 1, mode.frequency())
+            })
+        });
+        csv("mode,frequency,parameter,real,imaginary,d_frequency,d_damping_ratio", lines)
     }
 }
 
@@ -165,43 +162,41 @@ impl Report for Features {
     fn text(&self, units: &Units) -> String {
         let (parameters, second) = (shown_by(&self.parameters, units), shown(units, "s"));
         let at = titled("at", &second.name);
-        let titles = ["output", "", "value", "unit", &at, "with respect to", "d(value)", "d(time)"];
-        let mut lines = vec![titles.map(str::to_owned).to_vec()];
+        let mut rows = vec![cells!["output", "", "value", "unit", at, "with respect to", "d(value)", "d(time)"]];
         for ((own, _, by), (parameter, size)) in self.cells().zip(parameters.iter().cycle()) {
             let unit = shown(units, &own.output.1);
-            let scaled = |[value, time]: [f64; 2]| [value / unit.factor, time / second.factor];
-            let numbers = by.map(|by| scaled(by).map(|by| number(by * size, 0.0)));
-            let numbers = numbers.unwrap_or_else(|| ["-".to_owned(), "-".to_owned()]);
-            let [value, time] = scaled([own.value, own.time]).map(|value| number(value, 0.0));
-            let own = [own.output.0.clone(), word(own.kind).to_owned(), value, unit.name, time];
-            lines.push(own.into_iter().chain([parameter.clone()]).chain(numbers).collect());
+            let scaled = |[value, time]: [f64; 2], by: f64| {
+                [value * by / unit.factor, time * by / second.factor].map(|value| number(value, 0.0))
+            };
+            let [value, time] = scaled([own.value, own.time], 1.0);
+            let [d_value, d_time] = by.map_or(["-", "-"].map(str::to_owned), |by| scaled(by, *size));
+            rows.push(cells![own.output.0, word(own.kind), value, unit.name, time, parameter, d_value, d_time]);
         }
         let why = |own: &Feature| {
             let what = own.changes.as_ref().err()?;
             Some(format!("  no derivatives of the {} of {}: {what}\n", word(own.kind), own.output.0))
         };
         let notes: String = self.features.iter().filter_map(why).collect();
-        format!("{}: peaks and crossings{}\n\n{}{notes}", self.name, told(units), align(&lines))
+        format!("{}: peaks and crossings{}\n\n{}{notes}", self.name, told(units), align(&rows))
     }
 
     fn json(&self) -> Value {
         let feature = |own: &Feature| {
             let by = |pick: fn(&Changes) -> &Vec<f64>| {
-                own.changes.as_ref().ok().map(|by| by_name(&self.parameters, pick(by).iter().copied()))
+                own.changes.as_ref().ok().map(|by| by_name(&self.parameters, pick(by)))
             };
             json!({ "output": own.output.0, "unit": own.output.1, "kind": word(own.kind), "value": own.value, "time": own.time,
                     "d_value": by(|by| &by.value), "d_time": by(|by| &by.time), "refused": own.changes.as_ref().err() })
         };
-        json!({ "name": self.name, "features": self.features.iter().map(feature).collect::<Vec<_>>() })
+        json!({ "name": self.name, "features": self.features.iter().map(feature).collect::<Value>() })
     }
 
     fn csv(&self, _: &Units) -> String {
-        let mut text = String::from("output,kind,value,time,parameter,d_value,d_time\n");
-        for (own, parameter, by) in self.cells() {
+        let lines = self.cells().map(|(own, parameter, by)| {
             let (name, kind) = (&own.output.0, word(own.kind));
             let by = by.map_or_else(|| ",".to_owned(), |[value, time]| format!("{value:?},{time:?}"));
-            text.push_str(&format!("{name},{kind},{:?},{:?},{parameter},{by}\n", own.value, own.time));
-        }
-        text
+            format!("{name},{kind},{:?},{:?},{parameter},{by}", own.value, own.time)
+        });
+        csv("output,kind,value,time,parameter,d_value,d_time", lines)
     }
 }

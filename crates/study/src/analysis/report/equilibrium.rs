@@ -1,12 +1,13 @@
 //! An equilibrium with its reactions and loads.
 
+use cotree::cells;
 use cotree::compile::shown;
 use cotree::expr::{Expr, Symbol};
 use cotree::formulate::Formulated;
 use cotree::mechanism::{Dimension, Mechanism, Quantity, Units, Variable};
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
-use super::{Report, align, at, largest, number};
+use super::{Report, align, at, csv, largest, number};
 use crate::analysis::resting::pose;
 use crate::analysis::{Equilibrium, Point, Stability};
 
@@ -172,7 +173,7 @@ impl Report for Statics {
             text.push_str(&format!("\n{}\n", group.title));
             let line = |(name, value, unit): &(String, f64, &str)| {
                 let unit = shown(units, unit);
-                vec![name.clone(), number(value / unit.factor, largest / unit.factor), unit.name]
+                cells![name, number(value / unit.factor, largest / unit.factor), unit.name]
             };
             text.push_str(&align(&group.values.iter().map(line).collect::<Vec<_>>()));
         }
@@ -185,11 +186,9 @@ impl Report for Statics {
     }
 
     fn json(&self) -> Value {
-        let mut groups = Map::new();
-        for group in &self.groups {
-            let values = group.values.iter().map(|(name, value, _)| (name.clone(), json!(value)));
-            groups.insert(group.title.to_owned(), Value::Object(values.collect()));
-        }
+        let values =
+            |group: &Group| group.values.iter().map(|(name, value, _)| (name.clone(), *value)).collect::<Value>();
+        let groups: Value = self.groups.iter().map(|group| (group.title, values(group))).collect();
         let most = match &self.stability {
             Stability::Neutral(most) | Stability::Undecided(most) | Stability::Unstable(most) => Some(most),
             Stability::Held | Stability::Stable => None,
@@ -206,13 +205,12 @@ impl Report for Statics {
     }
 
     fn csv(&self, units: &Units) -> String {
-        let mut text = String::from("group,name,value,unit\n");
-        for Group { title, values } in &self.groups {
-            for (name, value, unit) in values {
+        let lines = self.groups.iter().flat_map(|Group { title, values }| {
+            values.iter().map(move |(name, value, unit)| {
                 let unit = shown(units, unit);
-                text.push_str(&format!("{title},{name},{:?},{}\n", value / unit.factor, unit.name));
-            }
-        }
-        text
+                format!("{title},{name},{:?},{}", value / unit.factor, unit.name)
+            })
+        });
+        csv("group,name,value,unit", lines)
     }
 }

@@ -1,10 +1,11 @@
 //! Linear systems at one or many points.
 
+use cotree::cells;
 use cotree::mechanism::Units;
 use nalgebra::DMatrix;
 use serde_json::{Value, json};
 
-use super::{Report, align, at, largest, number};
+use super::{Report, align, at, csv, largest, number};
 use crate::analysis::{Signal, StateSpace};
 
 #[derive(Clone, Debug)]
@@ -44,13 +45,11 @@ impl StateSpace {
     }
 
     fn json(&self) -> Value {
-        let rows = |matrix: &DMatrix<f64>| -> Vec<Vec<f64>> {
-            matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
+        let rows = |matrix: &DMatrix<f64>| {
+            matrix.row_iter().map(|row| row.iter().copied().collect::<Value>()).collect::<Value>()
         };
-        let signals = |signals: &[Signal]| -> Vec<Value> {
-            let one = |signal: &Signal| json!({"name": signal.name, "unit": signal.unit.si, "value": signal.value});
-            signals.iter().map(one).collect()
-        };
+        let signal = |own: &Signal| json!({"name": own.name, "unit": own.unit.si, "value": own.value});
+        let signals = |signals: &[Signal]| signals.iter().map(signal).collect::<Value>();
         json!({
             "time": self.time,
             "states": signals(&self.states),
@@ -69,7 +68,7 @@ impl StateSpace {
             if !signals.is_empty() {
                 let line = |signal: &Signal| {
                     let unit = units.of(&signal.unit);
-                    vec![signal.name.clone(), number(signal.value / unit.factor, 1.0 / unit.factor), unit.name]
+                    cells![signal.name, number(signal.value / unit.factor, 1.0 / unit.factor), unit.name]
                 };
                 text.push_str(&format!("\n{title}\n{}", align(&signals.iter().map(line).collect::<Vec<_>>())));
             }
@@ -79,9 +78,9 @@ impl StateSpace {
                 continue;
             }
             let largest = largest(matrix.iter());
-            let mut lines = vec![[vec![name.to_owned()], columns].concat()];
+            let mut lines = vec![[cells![name], columns].concat()];
             for (row, label) in matrix.row_iter().zip(rows) {
-                lines.push([vec![label], row.iter().map(|&value| number(value, largest)).collect()].concat());
+                lines.push([label].into_iter().chain(row.iter().map(|&value| number(value, largest))).collect());
             }
             text.push_str(&format!("\n{}", align(&lines)));
         }
@@ -103,22 +102,20 @@ impl Report for Linearization {
                 value["name"] = json!(self.name);
                 value
             }
-            points => json!({"name": self.name, "points": points.iter().map(StateSpace::json).collect::<Vec<_>>()}),
+            points => json!({"name": self.name, "points": points.iter().map(StateSpace::json).collect::<Value>()}),
         }
     }
 
     fn csv(&self, _: &Units) -> String {
-        let mut text = String::from("time,matrix,row,column,value\n");
-        for point in &self.points {
-            for (name, matrix, rows, columns) in point.matrices() {
-                for (row, label) in rows.iter().enumerate() {
-                    for (column, other) in columns.iter().enumerate() {
-                        let value = matrix[(row, column)];
-                        text.push_str(&format!("{:?},{name},{label},{other},{value:?}\n", point.time));
-                    }
-                }
+        let mut lines = Vec::new();
+        for (point, (name, matrix, rows, columns)) in
+            self.points.iter().flat_map(|own| own.matrices().map(|of| (own, of)))
+        {
+            for (place, value) in matrix.transpose().iter().enumerate() {
+                let (row, column) = (&rows[place / columns.len()], &columns[place % columns.len()]);
+                lines.push(format!("{:?},{name},{row},{column},{value:?}", point.time));
             }
         }
-        text
+        csv("time,matrix,row,column,value", lines)
     }
 }

@@ -5,7 +5,7 @@ mod equilibrium;
 mod linear;
 mod modes;
 
-use cotree::columns::{aligned, rounded};
+use cotree::columns;
 use cotree::compile::shown;
 use cotree::mechanism::Units;
 use serde_json::Value;
@@ -15,40 +15,28 @@ pub use equilibrium::Statics;
 pub use linear::Linearization;
 pub use modes::Vibration;
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Style {
-    #[default]
-    Text,
-    Json,
-    Csv,
-}
-
 pub trait Report {
-    /// For people, in these units.
+    /// For people, in these units; ends with a line break, as CSV does.
     fn text(&self, units: &Units) -> String;
     /// In SI units.
     fn json(&self) -> Value;
     /// Where it names units, in these; else in SI units.
     fn csv(&self, units: &Units) -> String;
-
-    /// In a style; ends with a line break.
-    fn write(&self, style: Style, units: &Units) -> String {
-        match style {
-            Style::Text => self.text(units),
-            Style::Json => format!("{:#}\n", self.json()),
-            Style::Csv => self.csv(units),
-        }
-    }
 }
 
-/// Lines of cells in columns: the first to the left, the others to the right.
-pub(crate) fn align(lines: &[Vec<String>]) -> String {
-    aligned(lines, 1).iter().map(|line| format!("{}\n", format!("  {line}").trim_end())).collect()
+/// A table whose first column stands to the left, the others to the right.
+pub(crate) fn align(rows: &[Vec<String>]) -> String {
+    columns::aligned(rows, 1, "  ")
 }
 
-/// Six significant digits; what is only rounding beside `largest` is zero.
+/// A table for spreadsheets.
+fn csv(header: &str, lines: impl IntoIterator<Item = String>) -> String {
+    std::iter::once(header.to_owned()).chain(lines).map(|line| line + "\n").collect()
+}
+
+/// A number beside the largest of its kind: less than rounding leaves of that is zero.
 fn number(value: f64, largest: f64) -> String {
-    if value.abs() <= 1e-13 * largest { "0".to_owned() } else { rounded(value, 6, 1e-4..1e7) }
+    columns::number(value, 1e-13 * largest)
 }
 
 /// `t = 2 s`

@@ -1,9 +1,10 @@
 //! Natural vibrations.
 
+use cotree::cells;
 use cotree::mechanism::Units;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
-use super::{Report, align, at, number};
+use super::{Report, align, at, csv, number};
 use crate::analysis::Mode;
 
 /// Parts of a shape below this do not show in the table.
@@ -22,29 +23,30 @@ pub struct Vibration {
 
 impl Vibration {
     fn table(&self) -> String {
-        let titles = ["mode", "frequency [Hz]", "damping ratio", "eigenvalue [1/s]", ""];
-        let mut lines = vec![titles.map(str::to_owned).to_vec()];
+        let mut rows = vec![cells!["mode", "frequency [Hz]", "damping ratio", "eigenvalue [1/s]", ""]];
         for (index, mode) in self.modes.iter().enumerate() {
             let (value, size) = (mode.eigenvalue, mode.eigenvalue.norm());
             let real = number(value.re, 1e3 * size);
             let eigenvalue = if value.im > 0.0 { format!("{real} +- {}i", number(value.im, size)) } else { real };
             let frequency = if value.im > 0.0 { number(mode.frequency(), 0.0) } else { "-".to_owned() };
-            let ratio = mode.damping_ratio().map_or_else(|| "-".to_owned(), |ratio| number(ratio, 1e3));
-            lines.push(vec![(index + 1).to_string(), frequency, ratio, eigenvalue, kind(mode).to_owned()]);
+            rows.push(cells![index + 1, frequency, ratio(mode), eigenvalue, kind(mode)]);
         }
-        align(&lines)
+        align(&rows)
     }
 
     fn shapes(&self, units: &Units) -> String {
-        let mut lines = vec![vec![if *units == Units::default() { "shape" } else { "shape (SI)" }.to_owned()]];
-        lines[0].extend((1..=self.modes.len()).map(|mode| format!("mode {mode}")));
+        let mut rows = vec![cells![if *units == Units::default() { "shape" } else { "shape (SI)" }]];
+        rows[0].extend((1..=self.modes.len()).map(|mode| format!("mode {mode}")));
         for (row, coordinate) in self.coordinates.iter().enumerate() {
-            let mut line = vec![coordinate.clone()];
-            line.extend(self.modes.iter().map(|mode| part(mode.shape[row])));
-            lines.push(line);
+            let parts = self.modes.iter().map(|mode| part(mode.shape[row]));
+            rows.push(std::iter::once(coordinate.clone()).chain(parts).collect());
         }
-        align(&lines)
+        align(&rows)
     }
+}
+
+pub(super) fn ratio(mode: &Mode) -> String {
+    mode.damping_ratio().map_or_else(|| "-".to_owned(), |ratio| number(ratio, 1e3))
 }
 
 /// Amplitude with its sign if all move in step, otherwise amplitude and phase.
@@ -79,8 +81,7 @@ impl Report for Vibration {
     fn json(&self) -> Value {
         let mode = |mode: &Mode| {
             let parts = self.coordinates.iter().zip(&mode.shape);
-            let shape: Map<String, Value> =
-                parts.map(|(name, value)| (name.clone(), json!([value.re, value.im]))).collect();
+            let shape: Value = parts.map(|(name, value)| (name.clone(), vec![value.re, value.im])).collect();
             json!({
                 "eigenvalue": [mode.eigenvalue.re, mode.eigenvalue.im],
                 "frequency": mode.frequency(),
@@ -90,22 +91,21 @@ impl Report for Vibration {
                 "shape": shape,
             })
         };
-        let modes: Vec<Value> = self.modes.iter().map(mode).collect();
+        let modes: Value = self.modes.iter().map(mode).collect();
         json!({"name": self.name, "time": self.time, "at_rest": self.resting, "modes": modes})
     }
 
     fn csv(&self, _: &Units) -> String {
-        let mut text = String::from(
-            "mode,real,imaginary,frequency,natural_frequency,damping_ratio,coordinate,shape_real,shape_imaginary\n",
-        );
-        for (index, mode) in self.modes.iter().enumerate() {
+        let lines = self.modes.iter().enumerate().flat_map(|(index, mode)| {
             let ratio = mode.damping_ratio().map_or_else(String::new, |ratio| format!("{ratio:?}"));
             let (value, frequency, natural) = (mode.eigenvalue, mode.frequency(), mode.natural_frequency());
-            for (name, part) in self.coordinates.iter().zip(&mode.shape) {
-                let head = format!("{},{:?},{:?},{frequency:?},{natural:?},{ratio}", index + 1, value.re, value.im);
-                text.push_str(&format!("{head},{name},{:?},{:?}\n", part.re, part.im));
-            }
-        }
-        text
+            let head = format!("{},{:?},{:?},{frequency:?},{natural:?},{ratio}", index + 1, value.re, value.im);
+            let parts = self.coordinates.iter().zip(&mode.shape);
+            parts.map(move |(name, part)| format!("{head},{name},{:?},{:?}", part.re, part.im))
+        });
+        csv(
+            "mode,real,imaginary,frequency,natural_frequency,damping_ratio,coordinate,shape_real,shape_imaginary",
+            lines,
+        )
     }
 }
