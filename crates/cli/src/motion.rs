@@ -79,7 +79,7 @@ impl Motion {
         let units = self.units(&scene)?;
         let figures = motion::study(&scene, &Request { units: units.clone(), ..self.request(&scene)? })?;
         if let Some(path) = &self.table {
-            let mut writer = Writer::new(Output::new(Some(path))?, figures.columns(&units))?;
+            let mut writer = output::begin(Some(path), figures.columns(&units))?;
             let rows = figures.table.first().map_or(0, |column| column.values.len());
             (0..rows).try_for_each(|row| writer.row(figures.table.iter().map(|column| &column.values[row])))?;
             output::finish(writer, Some(path))?;

@@ -129,16 +129,12 @@ pub fn finish(table: Writer<Output>, file: Option<&Path>) -> Result<(), Failure>
     })
 }
 
-/// Begins a table, to standard output if there is no file.
-pub fn begin(file: Option<&Path>, header: &[String]) -> Result<Writer<Output>, Failure> {
-    Ok(Writer::with_header(Output::new(file)?, header.iter().map(String::as_str))?)
-}
-
-/// Writes a table whose rows are all known.
-pub fn rows(file: Option<&Path>, header: &[String], rows: impl IntoIterator<Item = Vec<f64>>) -> Result<(), Failure> {
-    let mut writer = begin(file, header)?;
-    rows.into_iter().try_for_each(|row| writer.row(row[0], &row[1..]))?;
-    finish(writer, file)
+/// A table with these columns, each with the SI value of one in it, into a file or to standard output.
+pub fn begin(
+    file: Option<&Path>,
+    columns: impl IntoIterator<Item = (impl AsRef<str>, f64)>,
+) -> Result<Writer<Output>, Failure> {
+    Ok(Writer::new(Output::new(file)?, columns)?)
 }
 
 /// Writes a picture, as PNG if its name ends so, and says what it is.

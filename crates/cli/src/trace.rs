@@ -145,7 +145,7 @@ fn table(
 ) -> Result<(), Failure> {
     let columns = variables(points).map(|name| shown.column(&name, &Unit::length()));
     let columns = std::iter::once(shown.column("time", &Unit::time())).chain(columns);
-    let mut writer = Writer::new(Output::new(file)?, columns)?;
+    let mut writer = output::begin(file, columns)?;
     let (rows, failure) = rows(compiled, format)?;
     rows.iter().try_for_each(|row| writer.row(row))?;
     output::finish(writer, file)?;
@@ -158,7 +158,7 @@ fn profile_table(cam: &Profile, units: &Units, file: Option<&Path>) -> Result<()
     let place = |axis| (titled(&format!("{}.{axis}", cam.name), &metre.name), metre.factor);
     let places = ["x", "y", "pitch_x", "pitch_y"].map(place);
     let columns = std::iter::once((titled("angle", &radian.name), radian.factor)).chain(places);
-    let mut writer = Writer::new(Output::new(file)?, columns)?;
+    let mut writer = output::begin(file, columns)?;
     for sample in cam.samples(PROFILE) {
         let [[x, y], [pitch_x, pitch_y]] = [sample.contact, sample.point].map(|at| from_shaft(cam, at));
         writer.row(&[sample.angle, x, y, pitch_x, pitch_y])?;

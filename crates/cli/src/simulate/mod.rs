@@ -138,10 +138,7 @@ impl Simulate {
         shown: &Shown,
     ) -> Result<(u64, Result<Option<Inaccuracy>, Failure>), Failure> {
         let is_wanted = self.output.is_some() || !(self.summary || self.plot.is_some());
-        let mut writer = match is_wanted {
-            true => Some(Writer::new(Output::new(self.file())?, record.table(shown))?),
-            false => None,
-        };
+        let mut writer = is_wanted.then(|| output::begin(self.file(), record.table(shown))).transpose()?;
         let is_kept = self.plot.is_some() || self.summary || self.overlay.is_some();
         let every = request::thinning(self)?;
         let mut progress = Progress::new(simulate::count(run.experiment));

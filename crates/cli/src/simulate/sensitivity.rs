@@ -26,7 +26,7 @@ pub fn run(options: &Simulate, scene: Scene, format: MessageFormat) -> Result<()
     let found = study.sensitivities(&options.sensitivity, &times);
     output::warn(study.take_warnings().as_ref(), format);
     let found = found?;
-    let mut writer = Writer::new(Output::new(options.file())?, columns(&found, study.display()))?;
+    let mut writer = output::begin(options.file(), columns(&found, study.display()))?;
     for (time, (values, derivatives)) in found.times.iter().zip(found.values.iter().zip(&found.derivatives)) {
         // By columns: all derivatives by a parameter stand together.
         writer.row([time].into_iter().chain(values).chain(derivatives.iter()))?;
