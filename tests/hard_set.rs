@@ -22,7 +22,8 @@ const LONG: [&str; 4] = ["1000 s", "10 000 rpm for 60 s", "four-bars side by sid
 /// What a run says that ends at a singular pose.
 const REFUSALS: [&str; 2] = ["comes to a singular pose", "has left its branch in a singular pose"];
 
-/// Engines that pass singular poses.
+/// What a method says at a singular pose that a user has named: only series pass one.
+const NAMED: &str = "leave the choice of the method to the program";
 const ENGINES: [Engine; 2] = [Engine::Taylor, Engine::Dop853];
 
 #[test]
@@ -41,7 +42,7 @@ fn no_run_leaves_its_branch() {
                     let outcome = case.run(&model, given, tolerance, points);
                     let run =
                         format!("{}, {} at {tolerance:e}, {points:?}, {engine:?}", case.family, case.scene.name.text);
-                    check(&case, &run, outcome, tolerance);
+                    check_method(&case, &run, given, outcome, tolerance);
                     runs += 1;
                 }
             }
@@ -50,7 +51,7 @@ fn no_run_leaves_its_branch() {
     }
 }
 
-/// While the motion is stiff the implicit method is the current one; it passes the poses too.
+/// While the motion is stiff the implicit method is the current one, but for the poses.
 #[test]
 fn a_stiff_spring_takes_no_motion_off_its_branch() {
     for seed in 0..4 {
@@ -61,7 +62,8 @@ fn a_stiff_spring_takes_no_motion_off_its_branch() {
                 let run = format!("{} at {tolerance:e}, {points:?}", case.scene.name.text);
                 check(&case, &run, case.run(&model, None, tolerance, points), tolerance);
                 if tolerance > 1e-7 {
-                    check(&case, &run, case.run(&model, Some(Engine::Radau), tolerance, points), tolerance);
+                    let radau = Some(Engine::Radau);
+                    check_method(&case, &run, radau, case.run(&model, radau, tolerance, points), tolerance);
                 }
             }
         }
@@ -97,7 +99,7 @@ fn stiff_loads_at_change_points_lose_no_run_whatever_the_method() {
                     Outcome::Failed(why) if REFUSALS.iter().any(|refusal| why.contains(refusal)) => {
                         assert!(why.contains("`rocker_pin`"), "{run}: {why}");
                         let named = matches!(engine, Some(Engine::Dop853 | Engine::Radau));
-                        assert_eq!(why.contains("leave the choice of the method"), named, "{run}: {why}");
+                        assert_eq!(why.contains(NAMED), named, "{run}: {why}");
                         // Not where a solution is needed least.
                         assert!(!(tolerance >= 1e-4 && engine.is_none()), "{run}: {why}");
                         refused[place] += 1;
@@ -121,6 +123,15 @@ fn springs_at_change_points_are_passed() {
             let run = format!("{} at {tolerance:e}, {points:?}", case.scene.name.text);
             check(&case, &run, case.run(&model, None, tolerance, points), tolerance);
         }
+    }
+}
+
+/// The same by a method that is named, which may refuse a pose.
+fn check_method(case: &Case, run: &str, engine: Option<Engine>, outcome: Outcome, tolerance: f64) {
+    match (engine, outcome) {
+        (Some(_), Outcome::Failed(why) | Outcome::Refused(why))
+            if why.contains("singular pose") && why.contains(NAMED) => {}
+        (_, outcome) => check(case, run, outcome, tolerance),
     }
 }
 
@@ -455,9 +466,10 @@ fn a_lock_up_is_found_at_its_time() {
 /// Wherever a run is saved, it goes on with the same bits: in the same instance after it has gone elsewhere, and in another one.
 #[test]
 fn a_run_saved_anywhere_goes_on_with_the_same_bits() {
-    for engine in ENGINES {
+    // By explicit steps up to the first pose.
+    for (engine, step) in ENGINES.into_iter().zip([0.05, 0.004]) {
         const POINTS: u32 = 80;
-        let time = |point: u32| 0.05 * f64::from(point);
+        let time = |point: u32| step * f64::from(point);
         let (model, mut instance) = parallelogram(1e-8, engine);
         let (mut saved, mut states) = (vec![instance.save()], vec![instance.state()]);
         for point in 1..=POINTS {
@@ -510,61 +522,57 @@ fn parallelogram(tolerance: f64, engine: Engine) -> (Arc<Model>, Instance) {
 
 #[test]
 fn every_passage_is_told_when_it_is_past_and_is_where_the_bars_are_in_line() {
-    for engine in ENGINES {
-        let (model, mut instance) = parallelogram(1e-10, engine);
-        let turns = |instance: &mut Instance| (get_variable(instance, "crank.angle") / PI).floor();
-        let mut passages = Vec::new();
-        let (mut crossings, mut before) = (0, turns(&mut instance));
-        for step in 1..=400 {
-            let time = 0.01 * f64::from(step);
-            instance.step_to(time).expect("the motion goes on");
-            let told = instance.take_passages();
-            assert!(told.iter().all(|passage| (time - 0.01..=time).contains(&passage.time)), "{time}: {told:?}");
-            passages.extend(told);
-            let now = turns(&mut instance);
-            crossings += usize::from(now != before);
-            before = now;
-        }
-        assert!(crossings >= 4, "{crossings}");
-        assert_eq!(passages.len(), crossings, "{engine:?}: {passages:?}");
-        for passage in &passages {
-            let message = passage.to_string();
-            assert!(message.ends_with("`crank`, `coupler` and `rocker` are in line; passing with 1 freedom gained"));
-            // A communication point in the very pose.
-            let mut other = started(model.clone(), engine, 4.0, 1e-10);
-            other.step_to(passage.time).expect("the polynomial serves it");
-            let angle = get_variable(&mut other, "crank.angle");
-            assert!(angle.sin().abs() < 1e-6, "{engine:?}: {passage}: {angle}");
-            assert!(get_variable(&mut other, "constraint.position") < 1e-10);
-        }
+    let (model, mut instance) = parallelogram(1e-10, Engine::Taylor);
+    let turns = |instance: &mut Instance| (get_variable(instance, "crank.angle") / PI).floor();
+    let mut passages = Vec::new();
+    let (mut crossings, mut before) = (0, turns(&mut instance));
+    for step in 1..=400 {
+        let time = 0.01 * f64::from(step);
+        instance.step_to(time).expect("the motion goes on");
+        let told = instance.take_passages();
+        assert!(told.iter().all(|passage| (time - 0.01..=time).contains(&passage.time)), "{time}: {told:?}");
+        passages.extend(told);
+        let now = turns(&mut instance);
+        crossings += usize::from(now != before);
+        before = now;
+    }
+    assert!(crossings >= 4, "{crossings}");
+    assert_eq!(passages.len(), crossings, "{passages:?}");
+    for passage in &passages {
+        let message = passage.to_string();
+        assert!(message.ends_with("`crank`, `coupler` and `rocker` are in line; passing with 1 freedom gained"));
+        // A communication point in the very pose.
+        let mut other = started(model.clone(), Engine::Taylor, 4.0, 1e-10);
+        other.step_to(passage.time).expect("the polynomial serves it");
+        let angle = get_variable(&mut other, "crank.angle");
+        assert!(angle.sin().abs() < 1e-6, "{passage}: {angle}");
+        assert!(get_variable(&mut other, "constraint.position") < 1e-10);
     }
 }
 
 /// Steps that end at communication points, in the zone too, because an input changes at each of them.
 #[test]
 fn a_torque_that_changes_at_every_point_leaves_nothing_behind() {
-    for engine in ENGINES {
-        for (tolerance, points) in [(1e-4, 400), (1e-8, 400), (1e-8, 4000), (1e-12, 1000)] {
-            let run = format!("{engine:?}, {tolerance:e}, {points}");
-            let (model, mut instance) = parallelogram(tolerance, engine);
-            let variables = &model.program().variables;
-            let input = variables.iter().position(|variable| variable.name == "torque").expect("an input");
-            let (mut half_turns, mut told) = (0, 0);
-            let mut before = (get_variable(&mut instance, "crank.angle") / PI).floor();
-            for step in 1..=points {
-                let torque = if step % 2 == 0 { 0.3 } else { -0.3 };
-                instance.set(input, torque).expect("an input");
-                let time = 4.0 * f64::from(step) / f64::from(points);
-                instance.step_to(time).unwrap_or_else(|error| panic!("{run}: {error}"));
-                told += instance.take_passages().len();
-                let coupler = get_variable(&mut instance, "coupler.angle");
-                assert!(coupler.sin().abs() < 1e-2 && coupler.cos() > 0.0, "{run}: {coupler} at {time}");
-                let now = (get_variable(&mut instance, "crank.angle") / PI).floor();
-                half_turns += usize::from(now != before);
-                before = now;
-            }
-            assert_eq!(told, half_turns, "{run}");
+    for (tolerance, points) in [(1e-4, 400), (1e-8, 400), (1e-8, 4000), (1e-12, 1000)] {
+        let run = format!("{tolerance:e}, {points}");
+        let (model, mut instance) = parallelogram(tolerance, Engine::Taylor);
+        let variables = &model.program().variables;
+        let input = variables.iter().position(|variable| variable.name == "torque").expect("an input");
+        let (mut half_turns, mut told) = (0, 0);
+        let mut before = (get_variable(&mut instance, "crank.angle") / PI).floor();
+        for step in 1..=points {
+            let torque = if step % 2 == 0 { 0.3 } else { -0.3 };
+            instance.set(input, torque).expect("an input");
+            let time = 4.0 * f64::from(step) / f64::from(points);
+            instance.step_to(time).unwrap_or_else(|error| panic!("{run}: {error}"));
+            told += instance.take_passages().len();
+            let coupler = get_variable(&mut instance, "coupler.angle");
+            assert!(coupler.sin().abs() < 1e-2 && coupler.cos() > 0.0, "{run}: {coupler} at {time}");
+            let now = (get_variable(&mut instance, "crank.angle") / PI).floor();
+            half_turns += usize::from(now != before);
+            before = now;
         }
+        assert_eq!(told, half_turns, "{run}");
     }
 }
 
@@ -575,23 +583,23 @@ fn an_imperfection_that_can_be_seen_is_followed() {
     for (seed, defect) in (0..3).flat_map(|seed| [1e-3, -1e-5, 1e-7, -1e-8].map(|defect| (seed, defect))) {
         let scene = nearly_neutral(seed, defect).scene("nearly").stop(8.0);
         let model = program(&outputs.into_iter().fold(scene, |scene, name| scene.output(name)));
-        let motion = |engine: Engine, tolerance: f64| -> Vec<[f64; 3]> {
-            let mut instance = started(model.clone(), engine, 8.0, tolerance);
+        let motion = |tolerance: f64| -> Vec<[f64; 3]> {
+            let mut instance = started(model.clone(), Engine::Taylor, 8.0, tolerance);
             let point = |k: u32| {
-                let run = format!("{seed}, {defect:e}, {engine:?}, {tolerance:e}");
+                let run = format!("{seed}, {defect:e}, {tolerance:e}");
                 instance.step_to(0.5 * f64::from(k)).unwrap_or_else(|error| panic!("{run}: {error}"));
                 assert!(instance.take_passages().is_empty(), "{run}");
                 outputs.map(|name| get_variable(&mut instance, name))
             };
             (1..=16).map(point).collect()
         };
-        let expected = motion(Engine::Taylor, 1e-13);
-        for (engine, tolerance) in ENGINES.into_iter().flat_map(|engine| [1e-6, 1e-9].map(|t| (engine, t))) {
-            let found = motion(engine, tolerance);
+        let expected = motion(1e-13);
+        for tolerance in [1e-6, 1e-9] {
+            let found = motion(tolerance);
             let differences =
                 expected.iter().zip(&found).flat_map(|(a, b)| a.iter().zip(b)).map(|(a, b)| (a - b).abs());
             let worst = differences.fold(0.0, f64::max);
-            assert!(worst < 0.1, "{seed}, {defect:e}, {engine:?}, {tolerance:e}: off by {worst}");
+            assert!(worst < 0.1, "{seed}, {defect:e}, {tolerance:e}: off by {worst}");
         }
     }
 }
@@ -604,8 +612,8 @@ fn a_start_in_the_pose_goes_on_like_the_motion_through_it() {
     let observed = |scene: cotree::scene::Scene| {
         program(&outputs.into_iter().fold(scene, |scene, name| scene.output(name)).stop(20.0))
     };
-    for (engine, seed) in ENGINES.into_iter().flat_map(|engine| (0..6).map(move |seed| (engine, seed))) {
-        let bars = neutral(seed);
+    for seed in 0..6 {
+        let (bars, engine) = (neutral(seed), Engine::Taylor);
         let model = observed(bars.scene("through"));
         let mut through = started(model.clone(), engine, 20.0, 1e-11);
         let mut time = 0.0;
@@ -640,16 +648,11 @@ fn a_start_in_the_pose_goes_on_like_the_motion_through_it() {
 fn refusal(family: &str) -> Vec<String> {
     let cases: Vec<Case> = cases(1).into_iter().filter(|case| case.family == family).collect();
     assert!(!cases.is_empty());
-    let refused = |(case, engine): (&Case, Option<Engine>)| match case.run(
-        &case.model().expect("a model"),
-        engine,
-        1e-8,
-        Points::Even(10),
-    ) {
+    let refused = |case: &Case| match case.run(&case.model().expect("a model"), None, 1e-8, Points::Even(10)) {
         Outcome::Refused(message) => message,
-        other => panic!("{engine:?}: {other:?}"),
+        other => panic!("{other:?}"),
     };
-    cases.iter().flat_map(|case| [None, Some(Engine::Dop853)].map(|engine| (case, engine))).map(refused).collect()
+    cases.iter().map(refused).collect()
 }
 
 #[test]

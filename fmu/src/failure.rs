@@ -240,15 +240,17 @@ pub enum Failure {
         /// Joints whose loop equations come to depend on each other.
         joints: Vec<String>,
     },
-    /// Branches of the motion meet ahead, and the implicit method evaluates what does not tell them apart there.
+    /// Branches of the motion meet ahead, and the method evaluates what does not tell them apart there.
     #[error(
-        "at t = {time} s the mechanism comes to a singular pose: the loop equations of {} depend on each other there, and the implicit method does not see on which branch the motion goes on; {}", list(.joints), easier(true)
+        "at t = {time} s the mechanism comes to a singular pose, where the loop equations of {} depend on each other: only series pass such a pose, {}", list(.joints), without_series(*.named)
     )]
     SingularAhead {
         /// When [s].
         time: f64,
         /// Joints whose loop equations come to depend on each other.
         joints: Vec<String>,
+        /// Has the user named the method?
+        named: bool,
     },
     /// Branches of the motion meet, and the steps were too short to tell them apart.
     #[error(
@@ -264,15 +266,13 @@ pub enum Failure {
     },
     /// Branches of the motion meet ahead, and no step passes there.
     #[error(
-        "at t = {time} s the mechanism comes to a singular pose, where the loop equations of {} depend on each other, and rounding errors leave no step that passes it; {}; if a stiff spring or damper keeps the steps short, make it less stiff", list(.joints), easier(*.named)
+        "at t = {time} s the mechanism comes to a singular pose, where the loop equations of {} depend on each other, and rounding errors leave no step that passes it; ask for a larger tolerance; if a stiff spring or damper keeps the steps short, make it less stiff", list(.joints)
     )]
     NotPassed {
         /// When [s].
         time: f64,
         /// Joints whose loop equations come to depend on each other.
         joints: Vec<String>,
-        /// Has the user named the method?
-        named: bool,
     },
     /// The loops come apart during the motion.
     #[error(
@@ -327,6 +327,15 @@ fn list(names: &[String]) -> String {
 }
 
 /// What makes a singular pose easier to pass.
+/// Why there is no series, and what helps.
+fn without_series(named: bool) -> &'static str {
+    if named {
+        "and the method is named; leave the choice of the method to the program"
+    } else {
+        "and there is none along this motion (`cotree check` says why); change the lengths, or the law that has none"
+    }
+}
+
 fn easier(named: bool) -> &'static str {
     if named {
         "leave the choice of the method to the program, or ask for a larger tolerance"

@@ -327,7 +327,7 @@ impl Instance {
         self.now.run.start(&self.model, &self.now.state);
         self.stepper.forget();
         let settings = self.settings();
-        self.stepper.prepare(&self.model, &mut self.machine, &self.now.run, &settings);
+        self.stepper.prepare(&self.model, &mut self.machine, &mut self.now.run, &settings);
         Ok(())
     }
 

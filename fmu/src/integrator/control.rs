@@ -7,8 +7,7 @@ use crate::context::{Context, Settings};
 use crate::events::{Objection, Overlooked};
 use crate::failure::Failure;
 use crate::model::Model;
-use crate::singular::dependence::end_of_reach;
-use crate::singular::detect::Course;
+use crate::singular::dependence::{end_of_reach, is_refused};
 
 /// A step that would end at most this much further ends at the limit.
 pub(crate) const STRETCH: f64 = 1.01;
@@ -21,9 +20,6 @@ const EARLY: f64 = 1e-6;
 
 /// What rounding errors open loops by in a step at most, in units of the scales.
 const ROUNDING: f64 = 1e-10;
-/// So often a step is taken again because of a singular pose before it is made shorter.
-const REPLANS: u32 = 4;
-
 /// The shortest step at a time.
 pub(crate) fn shortest(time: f64) -> f64 {
     SHORTEST * f64::EPSILON * time.abs().max(EARLY)
@@ -65,18 +61,10 @@ pub(crate) struct Attempt {
     pub target: f64,
     /// Has an attempt at this step been rejected?
     pub rejected: bool,
-    /// The length that the error permits, and that for a singular pose ahead.
+    /// The length that the error permits.
     pub natural: f64,
-    pub planned: f64,
-    /// Does the step end at a limit?
+    /// Does the step end at a limit? One cut short says nothing against the natural length.
     pub limited: bool,
-}
-
-impl Attempt {
-    /// A step cut short says nothing against the natural length.
-    pub fn is_cut(&self) -> bool {
-        self.limited || self.planned < self.natural
-    }
 }
 
 /// What came of an attempt.
@@ -89,12 +77,8 @@ pub(crate) enum Trial {
     Overlooked(Overlooked),
     /// No other length is better.
     Failed(Failure),
-    /// A singular pose was not where it was expected.
-    Replanned,
-    /// Something like a singular pose is in the step, but cannot be located.
+    /// There could be a singular pose in the step.
     Unsteady,
-    /// Another method is to take the step.
-    Declined,
 }
 
 impl Trial {
@@ -111,20 +95,17 @@ impl Trial {
 
 /// A Runge-Kutta method with an estimate of its error. It keeps what it needs for the next step; what a saved state needs besides is in the run.
 pub(crate) trait Integrator {
-    /// How its steps pass singular poses.
-    const COURSE: Course;
-
-    /// Prepares for a step from the end of the last one: its derivative, and a first length. Says if that was a step already, or declines.
-    fn begin(&mut self, context: &mut Context, run: &mut Run) -> Result<Option<Progress>, Failure>;
+    /// Prepares for a step from the end of the last one: its derivative, and a first length. Declines next to a singular pose.
+    fn begin(&mut self, context: &mut Context, run: &mut Run) -> Result<Progress, Failure>;
 
     /// Tries a step, judges it, and makes it the last one of the run if it is accepted.
     fn attempt(&mut self, context: &mut Context, run: &mut Run, attempt: &Attempt) -> Trial;
 
-    /// What is done about a singular pose that is not where it should be, before a shorter step is tried.
-    fn lose_pose(&mut self, context: &mut Context, run: &mut Run) -> Progress;
-
     /// The derivative where the step begins.
     fn first(&self) -> &[f64];
+
+    /// Does another method, which passes singular poses, take over as soon as one may be near?
+    fn yields(settings: &Settings) -> bool;
 }
 
 /// One accepted step from the end of the last one, unless the method declines it.
@@ -134,15 +115,13 @@ pub(crate) fn take_step<M: Integrator>(
     run: &mut Run,
     horizon: Horizon,
 ) -> Result<Progress, Failure> {
-    if let Some(progress) = method.begin(context, run)? {
-        return Ok(progress);
+    if method.begin(context, run)? == Progress::Declined {
+        return Ok(Progress::Declined);
     }
     let shortest = shortest(run.last.end_time);
-    // No step ends in the zone of a singular pose, whoever asks for it: the dense output serves what lies there.
-    let limit = if run.in_zone(horizon.limit) { f64::INFINITY } else { horizon.limit };
-    let (mut rejected, mut replans, mut until_steep) = (false, 0, f64::INFINITY);
+    let (mut rejected, mut until_steep) = (false, f64::INFINITY);
     loop {
-        let attempt = propose::<M>(context, run, Horizon { limit, ..horizon }, (rejected, until_steep.is_finite()));
+        let attempt = propose(context, run, horizon, (rejected, until_steep.is_finite()));
         let h = attempt.end - run.last.end_time;
         let trial = method.attempt(context, run, &attempt);
         let accepted = matches!(trial, Trial::Accepted { .. });
@@ -162,33 +141,28 @@ pub(crate) fn take_step<M: Integrator>(
                 (rejected, run.last.natural, until_steep) = (true, (begin * h).max(shortest), (place - begin) * h);
             }
             Trial::Failed(failure) => return Err(failure),
-            Trial::Replanned if replans < REPLANS => replans += 1,
-            Trial::Replanned | Trial::Unsteady => {
-                (rejected, replans, run.last.natural) = (true, 0, (0.5 * h).max(shortest));
-                if method.lose_pose(context, run) == Progress::Declined {
+            Trial::Unsteady => {
+                if M::yields(context.settings) || is_refused(context, run) {
                     return Ok(Progress::Declined);
                 }
                 if 0.5 * h < shortest {
                     return Err(no_step(context, run, method.first(), None));
                 }
+                (rejected, run.last.natural) = (true, 0.5 * h);
             }
-            Trial::Declined => return Ok(Progress::Declined),
         }
     }
 }
 
 /// The next attempt. A step that ends before a law gets steep is not stretched into it.
-fn propose<M: Integrator>(context: &Context, run: &Run, horizon: Horizon, (rejected, steep): (bool, bool)) -> Attempt {
+fn propose(context: &Context, run: &Run, horizon: Horizon, (rejected, steep): (bool, bool)) -> Attempt {
     let (time, limit) = (run.last.end_time, horizon.limit);
     let longest = run.following().unwrap_or(LONGEST).min(context.settings.max_step);
     let natural = within(run.last.natural, shortest(time), longest);
-    let planned = M::COURSE.planned(run.singular.ahead, natural).max(shortest(time));
     let stretch = if steep { 1.0 } else { STRETCH };
-    // A step that passes a singular pose ends where nothing is evaluated near it, not where somebody cuts it short.
-    let clears = !run.passes(limit) || M::COURSE.clears(run.singular.ahead, limit - time);
-    let limited = time + stretch * planned >= limit && clears;
-    let end = if limited { limit } else { time + planned };
-    Attempt { end, target: horizon.target, rejected, natural, planned, limited }
+    let limited = time + stretch * natural >= limit;
+    let end = if limited { limit } else { time + natural };
+    Attempt { end, target: horizon.target, rejected, natural, limited }
 }
 
 /// No step is short enough: the loops are at the end of their reach, or something moves too fast. Names the coordinate that accelerates most, judging

@@ -45,6 +45,16 @@ impl Run {
         (self.signals.changed, self.signals.changed_before) = (false, false);
     }
 
+    /// Has no step been taken yet?
+    pub(crate) fn is_first(&self) -> bool {
+        self.last.natural == 0.0 && self.last.start_time == self.last.end_time
+    }
+
+    /// Has no step been taken yet, and is the start a singular pose?
+    pub(crate) fn begins_at_pose(&self) -> bool {
+        self.is_first() && self.singular.pose == Some(self.last.end_time)
+    }
+
     /// Forgets the step that went beyond a state; the run goes on from that state.
     pub(crate) fn restart(&mut self, model: &Model, state: &State) {
         self.taylor = taylor::Memory::default();

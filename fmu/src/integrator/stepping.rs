@@ -21,6 +21,7 @@ use crate::machine::Machine;
 use crate::model::{Model, State, motion as range};
 use crate::program::Engine;
 use crate::program::Motion;
+use crate::singular::dependence::is_singular;
 
 /// Longest correction of the motion for a part of a change, relative to the scale of a coordinate.
 const REACH: f64 = 0.05;
@@ -136,12 +137,18 @@ impl Stepper {
     }
 
     /// Looks at the beginning of a run before its first step, so that the steps need no storage for it.
-    pub fn prepare(&mut self, model: &Model, machine: &mut Machine, run: &Run, settings: &Settings) {
+    pub fn prepare(&mut self, model: &Model, machine: &mut Machine, run: &mut Run, settings: &Settings) {
         let Self { taylor, projection, statistics, .. } = self;
         let context = &mut Context { model, machine, projection, statistics, settings };
-        if let (Engine::Taylor, Some(taylor)) = (settings.engine, taylor) {
-            context.machine.load(model, &run.signals.origin);
-            taylor.begin(context, run);
+        match (settings.engine, taylor) {
+            (Engine::Taylor, Some(taylor)) => {
+                context.machine.load(model, &run.signals.origin);
+                taylor.begin(context, run);
+            }
+            _ if model.program().motion == Motion::Dynamic && is_singular(context, run) => {
+                run.singular.pose = Some(run.last.end_time);
+            }
+            _ => {}
         }
     }
 

@@ -182,7 +182,9 @@ fn fallback_step(
     run.last.dense.fill(0.0);
     run.taylor = taylor::Memory::default();
     context.machine.load(context.model, &run.signals.origin);
-    take_step(explicit, context, run, horizon)?;
+    if take_step(explicit, context, run, horizon)? == Progress::Declined {
+        return Err(singular_ahead(context, run));
+    }
     run.taylor.series = None;
     context.statistics.fallbacks += 1;
     taylor.forget();
@@ -311,7 +313,7 @@ impl Engines<'_> {
 
     /// Corrects what has been read between implicit steps and projected.
     pub fn tighten(&mut self, context: &mut Context, run: &Run, state: &mut State) {
-        if run.radau.is_last() && state.time() != run.last.end_time && !Implicit::is_at_pose(run, state.time()) {
+        if run.radau.is_last() && state.time() != run.last.end_time {
             self.implicit.prepare(context, run);
             context.machine.load(context.model, state);
             self.implicit.tighten(context, run, state.positions_mut());
@@ -339,7 +341,6 @@ impl Engines<'_> {
         while stepped && run.last.end_time < horizon.target {
             stepped = matches!(take_step(self.implicit, context, run, horizon), Ok(Progress::Stepped));
         }
-        // No step ends in the zone of a singular pose.
         if stepped && run.last.end_time == horizon.target {
             let motion = motion(context.model.layout());
             for state in [state, &mut run.signals.before] {
@@ -395,7 +396,9 @@ impl Engines<'_> {
             }
             _ => {
                 run.last.order = 0;
-                take_step(self.explicit, context, run, horizon)?;
+                if take_step(self.explicit, context, run, horizon)? == Progress::Declined {
+                    return Err(singular_ahead(context, run));
+                }
             }
         }
         self.look_for_stiffness(context, run);

@@ -7,41 +7,39 @@ use crate::integrator::run::Run;
 use crate::linalg::sparse::independent_rows;
 use crate::machine::Machine;
 use crate::model::Model;
-use crate::program::Engine;
 use crate::singular::detect::dependent;
 
 /// A start closer to a singular pose than this is treated as one in it.
 const CLOSE: f64 = 1e-2;
 /// Loop equations closer than this are as good as dependent.
 const DEPENDENT: f64 = 1e-5;
-/// Closer to a singular pose than this the implicit method does not go if another can.
+/// Closer to a singular pose than this a method does not go that does not pass poses.
 const REFUSED: f64 = 3e-3;
 /// The same where there is no step that leads on.
 const AT_THE_END: f64 = 1e-2;
 
 /// Does the last step end so close to a singular pose that it must be left before anything is evaluated?
 pub(crate) fn begins_near(context: &Context, run: &Run) -> bool {
-    let first = run.last.natural == 0.0 && run.last.start_time == run.last.end_time;
-    if !first || context.model.active().is_empty() {
+    if !run.is_first() || context.model.active().is_empty() {
         return run.in_zone(run.last.end_time);
     }
     at_the_end(context, run).0 < CLOSE
 }
 
-/// Does the last step end so close to a singular pose that the implicit method leaves it to another? If there is none it goes as far as any does.
+/// Does the last step end so close to a singular pose that a method which does not pass poses goes no further?
 pub(crate) fn is_refused(context: &Context, run: &Run) -> bool {
-    let alone = context.settings.engine == Engine::Radau;
-    at_the_end(context, run).0 < if alone { DEPENDENT } else { REFUSED }
+    !context.model.active().is_empty() && at_the_end(context, run).0 < REFUSED
 }
 
 /// Does the last step end in a singular pose?
 pub(crate) fn is_singular(context: &Context, run: &Run) -> bool {
-    at_the_end(context, run).0 < DEPENDENT
+    !context.model.active().is_empty() && at_the_end(context, run).0 < DEPENDENT
 }
 
-/// Why the implicit method goes no further where no other takes over.
+/// Why a method that does not pass poses goes no further where no other takes over.
 pub(crate) fn singular_ahead(context: &Context, run: &Run) -> Failure {
-    Failure::SingularAhead { time: run.last.end_time, joints: at_the_end(context, run).1 }
+    let named = context.settings.is_named();
+    Failure::SingularAhead { time: run.last.end_time, joints: at_the_end(context, run).1, named }
 }
 
 /// What to say where the motion could go on in several ways.
@@ -51,8 +49,7 @@ pub(crate) fn undecided(context: &Context, run: &Run) -> Failure {
 
 /// What to say where no step leads on from next to a pose.
 pub(crate) fn not_passed(context: &Context, run: &Run) -> Failure {
-    let named = context.settings.is_named();
-    Failure::NotPassed { time: run.last.end_time, joints: at_the_end(context, run).1, named }
+    Failure::NotPassed { time: run.last.end_time, joints: at_the_end(context, run).1 }
 }
 
 /// Why accelerations are not finite at the state in the registers, if it is a singular pose.
@@ -73,7 +70,7 @@ pub(crate) fn end_of_reach(context: &Context, run: &Run) -> Option<Failure> {
         Failure::EndOfReach { time, joints }
     } else {
         // What nothing drives stops nowhere.
-        Failure::NotPassed { time, joints, named: context.settings.is_named() }
+        Failure::NotPassed { time, joints }
     };
     (distance < AT_THE_END).then_some(failure)
 }
@@ -96,7 +93,7 @@ pub(crate) fn not_singular(model: &Model, run: &Run, failure: Failure) -> Failur
     const NEW: f64 = 1e-3;
     let (Failure::NotPassed { time, joints, .. }
     | Failure::BranchLost { time, joints, .. }
-    | Failure::SingularAhead { time, joints }
+    | Failure::SingularAhead { time, joints, .. }
     | Failure::Undetermined { time, joints }) = &failure
     else {
         return failure;

@@ -6,6 +6,7 @@ use super::branch::Trail;
 use super::passing::Passage;
 use crate::integrator::control::LONGEST;
 use crate::integrator::run::Run;
+use crate::math;
 use crate::model::Model;
 
 /// Series that begin anew next to a pose, converge no further than this share of the way to it, and less and less far, do not pass it: after so many steps they do
@@ -19,6 +20,9 @@ const ZONE: f64 = 0.2;
 const SHARE: f64 = 0.3;
 /// The curve is followed for so many times its distance from there.
 const AFTER: f64 = 1.0;
+
+/// A loop equation that is closer to the others by this factor than it has been may be about to depend on them.
+const CLOSE: f64 = 100.0;
 
 /// How the curve is followed where branches come close to each other but do not meet: by plain steps, so short that none can go over to the other branch.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -38,8 +42,6 @@ pub(crate) struct Supervisor {
     pub pose: Option<f64>,
     /// The smallest 1 / r^2 of each loop equation so far, where r is how far it is from the others.
     pub smallest: Vec<f64>,
-    /// Do loop equations come so close to the others that the stages of a step must be on the loops?
-    pub closing: bool,
     /// Where branches come close to each other but do not meet.
     pub follow: Option<Follow>,
     /// Since a change next to a pose so many steps, all that there were, were each shorter than the one before and a small part of the way to the pose, and the
@@ -57,7 +59,6 @@ impl Supervisor {
             ahead: 0.0,
             pose: None,
             smallest: vec![f64::MAX; model.program().tapes.closeness.len()],
-            closing: false,
             follow: None,
             creeping: None,
             trail: Trail::new(model),
@@ -67,7 +68,7 @@ impl Supervisor {
 
     /// Forgets everything.
     pub fn start(&mut self) {
-        (self.ahead, self.pose, self.closing, self.follow) = (0.0, None, false, None);
+        (self.ahead, self.pose, self.follow) = (0.0, None, None);
         self.creeping = None;
         self.smallest.fill(f64::MAX);
         self.trail.start();
@@ -110,8 +111,22 @@ impl Supervisor {
         }
     }
 
+    /// After a step of a method that passes no poses, which began at a time: one that was expected after it may be that of a motion before something changed.
+    pub fn step_without_poses(&mut self, start: f64) {
+        self.ahead = 0.0;
+        self.pose = self.pose.filter(|pose| *pose <= start);
+    }
+
+    /// Is a loop equation, with these 1 / r^2 now, much closer to the others than it has been?
+    pub fn is_close(&mut self, closeness: &[f64]) -> bool {
+        self.smallest.iter_mut().zip(closeness).fold(false, |close, (smallest, now)| {
+            *smallest = math::minimum(*now, *smallest);
+            close || *now > CLOSE * CLOSE * *smallest
+        })
+    }
+
     pub fn copy_from(&mut self, other: &Self) {
-        (self.ahead, self.pose, self.closing, self.follow) = (other.ahead, other.pose, other.closing, other.follow);
+        (self.ahead, self.pose, self.follow) = (other.ahead, other.pose, other.follow);
         self.creeping = other.creeping;
         self.smallest.clone_from(&other.smallest);
         self.trail.copy_from(&other.trail);
@@ -164,7 +179,7 @@ impl Run {
             let ahead = passage.time - self.last.end_time;
             let known = &mut self.singular;
             known.follow = Some(Follow { until: passage.time + AFTER * ahead, most: SHARE * ahead });
-            (known.ahead, known.pose, known.closing) = (0.0, None, false);
+            (known.ahead, known.pose) = (0.0, None);
         }
         avoided
     }

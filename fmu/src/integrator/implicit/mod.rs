@@ -2,19 +2,21 @@
 //!
 //! Step sizes follow the predictive controller of Gustafsson (1994) and the rules of the authors' program `radau5.f`. A Jacobian serves as long as
 //! Newton's iterations converge fast; where it was evaluated is remembered, so that a run continued from a saved state finds the same bits.
+//!
+//! Singular poses are not passed: a step in which a loop equation comes much closer to the others is taken again with half the length, and next to a pose none
+//! is taken at all.
 
 mod batched;
 mod control;
 mod jacobian;
 mod memory;
-mod passage;
 mod radau;
-mod watch;
+mod rate;
 
 use super::right_hand_side::RightHandSide;
 use super::run::Run;
 use crate::constraints::accelerations::finite;
-use crate::context::Context;
+use crate::context::{Context, Settings};
 use crate::events::{Monitor, Objection, Span};
 use crate::failure::Failure;
 use crate::integrator::control::{Attempt, Integrator, Progress, Trial, because, reach, shortest};
@@ -22,12 +24,10 @@ use crate::linalg::lane::{Lane, ZERO};
 use crate::math;
 use crate::model::Model;
 use crate::program::Engine;
-use crate::singular::closeness::read;
+use crate::singular::closeness::Range;
 use crate::singular::dependence::is_refused;
-use crate::singular::detect::Course;
 use batched::Batched;
 use control::{SAFETY, SHRINK, fourth_root};
-use passage::{COURSE, Survey};
 use radau::{DENSE_ORDER, Newton, REAL, Radau, evaluate};
 
 pub(super) use memory::Memory;
@@ -40,8 +40,6 @@ const FRESH_ENOUGH: f64 = 1e-3;
 const FIRST_REJECTED: f64 = 0.1;
 /// Smallest error that the controller remembers.
 const REMEMBERED: f64 = 1e-2;
-/// Near a singular pose the loops are closed this well.
-const TIGHT: f64 = 1e-10;
 /// What the accelerations that the polynomial of a step lacks somewhere would change in it, in units of what its error estimate may be: more, and
 /// they are those of a law that no stage has seen.
 const OVERLOOKED: f64 = 100.0;
@@ -61,29 +59,24 @@ pub struct Implicit {
     known: bool,
     /// Is the Jacobian the one of the anchor?
     current: bool,
-    /// 1 / r^2 of each loop equation where the step begins, where r is how far it is from the others.
-    start: Vec<f64>,
-    /// The same at the stages of the step just tried, and where distances are compared with.
-    first: Vec<f64>,
-    late: Vec<f64>,
-    ends: Vec<f64>,
-    reference: Vec<f64>,
-    /// The dense output of the step just tried, and a state on it.
+    /// How close loop equations come to the others.
+    range: Range,
+    /// The dense output of the step just tried.
     polynomial: Vec<f64>,
-    point: Vec<f64>,
     monitor: Monitor,
     /// A tolerance, and what the error estimate of one step may be at it.
     share: [f64; 2],
 }
 
 impl Integrator for Implicit {
-    const COURSE: Course = COURSE;
-
-    fn begin(&mut self, context: &mut Context, run: &mut Run) -> Result<Option<Progress>, Failure> {
+    fn begin(&mut self, context: &mut Context, run: &mut Run) -> Result<Progress, Failure> {
+        if run.begins_at_pose() {
+            return Ok(Progress::Declined);
+        }
         if !self.known {
             self.radau.begin(&mut RightHandSide::new(context, &run.signals.origin), run.last.end_time, &run.last.end);
             self.known = true;
-            read(context.model, context.machine, &mut self.start);
+            self.range.begin(context.model, context.machine);
         }
         finite(context.model, run.last.end_time, &self.radau.first()[context.model.coordinates()..])
             .map_err(|failure| because(context, run, failure))?;
@@ -97,8 +90,8 @@ impl Integrator for Implicit {
         if run.last.natural == 0.0 {
             run.last.natural = self.first_step(context, &run.last.end);
         }
-        let declines = self.is_close(run) && is_refused(context, run);
-        Ok(declines.then_some(Progress::Declined))
+        let declines = run.singular.is_close(self.range.start()) && is_refused(context, run);
+        Ok(if declines { Progress::Declined } else { Progress::Stepped })
     }
 
     fn attempt(&mut self, context: &mut Context, run: &mut Run, attempt: &Attempt) -> Trial {
@@ -112,37 +105,28 @@ impl Integrator for Implicit {
                 return trial;
             }
         };
-        let Solved { error, iterations, contraction, ahead } = solved;
+        let Solved { error, iterations, contraction } = solved;
         let proposed = self.propose(&run.radau, h, error, [f64::from(iterations), contraction], attempt.rejected);
-        let passes = run.passes(attempt.end);
         self.accept(run, attempt.end, error, contraction);
-        if !passes {
-            // What was known of the way before something changed.
-            run.singular.pose = run.singular.pose.filter(|pose| *pose <= run.last.start_time);
+        Trial::Accepted {
+            next: if attempt.limited && !attempt.rejected { proposed.max(attempt.natural) } else { proposed },
         }
-        run.singular.expect(attempt.end, ahead);
-        let keeps = attempt.is_cut() && (attempt.planned < attempt.natural || !attempt.rejected);
-        let next = if keeps { proposed.max(attempt.natural) } else { proposed };
-        Trial::Accepted { next: if passes { next.min(attempt.natural.max(h)) } else { next } }
-    }
-
-    fn lose_pose(&mut self, context: &mut Context, run: &mut Run) -> Progress {
-        let alone = context.settings.engine == Engine::Radau;
-        let declines = !alone && !self.has_each() || is_refused(context, run);
-        if declines { Progress::Declined } else { Progress::Stepped }
     }
 
     fn first(&self) -> &[f64] {
         self.radau.first()
     }
+
+    fn yields(settings: &Settings) -> bool {
+        settings.engine == Engine::Taylor
+    }
 }
 
-/// How a step was solved, and how long after it a singular pose will come; 0 for none.
+/// How a step was solved.
 struct Solved {
     error: f64,
     iterations: i32,
     contraction: f64,
-    ahead: f64,
 }
 
 impl Implicit {
@@ -161,7 +145,6 @@ impl Implicit {
     pub fn allocate(model: &Model) -> Self {
         let n = model.coordinates();
         let radau = Radau::new(n);
-        let rows = || vec![0.0; model.program().tapes.closeness.len()];
         Self {
             batched: Batched::new(model, radau.has_each()),
             radau,
@@ -172,13 +155,8 @@ impl Implicit {
             powers: vec![[0.0; 2]; n],
             known: false,
             current: false,
-            start: rows(),
-            first: rows(),
-            late: rows(),
-            ends: rows(),
-            reference: rows(),
+            range: Range::new(model),
             polynomial: vec![0.0; (DENSE_ORDER + 1) * n],
-            point: vec![0.0; 2 * n],
             monitor: Monitor::new(model),
             share: [0.0; 2],
         }
@@ -202,8 +180,7 @@ impl Implicit {
             return false;
         }
         evaluate(&run.last.dense, target - run.last.start_time, motion);
-        // Where the loops hold less a projection would take the motion off its branch.
-        !Self::is_at_pose(run, target)
+        true
     }
 
     /// Solves a step, closes the loops at its end, and looks at it for singular poses and laws that it has not seen.
@@ -219,15 +196,16 @@ impl Implicit {
             return Err(reject(shorter, None));
         }
         self.radau.end(&run.last.end, &mut self.next);
-        let ahead = self.supervise(context, run, end)?;
+        self.range.restart();
+        self.range.note_nodes(context.model, self.batched.registers());
+        if !self.range.is_steady() {
+            return Err(Trial::Unsteady);
+        }
         self.close(context, run, end).map_err(|failure| reject(0.5, Some(failure)))?;
         if let Some(objection) = self.objection(context, run, end) {
             return Err(Trial::objected(context.model, run.last.end_time, objection));
         }
-        if run.passes(end) && !self.note_passage(context, run, end) {
-            return Err(Trial::Declined);
-        }
-        Ok(Solved { error, iterations, contraction, ahead })
+        Ok(Solved { error, iterations, contraction })
     }
 
     /// Newton's iterations for the stages: how many, and their contraction; or the factor by which a step should be shorter.
@@ -254,24 +232,7 @@ impl Implicit {
         let step = (run.last.end_time, run.last.end.as_slice(), attempt.end - run.last.end_time);
         let again = run.radau.step == 0.0 || attempt.rejected;
         let mut f = RightHandSide::new(context, &run.signals.origin);
-        let error = self.radau.error(&mut f, step, &self.tolerances, again);
-        self.judge(context, run, attempt.end, error)
-    }
-
-    /// How long after the step just solved a singular pose will come; 0 for none.
-    fn supervise(&mut self, context: &mut Context, run: &mut Run, end: f64) -> Result<f64, Trial> {
-        if !self.has_each() {
-            return if self.is_steady(context.model) { Ok(0.0) } else { Err(Trial::Unsteady) };
-        }
-        match self.survey(context, run, end) {
-            Survey::Clear(ahead) => Ok(ahead),
-            Survey::Elsewhere(ahead) => {
-                let pose = (ahead > 0.0).then_some(run.last.end_time + ahead);
-                (run.singular.ahead, run.singular.pose) = (ahead, pose);
-                Err(Trial::Replanned)
-            }
-            Survey::Unsteady => Err(Trial::Unsteady),
-        }
+        self.radau.error(&mut f, step, &self.tolerances, again)
     }
 
     /// What the laws have against the step just solved: they are steep where its polynomial does not accelerate as the equations demand, or push to and fro. What stiff
@@ -325,22 +286,15 @@ impl Implicit {
         machine.load_signals(model, &run.signals.origin, end);
         let radau = &self.radau;
         let relax = &mut |change: &mut [f64]| radau.relax(change);
-        let near = Self::is_near(run, end);
-        let most = if near { f64::INFINITY } else { reach(settings) };
-        projection.positions_along(model, machine, q, settings.tolerance, most, relax)?;
-        let mut tolerance = settings.tolerance;
-        if near {
-            // What the loops are open by is divided by the distance from the pose.
-            tolerance = tolerance.min(TIGHT);
-            projection.positions(model, machine, q, tolerance, f64::INFINITY)?;
-        }
-        projection.rates(model, machine, v, tolerance)
+        projection.positions_along(model, machine, q, settings.tolerance, reach(settings), relax)?;
+        projection.rates(model, machine, v, settings.tolerance)
     }
 
     fn accept(&mut self, run: &mut Run, end: f64, error: f64, contraction: f64) {
         let h = end - run.last.end_time;
         self.radau.dense(&run.last.end, h, &mut run.last.dense);
         run.last.order = 0;
+        run.singular.step_without_poses(run.last.end_time);
         run.last.start_time = run.last.end_time;
         run.last.end_time = end;
         run.last.end.copy_from_slice(&self.next);

@@ -23,8 +23,6 @@ use crate::taylor::Jet;
 pub use member::MOST_LANES;
 pub(crate) use member::{Each, Motions, Proposed};
 pub(crate) use memory::Memory;
-#[cfg(test)]
-pub(crate) use passage::COURSE;
 pub(crate) use propose::{order_for, share};
 
 /// Storage for Taylor series.

@@ -10,12 +10,9 @@ use crate::integrator::run::Run;
 use crate::math;
 use crate::model::State;
 use crate::singular::dependence::{not_passed, undecided};
-use crate::singular::detect::{Course, HALF, leapt_over, locate, refine};
+use crate::singular::detect::{HALF, LANDING, leapt_over, locate, refine};
 use crate::singular::leaving::{CORRECTIONS, Search, Verdict};
 
-/// Nothing is evaluated between the ends of a step.
-pub(crate) const COURSE: Course =
-    Course { take_off: 0.77, passes: 0.85, landing: 1.28, nearer: 0.0, missed: f64::INFINITY };
 /// A pose predicted no further ahead than so many natural steps is located: a row that has just begun to fall falls faster and faster.
 const FORESEEN: f64 = 3.0;
 
@@ -104,7 +101,7 @@ impl Taylor {
         self.choose(context, run);
         for mut search in Search::all(context, run) {
             // Nothing is evaluated near the pose.
-            let ends_near = (time + search.h - pose).abs() < (COURSE.landing - 1.0) * (pose - time);
+            let ends_near = (time + search.h - pose).abs() < (LANDING - 1.0) * (pose - time);
             if ends_near || !self.shoot(context, run, &mut search) {
                 continue;
             }

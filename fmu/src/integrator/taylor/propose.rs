@@ -1,7 +1,6 @@
 //! How long the next step may be, and along which series.
 
 use super::Taylor;
-use super::passage::COURSE;
 use super::step::PREDICTED;
 use crate::context::Context;
 use crate::events::{Choices, half_width};
@@ -85,7 +84,7 @@ impl Step {
 
     /// The length for a singular pose so far ahead; 0 for none.
     pub fn planned(&self, ahead: f64) -> f64 {
-        let length = match if ahead > 0.0 { plan(&COURSE, ahead, self.usual) } else { Plan::Free } {
+        let length = match if ahead > 0.0 { plan(ahead, self.usual) } else { Plan::Free } {
             Plan::Free => self.natural,
             Plan::Approach(most) => self.natural.min(most),
             Plan::Pass(least) => self.natural.max(least),

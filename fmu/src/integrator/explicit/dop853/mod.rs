@@ -67,22 +67,15 @@ impl Dop853 {
 
     /// Error of the step just tried, in units of the tolerances: accept up to 1. NaN if a stage is not finite.
     pub fn error(&mut self, h: f64, tolerances: &[f64]) -> f64 {
-        self.filtered_error(h, tolerances, |_| ())
-    }
-
-    /// The same of what `filter` leaves of the error, which it is given as a rate of change of y.
-    pub fn filtered_error(&mut self, h: f64, tolerances: &[f64], mut filter: impl FnMut(&mut [f64])) -> f64 {
         let mean_square = |values: &[f64]| {
             let squares = values.iter().zip(tolerances).map(|(value, tolerance)| (value / tolerance).powi(2));
             squares.sum::<f64>() / values.len().max(1) as f64
         };
         self.combine(ERROR_5);
-        filter(&mut self.sum);
         let fifth = mean_square(&self.sum);
         combine(&self.stages, WEIGHTS_3, &mut self.point);
         combine(&self.stages, STAGE[STAGES - 1], &mut self.sum);
         self.sum.iter_mut().zip(&self.point).for_each(|(eighth, third)| *eighth -= third);
-        filter(&mut self.sum);
         let third = mean_square(&self.sum);
         // Hairer, Norsett, Wanner (1993), Eq. (II.10.17): err5 * err5 / sqrt(err5^2 + 0.01 err3^2), of order 7.
         let denominator = fifth + 0.01 * third;
@@ -143,11 +136,6 @@ impl Dop853 {
         // Written so that NaN falls back to the guess.
         if step < 100.0 * guess { step } else { 100.0 * guess }
     }
-}
-
-/// Where in the step a stage is evaluated.
-pub const fn node(stage: usize) -> f64 {
-    NODES[stage]
 }
 
 /// y at the fraction `theta` of the step that made the dense output.

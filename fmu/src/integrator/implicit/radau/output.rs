@@ -32,12 +32,6 @@ impl Radau {
         size
     }
 
-    /// The last error in units of the tolerances, of what `change` leaves of it: nothing else goes into the dense output either.
-    pub fn filtered_error(&mut self, tolerances: &[f64], change: impl FnOnce(&mut [f64])) -> f64 {
-        change(&mut self.error);
-        self.size(tolerances)
-    }
-
     /// Takes the point for an error.
     fn filter(&mut self, h: f64, tolerances: &[f64]) -> f64 {
         self.solve_real(REAL / h);

@@ -1,4 +1,4 @@
-//! What an implicit step looks out for: how fast things can change, and singular poses.
+//! How fast things can change.
 
 use super::Implicit;
 use crate::context::Context;
@@ -6,13 +6,9 @@ use crate::integrator::run::Run;
 use crate::linalg::lane::ZERO;
 use crate::math;
 use crate::model::Model;
-use crate::singular::detect::is_jump;
 
 /// Steps of the power method.
 const POWERS: usize = 3;
-/// A loop equation that is closer to the others by this factor than it has been may be about to depend on them.
-const CLOSE: f64 = 100.0;
-
 impl Implicit {
     /// How fast anything can change at most, judging by the last Jacobian \[1/s\].
     pub fn rate(&self, model: &Model) -> f64 {
@@ -49,26 +45,5 @@ impl Implicit {
         self.tangents[first..][..2 * n].fill(ZERO);
         let [by_q, by_v] = sizes(&self.powers);
         by_q.sqrt().max(by_v)
-    }
-
-    /// Is a loop equation where the step begins much closer to the others than it has been?
-    pub(super) fn is_close(&self, run: &mut Run) -> bool {
-        let rows = run.singular.smallest.iter_mut().zip(&self.start);
-        rows.fold(false, |close, (smallest, start)| {
-            *smallest = math::minimum(*start, *smallest);
-            close || *start > CLOSE * CLOSE * *smallest
-        })
-    }
-
-    /// Does no loop equation come so much closer to the others within the step, or go so much further from them, that there could be a singular pose in
-    /// it?
-    pub(super) fn is_steady(&self, model: &Model) -> bool {
-        let rows = model.program().tapes.closeness.iter().zip(&self.start);
-        rows.into_iter().all(|(&register, start)| {
-            let stages = self.batched.registers()[register as usize].map(f64::abs);
-            let values = [*start, stages[0], stages[1], stages[2]];
-            let largest = values.into_iter().fold(0.0, math::maximum);
-            !is_jump(values.into_iter().fold(f64::INFINITY, math::minimum), largest)
-        })
     }
 }
