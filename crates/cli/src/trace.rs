@@ -195,6 +195,6 @@ fn curves(
     };
     let curves: Vec<(String, Vec<[f64; 2]>)> =
         points.iter().enumerate().map(curve).chain(cams.iter().map(outline)).collect();
-    output::write(path, &dxf::curves(&curves))?;
+    output::write(path, dxf::curves(&curves))?;
     failure
 }
