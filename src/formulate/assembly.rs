@@ -352,7 +352,7 @@ mod tests {
     fn numbers_have_four_digits() {
         let length = Kind { angular: false, rate: false };
         for (value, shown) in
-            [(0.4, "400 mm"), (0.0128912, "12.89 mm"), (-1.5, "-1500 mm"), (2e-7, "2.000e-4 mm"), (0.0, "0 mm")]
+            [(0.4, "400 mm"), (0.0128912, "12.89 mm"), (-1.5, "-1500 mm"), (2e-7, "0.0002 mm"), (0.0, "0 mm")]
         {
             assert_eq!(length.show(value), shown);
         }
