@@ -13,7 +13,6 @@ use cotree::mechanism::{Coordinates, Mechanism};
 use cotree::scene::Scene;
 use cotree::tree::Trees;
 use cotree_fmu::model::Model;
-use cotree_fmu::program::Motion;
 use nalgebra::{DMatrix, DVector};
 use support::chain::chain;
 use support::random::{Family, random_case};
@@ -28,7 +27,7 @@ fn main() {
 /// The cost of the kernel in branch coordinates [ns].
 fn cost(system: &System, trees: &Trees) -> Option<f64> {
     let mut formulated = formulate_with(Equations::new(system.clone(), trees.clone())).ok()?;
-    if formulated.lowered.program.motion == Motion::Kinematic {
+    if formulated.lowered.program.is_driven() {
         return None;
     }
     if formulated.lowered.solve_tree.is_none() {

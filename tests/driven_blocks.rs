@@ -92,7 +92,7 @@ fn assert_close(found: &[f64], expected: &[f64]) {
 }
 
 fn block_sizes(formulated: &Formulated) -> Vec<usize> {
-    formulated.lowered.program.blocks.iter().map(|block| block.columns.len()).collect()
+    formulated.lowered.blocks.iter().map(|block| block.columns.len()).collect()
 }
 
 #[test]

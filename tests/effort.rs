@@ -10,7 +10,6 @@ use cotree::formulate::{Formulated, formulate};
 use cotree::lower::{Cost, MotionSystem, Pose, in_solve_tree};
 use cotree::mechanism::{BodyId, Mechanism};
 use cotree::scene::Scene;
-use cotree_fmu::program::Motion;
 use cotree_fmu::tape::Tape;
 
 fn resolve(scene: &Scene) -> Mechanism {
@@ -52,7 +51,7 @@ fn pose(formulated: &Formulated) -> Pose {
 /// Accelerations, reactions and a projection by a solve tree against those in branch coordinates.
 fn check_solve_trees(mechanism: &Mechanism) {
     let mut formulated = formulated(mechanism);
-    if formulated.lowered.program.motion == Motion::Kinematic {
+    if formulated.lowered.program.is_driven() {
         return;
     }
     let pose = pose(&formulated);

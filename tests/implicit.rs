@@ -4,7 +4,7 @@ use crate::counting::allocations;
 use crate::support::random::{Family, random_case};
 use crate::support::run::{distance, file, model, models, motion, scene_of, started, value};
 use cotree_fmu::machine::Machine;
-use cotree_fmu::program::{Engine, Motion};
+use cotree_fmu::program::Engine;
 
 /// Outputs at 10 s with a stiffness of 1e9 N/m, computed in quadruple precision in two formulations.
 const REFERENCE: [(&str, f64); 4] = [
@@ -63,7 +63,7 @@ fn the_models_and_random_mechanisms_move_as_with_the_explicit_method() {
     let mut compared = 0;
     for (name, text, stop) in scenes {
         let model = model(&text);
-        if model.program().motion == Motion::Kinematic {
+        if model.is_driven() {
             continue;
         }
         let run = |engine, tolerance| {

@@ -9,7 +9,6 @@ use cotree::mechanism::{Coordinates, Mechanism};
 use cotree::scene::Body;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::{Model, State};
-use cotree_fmu::program::Motion;
 use cotree_fmu::taylor::Jet;
 
 const ORDER: usize = 14;
@@ -90,7 +89,7 @@ fn check(name: &str, mechanism: &mut Mechanism, coordinates: Coordinates) -> boo
     mechanism.coordinates = coordinates;
     let Ok(formulated) = formulate(mechanism) else { return false };
     let program = formulated.lowered.program.clone();
-    if program.motion == Motion::Kinematic {
+    if program.is_driven() {
         return false;
     }
     let name = format!("{name} {:?}", mechanism.coordinates);

@@ -41,8 +41,6 @@ fn program() -> data::Program {
         followers: vec![],
         coordinates: vec![data::Coordinate { name: "mass.x".into(), scale: 1.0 }],
         constraints: vec![],
-        motion: data::Motion::Dynamic,
-        blocks: Vec::new(),
         length: 1.0,
         variables: vec![
             variable("time", data::Source::Time),

@@ -8,7 +8,7 @@ use crate::counting::allocations;
 use cotree_fmu::instance::{Instance, Snapshot};
 use cotree_fmu::model::Model;
 use cotree_fmu::program::check::Fault;
-use cotree_fmu::program::{Engine, Motion, Program};
+use cotree_fmu::program::{Engine, Program};
 use cotree_fmu::taylor::form::{ArmForm, Given};
 use run::{compiled, distance, file, model, models, motion, scene_of, started};
 
@@ -17,7 +17,7 @@ fn every_dynamic_model_moves_as_expected() {
     let mut moved = Vec::new();
     for name in models() {
         let program = compiled(&scene_of(&name)).program;
-        if program.motion == Motion::Kinematic {
+        if program.is_driven() {
             continue;
         }
         assert_eq!(program.engine, Engine::Taylor, "{name}");

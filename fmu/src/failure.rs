@@ -294,6 +294,16 @@ pub enum Failure {
         /// Joints whose loop equations have come to depend on each other.
         joints: Vec<String>,
     },
+    /// Drivers come to a singular pose and turn back in it.
+    #[error(
+        "at t = {time} s the drivers turn back in a singular pose, where the loop equations of {} depend on each other: nothing says on which branch the mechanism goes on; let them go through the pose, or turn back before it", list(.joints)
+    )]
+    DriverTurnsBack {
+        /// When [s].
+        time: f64,
+        /// Joints whose loop equations come to depend on each other.
+        joints: Vec<String>,
+    },
     /// What drives the mechanism moves in no time.
     #[error("at t = {time} s what drives `{}` jumps by {gap}, and the mechanism cannot follow; make the law continuous, for example a steep ramp", gap.owner)]
     DriverJumps {

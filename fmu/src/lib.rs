@@ -5,7 +5,7 @@
 //! * [`program`]: the model as data, what must hold for it, its file.
 //! * [`model`], [`machine`]: a program ready to run, its state, the registers it runs on.
 //! * [`taylor`], [`events`]: Taylor series of a motion from the arm form of its mechanism, laws in pieces and steep laws.
-//! * [`constraints`]: consistent initial values, projection, kinematic motion.
+//! * [`constraints`]: consistent initial values, projection.
 //! * [`integrator`], [`singular`]: from one communication point to the next, also through singular configurations.
 //! * [`instance`]: one simulation, as the command line and the FMI functions use it.
 //! * `fmi`, [`fmi2`], [`fmi3`]: the functions of FMI 2.0 and 3.0 for Co-Simulation and Model Exchange.

@@ -68,6 +68,11 @@ impl Model {
         &self.active
     }
 
+    /// Do drivers determine the motion?
+    pub fn is_driven(&self) -> bool {
+        self.active.len() == self.coordinates()
+    }
+
     /// Is that parameter the known value of a variable at the start, which must read back as it was set?
     pub fn is_imposed(&self, parameter: usize) -> bool {
         self.imposed.get(parameter).copied().unwrap_or_default()

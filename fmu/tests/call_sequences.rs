@@ -195,10 +195,7 @@ impl Subject {
     }
 
     fn states(&self) -> usize {
-        match self.program.motion {
-            cotree_fmu::program::Motion::Dynamic => 2 * self.program.coordinates.len(),
-            cotree_fmu::program::Motion::Kinematic => 0,
-        }
+        if self.program.is_driven() { 0 } else { 2 * self.program.coordinates.len() }
     }
 
     // SAFETY of all calls: the component is alive, and arrays are as long as announced.

@@ -2,7 +2,7 @@
 
 use crate::support::*;
 use cotree_fmu::instance::{DERIVATIVE_ORDER, Instance, InstanceError, Snapshot};
-use cotree_fmu::program::{Motion, Program, Source};
+use cotree_fmu::program::{Program, Source};
 
 /// Derivatives agree with differences to this much, relative to 1 or to the value.
 const AGREE: f64 = 1e-7;
@@ -194,7 +194,7 @@ fn derivatives_by_time_are_those_of_the_motion() {
 fn derivatives_do_not_disturb_the_run() {
     for program in [slider_crank(), four_bar(Drive::Velocity, true)] {
         let (mut plain, mut observed) = (started(program.clone()), started(program.clone()));
-        let input = plain.variable(if program.motion == Motion::Dynamic { "force" } else { "crank_drive" });
+        let input = plain.variable(if program.is_driven() { "crank_drive" } else { "force" });
         let input = input.expect("there");
         for step in 1..=20_u32 {
             for instance in [&mut plain, &mut observed] {

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
-use cotree_fmu::program::{Engine, Motion, Program};
+use cotree_fmu::program::{Engine, Program};
 
 /// The runs' tolerance, and what they may miss, relative to the largest value of an output.
 const TOLERANCE: f64 = 1e-10;
@@ -60,10 +60,9 @@ fn stored_programs_move_as_expected_by_every_method() {
         let program = Program::from_bytes(&fs::read(&path).expect("a file")).unwrap_or_else(|error| {
             panic!("{name}: {error:?}; write the programs anew, as tests/stored_programs.rs says")
         });
-        let driven = program.motion == Motion::Kinematic;
         let model = Arc::new(Model::new(program).expect("a sound program"));
         let engines = [None, Some(Engine::Dop853), Some(Engine::Radau)];
-        for engine in engines.into_iter().take(if driven { 1 } else { 3 }) {
+        for engine in engines {
             let missed = missed(&model, engine, &name).unwrap_or_else(|error| panic!("{name} by {engine:?}: {error}"));
             assert!(missed < MISSED, "{name} by {engine:?}: {missed:e}");
         }

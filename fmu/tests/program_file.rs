@@ -3,7 +3,7 @@
 use crate::support::*;
 use cotree_fmu::program::check::Fault;
 use cotree_fmu::program::storage::LoadError;
-use cotree_fmu::program::{Block, Program, Source};
+use cotree_fmu::program::{Program, Source};
 use cotree_fmu::tape::{Instruction, Operation};
 
 fn programs() -> [Program; 4] {
@@ -112,33 +112,6 @@ fn check_finds_wrong_counts_values_and_names() {
     is(fault(|p| p.constraints[0].owner.clear()), "Name");
     is(fault(|p| p.variables[1].source = Source::Coordinate(2)), "Reference");
     is(fault(|p| p.variables[1].source = Source::Output { result: 9, accelerated: false }), "Reference");
-    is(fault(|p| p.motion = cotree_fmu::program::Motion::Kinematic), "Kinematic");
-}
-
-#[test]
-fn blocks_must_be_square_complete_and_in_order() {
-    let with = |blocks: &[(&[u32], &[u32])]| {
-        let mut program = four_bar(Drive::Time, true);
-        program.blocks =
-            blocks.iter().map(|(rows, columns)| Block { rows: rows.to_vec(), columns: columns.to_vec() }).collect();
-        program.check()
-    };
-    assert_eq!(with(&[(&[1, 0], &[0, 1])]), Ok(()));
-    let wrong: [&[(&[u32], &[u32])]; 7] = [
-        &[],
-        &[(&[0, 1], &[0])],
-        &[(&[0, 2], &[0, 1])], // a redundant equation
-        &[(&[0, 0], &[0, 1])],
-        &[(&[0, 9], &[0, 1])],
-        &[(&[0], &[0]), (&[1], &[1])], // the first needs what the second determines
-        &[(&[0, 1], &[0, 1]), (&[], &[])],
-    ];
-    for blocks in wrong {
-        assert_eq!(with(blocks), Err(Fault::Blocks), "{blocks:?}");
-    }
-    let mut dynamic = slider_crank();
-    dynamic.blocks = vec![Block { rows: vec![0], columns: vec![0] }];
-    assert_eq!(dynamic.check(), Err(Fault::Blocks));
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use cotree_fmu::program::{Motion, Program, Source};
+use cotree_fmu::program::{Program, Source};
 
 use super::description::{Causality, Description, ScalarVariable, Start};
 use super::terminals::terminals;
@@ -27,8 +27,7 @@ pub fn describe(formulated: &Formulated, guid: &str) -> Description {
         exchange: program.offers_exchange().then_some(program.tapes.indicators.results.len()),
         exchange_with_rates: program.offers_exchange_with_rates(),
         indicators: program.tapes.indicators.results.len(),
-        moves_states: program.motion == Motion::Dynamic
-            && program.constraints.iter().any(|constraint| constraint.active),
+        moves_states: !program.is_driven() && program.constraints.iter().any(|constraint| constraint.active),
         own_steps: program.has_own_steps(),
         followed: followed(program, rows),
         variables: rows.iter().map(|row| variable(mechanism, &mut changing, row)).collect(),

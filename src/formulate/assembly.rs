@@ -45,6 +45,7 @@ pub fn explain(equations: &mut Equations, model: &Model, failure: &Failure, leng
         }
         Failure::Undecided { joints, .. }
         | Failure::EndOfReach { joints, .. }
+        | Failure::DriverTurnsBack { joints, .. }
         | Failure::NotPassed { joints, .. }
         | Failure::BranchLost { joints, .. }
         | Failure::SingularAhead { joints, .. }

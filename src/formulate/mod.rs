@@ -14,7 +14,6 @@ use std::collections::BTreeSet;
 
 use cotree_fmu::constraints::initial::solve_initial;
 use cotree_fmu::model::{Model, State};
-use cotree_fmu::program::Motion;
 
 use crate::component::{Held, Origin, System};
 use crate::diagnostic::suggest::{self, list};
@@ -105,9 +104,12 @@ pub fn formulate_with(mut equations: Equations<'_>) -> Result<Formulated<'_>, Ve
         Some(start) => start.begin(&equations, &mut lowered.program.initial),
         None => start::begin(&mut equations, &mut lowered.program.initial),
     }
+    let initial = &mut lowered.program.initial;
+    initial.found_positions = [state.positions(), state.follower_positions()].concat();
+    initial.found_rates = [state.rates(), state.follower_rates()].concat();
     let program = &lowered.program;
-    let chosen = program.motion == Motion::Kinematic || program.arms.as_ref().is_some_and(|form| form.repeating() > 0);
-    let moves_freely = program.motion == Motion::Dynamic;
+    let chosen = program.is_driven() || program.arms.as_ref().is_some_and(|form| form.repeating() > 0);
+    let moves_freely = !program.is_driven();
     let mut warnings: Vec<Fault> = redundancy_warning(&equations, &lowered.shared, chosen).into_iter().collect();
     let jumps = jumps::jumps(equations.system.mechanism);
     if moves_freely {

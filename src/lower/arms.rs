@@ -29,15 +29,20 @@ pub fn arm_form(
     (length, active): (f64, &[bool]),
     values: &impl Values,
 ) -> Result<(ArmForm, Vec<Expr>), Reason> {
+    let driven = active.iter().filter(|active| **active).count() == equations.coordinates.len();
+    let formulate = |equations: &mut Equations, rows: &[bool]| match driven {
+        true => equations.arms_of_loops(rows, length),
+        false => equations.arms(rows),
+    };
     if repeat_exactly(equations, length, values) {
         let rows = equations.constraints.iter().zip(active);
         let all: Vec<bool> = rows.map(|(row, active)| *active || row.repeats).collect();
-        let arms = equations.arms(&all)?;
+        let arms = formulate(equations, &all)?;
         if may_choose(equations, &arms, values) {
             return lower(equations, &arms, values);
         }
     }
-    let arms = equations.arms(active)?;
+    let arms = formulate(equations, active)?;
     lower(equations, &arms, values)
 }
 

@@ -2,9 +2,23 @@
 //! \[Phi_q\] (Duff, Reid 1978). A maximum matching assigns an equation to each coordinate; the blocks are the strongly connected
 //! components of the dependency graph of the equations.
 
-use cotree_fmu::program::Block;
 use petgraph::algo::kosaraju_scc;
 use petgraph::graph::{DiGraph, NodeIndex};
+
+use super::eliminate::{Factor, Obstacle, System};
+use super::motion::{scales, typical};
+use super::program::Pose;
+use crate::equations::Equations;
+use crate::expr::{Arena, Expr};
+
+/// Loop equations that determine as many coordinates, given those of the blocks before.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Block {
+    /// Indices of loop equations.
+    pub rows: Vec<u32>,
+    /// Indices of coordinates.
+    pub columns: Vec<u32>,
+}
 
 /// The blocks of a square system: for each equation its index and the coordinates that occur in it.
 pub fn blocks(equations: &[(u32, Vec<u32>)], coordinates: usize) -> Vec<Block> {
@@ -34,6 +48,95 @@ pub fn blocks(equations: &[(u32, Vec<u32>)], coordinates: usize) -> Vec<Block> {
         blocks[of[place]].columns.push(column as u32);
     }
     blocks
+}
+
+/// The loop equations of a driven mechanism, factorised block by block: what a block does not depend on does not enter it, not even by rounding errors.
+#[derive(Clone, Debug)]
+pub struct Loops {
+    blocks: Vec<Factorised>,
+    coordinates: usize,
+}
+
+/// A block with a unit mass on each of its coordinates: an elimination that is safe in every pose, and no mass matters to its solution.
+#[derive(Clone, Debug)]
+struct Factorised {
+    block: Block,
+    factor: Factor,
+    /// (row of the block, coordinate of an earlier block, entry of Phi_q)
+    before: Vec<(usize, usize, Expr)>,
+}
+
+impl Loops {
+    /// # Errors
+    /// The loop equations do not determine a coordinate, or the elimination takes too many operations.
+    pub fn new(equations: &mut Equations, blocks: &[Block], length: f64, pose: &Pose) -> Result<Self, Obstacle> {
+        let scales = scales(equations, length);
+        let blocks = blocks.iter().map(|block| Factorised::new(equations, block, &scales, pose));
+        Ok(Loops { blocks: blocks.collect::<Result<_, _>>()?, coordinates: scales.len() })
+    }
+
+    /// x of Phi_q x = b, with b given for all loop equations.
+    pub fn solve(&self, arena: &mut Arena, b: &[Expr]) -> Vec<Expr> {
+        let mut x = vec![Expr::ZERO; self.coordinates];
+        for Factorised { block, factor, before } in &self.blocks {
+            let size = block.rows.len();
+            let mut right = vec![Expr::ZERO; size];
+            right.extend(block.rows.iter().map(|&row| b[row as usize]));
+            for &(row, column, entry) in before {
+                right[size + row] = arena.subtract_product(right[size + row], entry, x[column]);
+            }
+            let solution = factor.solve(arena, &right);
+            block.columns.iter().zip(solution).for_each(|(&column, value)| x[column as usize] = value);
+        }
+        x
+    }
+
+    /// lambda of Phi_q^T lambda = b, with b given for all coordinates; zero for loop equations that are not active.
+    pub fn balance(&self, arena: &mut Arena, b: &[Expr], constraints: usize) -> Vec<Expr> {
+        let (mut left, mut lambda) = (b.to_vec(), vec![Expr::ZERO; constraints]);
+        for Factorised { block, factor, before } in self.blocks.iter().rev() {
+            let right: Vec<Expr> = block.columns.iter().map(|&column| left[column as usize]).collect();
+            let solution = factor.solve(arena, &right).split_off(block.columns.len());
+            for &(row, column, entry) in before {
+                left[column] = arena.subtract_product(left[column], entry, solution[row]);
+            }
+            block.rows.iter().zip(solution).for_each(|(&row, value)| lambda[row as usize] = value);
+        }
+        lambda
+    }
+
+    /// Reciprocal pivots of the loop equations: they grow towards a singular configuration.
+    pub fn closeness(&self, arena: &mut Arena) -> Vec<Expr> {
+        self.blocks.iter().flat_map(|own| own.factor.closeness(arena, own.block.columns.len())).collect()
+    }
+}
+
+impl Factorised {
+    fn new(equations: &mut Equations, block: &Block, scales: &[f64], pose: &Pose) -> Result<Self, Obstacle> {
+        let values = typical(equations.system.mechanism, pose);
+        let own: Vec<f64> = block.columns.iter().map(|&column| scales[column as usize]).collect();
+        let place = |column: usize| block.columns.iter().position(|&own| own as usize == column);
+        let (mut jacobian, mut before) = (Vec::new(), Vec::new());
+        for (place_of_row, &row) in block.rows.iter().enumerate() {
+            let mut inner = Vec::new();
+            for &(column, entry) in &equations.constraints[row as usize].jacobian {
+                match place(column) {
+                    Some(place) => inner.push((place, entry)),
+                    None => before.push((place_of_row, column, entry)),
+                }
+            }
+            jacobian.push(inner);
+        }
+        let arena = &mut equations.system.arena;
+        let unit = |(index, scale): (usize, &f64)| vec![(index, arena.constant(1.0 / (scale * scale)))];
+        let mass: Vec<_> = own.iter().enumerate().map(unit).collect();
+        let system = System { mass: &mass, jacobian: &jacobian, scales: &own, values: &values };
+        let factor = Factor::new(arena, &system).map_err(|obstacle| match obstacle {
+            Obstacle::Undetermined(index) => Obstacle::Undetermined(block.columns[index] as usize),
+            Obstacle::TooLarge => obstacle,
+        })?;
+        Ok(Factorised { block: block.clone(), factor, before })
+    }
 }
 
 /// The equation of each coordinate, by augmenting paths; `None` if not every coordinate can have its own.

@@ -6,8 +6,9 @@
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
-use cotree_fmu::program::{Block, Source};
+use cotree_fmu::program::Source;
 
+use super::blocks::Block;
 use super::dependency_sets::dependency_sets;
 use super::program::inverse;
 use super::table::Row;
@@ -113,7 +114,10 @@ fn terms(arena: &Arena, row: &Constraint, order: Order) -> Vec<Symbol> {
 
 /// Phi_q^T lambda = Q - M a, an equation for each coordinate.
 fn reaction_equations(equations: &mut Equations) -> Vec<Vec<Symbol>> {
-    let residuals = inverse(equations);
+    let places = 0..equations.coordinates.len();
+    let accelerations: Vec<Expr> =
+        places.map(|index| equations.system.arena.symbol(Symbol::Coordinate(index, Order::Acceleration))).collect();
+    let residuals = inverse(equations, &accelerations);
     let arena = &equations.system.arena;
     let mut columns: Vec<Vec<Symbol>> = residuals.into_iter().map(|residual| arena.symbols([residual])).collect();
     for (row, constraint) in equations.constraints.iter().enumerate() {

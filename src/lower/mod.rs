@@ -22,6 +22,7 @@ mod steep;
 mod table;
 mod tape;
 
+pub use blocks::Block;
 pub use cost::Cost;
 pub(crate) use dependencies::LISTED;
 pub use eliminate::{Factor, Obstacle, System};

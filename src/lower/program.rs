@@ -4,14 +4,14 @@ use cotree_fmu::events::Steep;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::domain::{Domain, DomainTape};
 use cotree_fmu::program::{
-    Block, Constraint, Coordinate, Engine, Experiment, Follower, FollowerOrder, Initial, Input, LawTape, Layout,
-    Motion, Parameter, Program, SparseTape, Tapes,
+    Constraint, Coordinate, Engine, Experiment, Follower, FollowerOrder, Initial, Input, LawTape, Layout, Parameter,
+    Program, SparseTape, Tapes,
 };
 use cotree_fmu::taylor::Jet;
 use cotree_fmu::taylor::form::ArmForm;
 
 use super::arms::{arm_form, mass_form};
-use super::blocks::blocks;
+use super::blocks::{Block, Loops, blocks};
 use super::cost::Cost;
 use super::dependencies::Moving;
 use super::domains::{domains, ranges};
@@ -39,9 +39,11 @@ pub struct Lowered {
     /// Its GUID is still to be set.
     pub program: Program,
     pub table: Table,
-    /// Accelerations and reactions as expressions; empty for a kinematic model.
+    /// Accelerations and reactions as expressions; empty where drivers determine the motion.
     pub solved: Vec<Expr>,
-    /// Why dynamic motion is not integrated by Taylor series, if it is not.
+    /// Which loop equations determine which coordinates, in the order of their solution; empty unless drivers determine the motion.
+    pub blocks: Vec<Block>,
+    /// Why the motion is not integrated by Taylor series, if it is not.
     pub no_series: Option<String>,
     /// The trees behind the acceleration kernel, where they are not those of the coordinates.
     pub solve_tree: Option<SolveTree>,
@@ -69,11 +71,11 @@ struct PositionKernels {
 
 #[derive(Clone, Debug, Default)]
 struct MotionKernels {
-    acceleration: Vec<Expr>,
+    /// Accelerations, then reactions.
+    solved: Vec<Expr>,
     closeness: Vec<Expr>,
     project_position: Vec<Expr>,
     project_velocity: Vec<Expr>,
-    inverse: Option<Vec<Expr>>,
     indicators: Vec<Expr>,
     laws: Vec<(Steep, Expr)>,
     domains: Vec<(Domain, Expr)>,
@@ -87,10 +89,10 @@ struct MotionKernels {
 pub fn positions(equations: &mut Equations, length: f64) -> Program {
     let active: Vec<bool> = equations.constraints.iter().map(|constraint| !constraint.is_trivial()).collect();
     let kernels = PositionKernels::new(equations, length);
-    assemble(equations, (length, &active), &kernels, &MotionKernels::default(), Motion::Dynamic, &Table::default())
+    assemble(equations, (length, &active), &kernels, &MotionKernels::default(), &Table::default())
 }
 
-/// The whole program. `active`: the independent loop equations; as many as coordinates make the motion kinematic. `restricting`: those that others stand for, because they restrict in
+/// The whole program. `active`: the independent loop equations; as many as coordinates determine the motion. `restricting`: those that others stand for, because they restrict in
 /// second order only.
 ///
 /// # Errors
@@ -102,44 +104,48 @@ pub fn program(
     pose: &Pose,
 ) -> Result<Lowered, Obstacle> {
     let rank = active.iter().filter(|active| **active).count();
-    let motion = if rank == equations.coordinates.len() { Motion::Kinematic } else { Motion::Dynamic };
+    let driven = rank == equations.coordinates.len();
     let kernels = PositionKernels::new(equations, length);
     let mut moving = MotionKernels::default();
-    if motion == Motion::Dynamic {
-        moving.eliminate(equations, &kernels, (length, active), pose)?;
+    let blocks = if driven { solution_order(equations, active) } else { Vec::new() };
+    if !driven {
+        let (solver, solve_tree) = solve_tree::solver(equations, active, length, pose)?;
+        moving.solve_tree = solve_tree;
+        moving.solved = solver.motion(&mut equations.system.arena, active.len());
+        let arena = &mut equations.system.arena;
+        moving.closeness = solver.closeness(arena);
+        if active.contains(&true) {
+            moving.project(&kernels, |residuals| solver.projection(arena, residuals));
+        }
     }
-    moving.indicators = motion_indicators(equations, &moving.acceleration);
-    if motion == Motion::Dynamic {
-        let values = [equations.law_values(), kernels.gamma.clone(), kernels.constraint_rate.clone()].concat();
-        moving.laws = steep(&mut equations.system.arena, &values);
-    }
+    moving.indicators = motion_indicators(equations, &moving.solved);
+    let laws = if driven { Vec::new() } else { equations.law_values() };
+    let values = [laws, kernels.gamma.clone(), kernels.constraint_rate.clone()].concat();
+    moving.laws = steep(&mut equations.system.arena, &values);
     moving.domains = domains(equations);
-    let blocks = if motion == Motion::Kinematic { solution_order(equations, active) } else { Vec::new() };
     let shared = least_norm::impose(equations, (active, restricting), length, pose)?;
-    let table = Table::new(equations, motion, &Moving { solved: &moving.acceleration, blocks: &blocks });
+    let table = Table::new(equations, driven, &Moving { solved: &moving.solved, blocks: &blocks });
     moving.outputs.clone_from(&table.results);
-    let reacting = equations.system.arena.symbols(table.results.iter().copied());
-    if motion == Motion::Kinematic && reacting.iter().any(|symbol| matches!(symbol, Symbol::Reaction(_))) {
-        moving.inverse = Some(inverse(equations));
+    if driven {
+        moving.drive(equations, (&kernels, &blocks), length, pose)?;
     }
     let mut no_series = None;
-    if motion == Motion::Dynamic {
-        match series(equations, (length, active), pose) {
-            Ok(arms) => moving.arms = Some(arms),
-            Err(reason) => {
-                no_series = Some(reason);
+    match series(equations, (length, active), pose) {
+        Ok(arms) => moving.arms = Some(arms),
+        Err(reason) => {
+            no_series = Some(reason);
+            if !driven {
                 moving.masses = mass_form(equations, active, &typical(equations.system.mechanism, pose)).ok();
             }
         }
     }
-    let mut program = assemble(equations, (length, active), &kernels, &moving, motion, &table);
-    program.blocks = blocks;
+    let mut program = assemble(equations, (length, active), &kernels, &moving, &table);
     if is_too_large(&program) {
         program.engine = Engine::Dop853;
         no_series = Some(TOO_MANY.into());
     }
-    let MotionKernels { acceleration: solved, solve_tree, .. } = moving;
-    Ok(Lowered { program, table, solved, solve_tree, no_series, shared })
+    let solved = if driven { Vec::new() } else { moving.solved };
+    Ok(Lowered { program, table, solved, blocks, solve_tree: moving.solve_tree, no_series, shared })
 }
 
 /// The arm form with the expressions of its coefficients, or why there is none: the scene asks for another method, or it is hopeless, because
@@ -194,43 +200,56 @@ impl PositionKernels {
 }
 
 impl MotionKernels {
-    /// Accelerations, reactions and both projections from one factorisation.
-    fn eliminate(
+    /// Where drivers determine the motion: accelerations from Phi_q a = gamma and, if an output needs them, reactions from
+    /// Phi_q^T lambda = Q - M a.
+    fn drive(
         &mut self,
         equations: &mut Equations,
-        kernels: &PositionKernels,
-        (length, active): (f64, &[bool]),
+        (kernels, blocks): (&PositionKernels, &[Block]),
+        length: f64,
         pose: &Pose,
     ) -> Result<(), Obstacle> {
-        let (solver, solve_tree) = solve_tree::solver(equations, active, length, pose)?;
-        self.solve_tree = solve_tree;
+        let loops = Loops::new(equations, blocks, length, pose)?;
+        self.solved = loops.solve(&mut equations.system.arena, &kernels.gamma);
+        let results = equations.system.arena.symbols(self.outputs.iter().copied());
+        let reactions = if results.iter().any(|symbol| matches!(symbol, Symbol::Reaction(_))) {
+            let loads = inverse(equations, &self.solved);
+            loops.balance(&mut equations.system.arena, &loads, kernels.gamma.len())
+        } else {
+            vec![Expr::ZERO; kernels.gamma.len()]
+        };
+        self.solved.extend(reactions);
         let arena = &mut equations.system.arena;
-        self.acceleration = solver.motion(arena, active.len());
-        self.closeness = solver.closeness(arena);
-        if !active.contains(&true) {
-            return Ok(());
+        self.closeness = loops.closeness(arena);
+        if !blocks.is_empty() {
+            self.project(kernels, |residuals| {
+                let minus: Vec<Expr> = residuals.iter().map(|&residual| arena.negate(residual)).collect();
+                loops.solve(arena, &minus)
+            });
         }
+        Ok(())
+    }
+
+    /// Both projections: the residuals, and the corrections that cancel them.
+    fn project(&mut self, kernels: &PositionKernels, mut corrections: impl FnMut(&[Expr]) -> Vec<Expr>) {
         for (residuals, kernel) in
             [(&kernels.constraint, &mut self.project_position), (&kernels.constraint_rate, &mut self.project_velocity)]
         {
             kernel.clone_from(residuals);
-            kernel.extend(solver.projection(arena, residuals));
+            kernel.extend(corrections(residuals));
         }
-        Ok(())
     }
 }
 
-pub(super) fn inverse(equations: &mut Equations) -> Vec<Expr> {
+/// Q - M a, by coordinates.
+pub(super) fn inverse(equations: &mut Equations, accelerations: &[Expr]) -> Vec<Expr> {
     let dynamics = equations.dynamics().clone();
     let arena = &mut equations.system.arena;
     let rows = dynamics.load.into_iter().zip(dynamics.mass);
-    rows.map(|(load, mass)| {
-        mass.into_iter().fold(load, |rest, (column, entry)| {
-            let acceleration = arena.symbol(Symbol::Coordinate(column, Order::Acceleration));
-            arena.subtract_product(rest, entry, acceleration)
-        })
-    })
-    .collect()
+    let rest = |(load, mass): (Expr, Vec<(usize, Expr)>)| {
+        mass.into_iter().fold(load, |rest, (column, entry)| arena.subtract_product(rest, entry, accelerations[column]))
+    };
+    rows.map(rest).collect()
 }
 
 fn layout(equations: &Equations, starts: usize) -> Layout {
@@ -254,7 +273,6 @@ fn assemble(
     (length, active): (f64, &[bool]),
     position: &PositionKernels,
     moving: &MotionKernels,
-    motion: Motion,
     table: &Table,
 ) -> Program {
     let mechanism = equations.system.mechanism;
@@ -263,11 +281,10 @@ fn assemble(
     let sparse = |entries: &[((u32, u32), Expr)]| -> Vec<Expr> { entries.iter().map(|(_, entry)| *entry).collect() };
     let (jacobian, q_jacobian, v_jacobian) =
         (sparse(&position.jacobian), sparse(&position.positions.jacobian), sparse(&position.velocities.jacobian));
-    let inverse = moving.inverse.as_deref().unwrap_or_default();
     let (kinds, laws): (Vec<Steep>, Vec<Expr>) = moving.laws.iter().copied().unzip();
     let (domains, arguments): (Vec<Domain>, Vec<Expr>) = moving.domains.iter().cloned().unzip();
     let (ranges, bounded): (Vec<Domain>, Vec<Expr>) = ranges(equations).into_iter().unzip();
-    let acceleration: Vec<Expr> = moving.acceleration.iter().chain(&moving.closeness).copied().collect();
+    let acceleration: Vec<Expr> = moving.solved.iter().chain(&moving.closeness).copied().collect();
     let [coefficients, masses] =
         [&moving.arms, &moving.masses].map(|form| form.as_ref().map_or(&[][..], |(_, coefficients)| coefficients));
     let mut assembler = Assembler::new(
@@ -285,7 +302,6 @@ fn assemble(
             &acceleration,
             &moving.project_position,
             &moving.project_velocity,
-            inverse,
             &moving.indicators,
             &laws,
             &arguments,
@@ -297,7 +313,7 @@ fn assemble(
     );
     let places = |entries: &[((u32, u32), Expr)]| entries.iter().map(|(place, _)| *place).collect();
     let mut acceleration = assembler.tape(&acceleration);
-    let closeness = acceleration.results.split_off(moving.acceleration.len());
+    let closeness = acceleration.results.split_off(moving.solved.len());
     let tapes = Tapes {
         parameters: assembler.stage.clone(),
         constraint: assembler.tape(&position.constraint),
@@ -308,7 +324,6 @@ fn assemble(
         closeness,
         project_position: assembler.tape(&moving.project_position),
         project_velocity: assembler.tape(&moving.project_velocity),
-        inverse: moving.inverse.as_ref().map(|results| assembler.tape(results)),
         indicators: assembler.tape(&moving.indicators),
         laws: LawTape { kinds, tape: assembler.tape(&laws) },
         domains: DomainTape { domains, tape: assembler.tape(&arguments) },
@@ -330,6 +345,8 @@ fn assemble(
         },
         first_positions: Vec::new(),
         first_rates: Vec::new(),
+        found_positions: Vec::new(),
+        found_rates: Vec::new(),
     };
     let [arms, masses] = [&moving.arms, &moving.masses].map(|form| {
         let (form, coefficients) = form.as_ref()?;
@@ -344,8 +361,6 @@ fn assemble(
         followers: followers(equations, length),
         coordinates: coordinates(equations, length),
         constraints: constraints(equations, length, active),
-        motion,
-        blocks: Vec::new(),
         length,
         variables: table.variables(),
         constants: assembler.constants.clone(),

@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
-use cotree_fmu::program::{Motion, Source, Variable};
+use cotree_fmu::program::{Source, Variable};
 
 use super::dependencies::{self, Moving};
 use super::initial::{order_of, settable};
@@ -47,12 +47,12 @@ pub struct Table {
 }
 
 impl Table {
-    pub(super) fn new(equations: &mut Equations, motion: Motion, moving: &Moving) -> Table {
+    pub(super) fn new(equations: &mut Equations, driven: bool, moving: &Moving) -> Table {
         let mut table = Table::default();
         table.add_parameters_and_inputs(equations);
         let members = coordinate_members(equations);
         table.add_outputs(equations, &members);
-        table.add_members(&members, motion);
+        table.add_members(&members, driven);
         table.add_starts(equations);
         table.add_display_units(equations.system.mechanism);
         if table.rows.is_empty() {
@@ -118,10 +118,10 @@ impl Table {
     }
 
     /// Coordinates, rates and accelerations that are no outputs. In a dynamic model v is the derivative of q and a that of v.
-    fn add_members(&mut self, members: &[Row], motion: Motion) {
+    fn add_members(&mut self, members: &[Row], driven: bool) {
         let there: HashSet<String> = self.rows.iter().map(|row| row.name.clone()).collect();
         self.rows.extend(members.iter().filter(|member| !there.contains(&member.name)).cloned());
-        if motion == Motion::Kinematic {
+        if driven {
             return;
         }
         let places: HashMap<Source, usize> =

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use cotree_fmu::program::{Block, Engine, Motion, Program, Source};
+use cotree_fmu::program::{Engine, Source};
 use cotree_fmu::taylor::form::ArmForm;
 
 use super::summary::{Coordinate, Count, Counts, Integrated, Joint, SeriesSystem, SolveTree, Summary, Tree, Trees};
@@ -10,7 +10,7 @@ use crate::component::{Angle, Origin};
 use crate::equations::Equations;
 use crate::formulate::{Formulated, equations};
 use crate::graph::ElementId;
-use crate::lower::{self, Lowered};
+use crate::lower::{self, Block, Lowered};
 use crate::mechanism::{Coordinates, Mechanism, Part};
 
 pub fn summarise(formulated: &Formulated) -> Summary {
@@ -29,9 +29,9 @@ pub fn summarise(formulated: &Formulated) -> Summary {
         inputs: mechanism.inputs.iter().map(|input| input.name.clone()).collect(),
         outputs: mechanism.outputs.iter().map(|output| output.name.clone()).collect(),
         mobility: formulated.mobility(),
-        kinematic: formulated.lowered.program.motion == Motion::Kinematic,
+        kinematic: formulated.lowered.program.is_driven(),
         solver: solver(&formulated.lowered),
-        integrated: (formulated.lowered.program.motion == Motion::Dynamic).then(|| integrated(&formulated.lowered)),
+        integrated: (!formulated.lowered.program.is_driven()).then(|| integrated(&formulated.lowered)),
         coordinates: coordinates(own),
         constraints: real.iter().map(|&index| owner(index)).collect(),
         redundant: formulated
@@ -40,7 +40,7 @@ pub fn summarise(formulated: &Formulated) -> Summary {
             .filter(|index| real.contains(index))
             .map(|&index| owner(index))
             .collect(),
-        blocks: blocks(&formulated.lowered.program),
+        blocks: blocks(&formulated.lowered),
         trees: Trees {
             translation: names(own, &own.trees.translation.branches),
             rotation: names(own, &own.trees.rotation.branches),
@@ -52,10 +52,9 @@ pub fn summarise(formulated: &Formulated) -> Summary {
 
 fn solver(lowered: &Lowered) -> String {
     let stiff = if lowered.program.automatic { "; Radau IIA(5) while it is stiff" } else { "" };
-    match (lowered.program.motion, lowered.program.engine, &lowered.no_series) {
-        (Motion::Kinematic, ..) => String::new(),
-        (Motion::Dynamic, Engine::Taylor, _) => format!("Taylor series{stiff}"),
-        (Motion::Dynamic, engine, reason) => {
+    match (lowered.program.engine, &lowered.no_series) {
+        (Engine::Taylor, _) => format!("Taylor series{stiff}"),
+        (engine, reason) => {
             let method = if engine == Engine::Radau { "Radau IIA(5)" } else { "Runge-Kutta (DOP853)" };
             let reason = reason.as_ref().map_or_else(String::new, |reason| format!(": {reason}"));
             format!("{method}{stiff}{reason}")
@@ -84,11 +83,15 @@ fn series_system(form: &ArmForm) -> SeriesSystem {
     SeriesSystem { angles, displacements, loop_equations }
 }
 
-fn blocks(program: &Program) -> Vec<Vec<String>> {
+fn blocks(lowered: &Lowered) -> Vec<Vec<String>> {
     let names = |block: &Block| {
-        block.columns.iter().map(|&column| program.coordinates[column as usize].name.clone()).collect::<Vec<_>>()
+        block
+            .columns
+            .iter()
+            .map(|&column| lowered.program.coordinates[column as usize].name.clone())
+            .collect::<Vec<_>>()
     };
-    program.blocks.iter().map(names).collect()
+    lowered.blocks.iter().map(names).collect()
 }
 
 fn solve_tree(own: &Equations, tree: &lower::SolveTree) -> SolveTree {

@@ -57,7 +57,7 @@ pub struct Cost {
     pub operations: Operations,
     /// Time of one evaluation, the median of repeated runs \[ns\].
     pub nanoseconds: f64,
-    /// The method: `series`, `explicit`, `implicit`, or `loops` if drivers determine the motion.
+    /// The method: `series`, `explicit`, `implicit`.
     pub method: &'static str,
     /// Time of the whole experiment at its tolerance, processor time on one thread \[s\]; `None` if it fails or takes too long.
     pub run_seconds: Option<f64>,
@@ -91,13 +91,10 @@ pub fn compare(mechanism: &Mechanism) -> Comparison {
             Choice { name, used, figures: figures(&Mechanism { coordinates, ..mechanism.clone() }) }
         })
         .collect();
-    let driven = |choice: &Choice| matches!(&choice.figures, Figures::Good(cost) if cost.mass_condition.is_some());
-    let kernel = if choices.iter().any(driven) { ACCELERATION } else { LOOPS };
-    Comparison { kernel, choices }
+    Comparison { kernel: ACCELERATION, choices }
 }
 
 const ACCELERATION: &str = "accelerations and reactions";
-const LOOPS: &str = "loop equations, their Jacobian, gamma";
 
 fn figures(mechanism: &Mechanism) -> Figures {
     match formulate_written(mechanism) {
@@ -114,22 +111,17 @@ fn figures(mechanism: &Mechanism) -> Figures {
 
 fn cost(mut formulated: Formulated) -> Result<Cost, String> {
     let model = Model::new(formulated.lowered.program.clone()).map_err(|fault| fault.to_string())?;
-    let tapes = &model.program().tapes;
-    let kernel: Vec<&Tape> = match tapes.acceleration.results.is_empty() {
-        true => vec![&tapes.constraint, &tapes.jacobian.tape, &tapes.gamma],
-        false => vec![&tapes.acceleration],
-    };
+    let kernel = &model.program().tapes.acceleration;
     let mut machine = Machine::new(&model);
     machine.load(&model, &formulated.state);
-    let nanoseconds = time(&mut machine, &kernel);
-    let dynamic = !tapes.acceleration.results.is_empty();
-    let operations = count(&kernel);
-    let method = match (dynamic, model.program().engine) {
-        (false, _) => "loops",
-        (true, Engine::Taylor) => "series",
-        (true, Engine::Dop853) => "explicit",
-        (true, Engine::Radau) => "implicit",
+    let nanoseconds = time(&mut machine, kernel);
+    let operations = count(kernel);
+    let method = match model.program().engine {
+        Engine::Taylor => "series",
+        Engine::Dop853 => "explicit",
+        Engine::Radau => "implicit",
     };
+    let dynamic = !model.is_driven();
     let whole = whole_run(Arc::new(model), formulated.equations.system.mechanism.experiment);
     let (condition, mass_condition) = conditions(&mut formulated, dynamic);
     Ok(Cost {
@@ -154,9 +146,9 @@ fn whole_run(model: Arc<Model>, experiment: Experiment) -> Option<(f64, u64)> {
 }
 
 /// Counts instructions; a multiplication with an addition or subtraction counts as both.
-pub fn count(tapes: &[&Tape]) -> Operations {
+pub fn count(tape: &Tape) -> Operations {
     let mut counts = Operations::default();
-    for instruction in tapes.iter().flat_map(|tape| tape.instructions()) {
+    for instruction in tape.instructions() {
         match instruction.operation {
             Operation::Add | Operation::Subtract | Operation::Negate => counts.additions += 1,
             Operation::Multiply => counts.multiplications += 1,
@@ -175,15 +167,13 @@ pub fn count(tapes: &[&Tape]) -> Operations {
 }
 
 /// The median of runs that are long enough for the clock.
-fn time(machine: &mut Machine, tapes: &[&Tape]) -> f64 {
+fn time(machine: &mut Machine, tape: &Tape) -> f64 {
     const RUNS: usize = 15;
     const SHORTEST: f64 = 2e5;
     let mut measure = |repeats: usize| {
         let start = Instant::now();
         for _ in 0..repeats {
-            for tape in tapes {
-                black_box(&mut *machine).run(tape);
-            }
+            black_box(&mut *machine).run(tape);
         }
         start.elapsed().as_secs_f64() * 1e9
     };
@@ -301,7 +291,7 @@ mod tests {
             sine_cosine_pairs: 1,
             others: 1,
         };
-        assert_eq!(count(&[&tape]), expected);
+        assert_eq!(count(&tape), expected);
     }
 
     #[test]

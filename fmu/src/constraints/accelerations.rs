@@ -1,11 +1,9 @@
-//! Accelerations and reactions at a state: Eq. (22) for dynamic motion, Eqs. (21) and (14) for kinematic motion.
+//! Accelerations and reactions at a state, Eq. (22); where drivers determine the motion they follow from Eqs. (21) and (14).
 
 use super::domains::outside;
-use super::loops::Loops;
 use crate::failure::Failure;
 use crate::machine::Machine;
 use crate::model::Model;
-use crate::program::Motion;
 use crate::singular::dependence::undetermined;
 use crate::taylor::Jet;
 
@@ -14,10 +12,7 @@ use crate::taylor::Jet;
 pub struct Accelerations {
     /// a, then lambda.
     values: Vec<f64>,
-    gamma: Vec<f64>,
-    /// Q - M a.
-    loads: Vec<f64>,
-    loops: Option<Loops>,
+    coordinates: usize,
     /// Where loop equations repeat others: its factors are of those that are independent in the pose, those of the tape of the same ones in every pose.
     jet: Option<Jet>,
 }
@@ -26,32 +21,22 @@ impl Accelerations {
     /// Storage for a model.
     pub fn new(model: &Model) -> Self {
         let (n, m) = (model.coordinates(), model.program().constraints.len());
-        let loops = (model.program().motion == Motion::Kinematic).then(|| Loops::new(model));
-        let form = model.program().arms.as_ref();
+        // The series of a driven mechanism know no masses, and so no reactions.
+        let form = model.program().arms.as_ref().filter(|_| !model.is_driven());
         let jet = form.filter(|form| form.repeating() > 0 && form.tape.switches.is_empty());
         let jet = jet.map(|form| Jet::of(model, form).without_kernels());
-        Self { values: vec![0.0; n + m], gamma: vec![0.0; m], loads: vec![0.0; n], loops, jet }
+        Self { values: vec![0.0; n + m], coordinates: n, jet }
     }
 
     /// Evaluates a and lambda at the state in the registers, and leaves them there.
     pub fn evaluate(&mut self, model: &Model, machine: &mut Machine) -> Result<(), Failure> {
         let n = model.coordinates();
-        match &mut self.loops {
-            None => self.evaluate_dynamic(model, machine),
-            Some(loops) => {
-                let tapes = &model.program().tapes;
-                loops.factor_regular(model, machine)?;
-                machine.evaluate(&tapes.gamma, &mut self.gamma);
-                let (accelerations, reactions) = self.values.split_at_mut(n);
-                accelerations.copy_from_slice(loops.solve(&self.gamma));
-                reactions.fill(0.0);
-                if let Some(inverse) = &tapes.inverse {
-                    machine.load_accelerations(model, accelerations);
-                    machine.load_reactions(model, reactions);
-                    machine.evaluate(inverse, &mut self.loads);
-                    loops.reactions(&self.loads, reactions);
-                }
-            }
+        let regular = self.jet.as_mut().is_some_and(|jet| {
+            jet.update(machine.registers());
+            jet.accelerations(model, machine.registers(), &mut self.values).is_ok()
+        });
+        if !regular {
+            machine.evaluate(&model.program().tapes.acceleration, &mut self.values);
         }
         let (accelerations, reactions) = self.values.split_at(n);
         machine.load_accelerations(model, accelerations);
@@ -61,19 +46,9 @@ impl Accelerations {
             .map_err(|failure| outside(model, machine).or_else(|| undetermined(model, machine)).unwrap_or(failure))
     }
 
-    fn evaluate_dynamic(&mut self, model: &Model, machine: &mut Machine) {
-        let regular = self.jet.as_mut().is_some_and(|jet| {
-            jet.update(machine.registers());
-            jet.accelerations(model, machine.registers(), &mut self.values).is_ok()
-        });
-        if !regular {
-            machine.evaluate(&model.program().tapes.acceleration, &mut self.values);
-        }
-    }
-
     /// The accelerations last evaluated.
     pub fn accelerations(&self) -> &[f64] {
-        &self.values[..self.loads.len()]
+        &self.values[..self.coordinates]
     }
 }
 

@@ -1,10 +1,9 @@
 //! The constraint equations of a mechanism and what follows from them at one state.
 //!
 //! * [`initial`]: the first state that fulfils them.
-//! * [`projection`], `loops`: back onto the loop equations after a step, and the linear system of the loops.
+//! * [`projection`]: back onto the loop equations after a step.
 //! * [`accelerations`], [`expansion`], [`tangent`]: derivatives of the motion by time and by the independent inputs.
 //! * `domains`: which law has no value.
-//! * [`kinematic`]: mechanisms whose motion is prescribed; they need no integrator.
 //! * [`poses`], `closing`, [`independence`]: nearby consistent poses, and what each loop equation restricts.
 
 pub mod accelerations;
@@ -13,8 +12,6 @@ pub(crate) mod domains;
 pub mod expansion;
 pub mod independence;
 pub mod initial;
-pub mod kinematic;
-pub(crate) mod loops;
 pub mod poses;
 pub mod projection;
 pub mod tangent;

@@ -1,7 +1,6 @@
 //! Back onto the loop equations: positions by Newton's method, rates by one linear step.
 //!
-//! Dynamic motion is corrected in the metric of the mass matrix (the tapes `project_position` and `project_velocity`). Driven mechanisms have their own
-//! way ([`super::kinematic`]).
+//! The motion is corrected in the metric of the mass matrix (the tapes `project_position` and `project_velocity`); where drivers determine it there is one correction only.
 
 use super::initial::FULFILLED;
 use crate::failure::{Failure, Gap};
@@ -16,6 +15,10 @@ const SHARE_OF_TOLERANCE: f64 = 1e-3;
 /// Loop equations that are not imposed may differ by the tolerance on the motion, but not by more or less than this, relative to their scale: what counts as closed at the
 /// start, and lengths that are typed with few digits.
 const CONSISTENT: [f64; 2] = [FULFILLED, 1e-6];
+/// Rounding errors of what drivers determine are divided by the distance from a singular pose: nearer than this they are larger than the errors of steps.
+const NEAR: f64 = 1e-6;
+/// What is as good as closed, in units of what is left alone.
+const TIGHT: f64 = 10.0;
 /// Newton steps.
 const ITERATIONS: usize = 8;
 /// A Newton step must reduce the gap to this fraction.
@@ -119,6 +122,27 @@ impl Projection {
         let size = 1.0 + largest(model, v);
         let goal = IDLE.max(SHARE_OF_TOLERANCE * tolerance) * size;
         self.newton(model, machine, Level::Rate, v, [IDLE * size, goal, f64::INFINITY], &mut |_| ())?;
+        Ok(())
+    }
+
+    /// Closes positions and rates of a driven mechanism to rounding errors, from a state that is as close to its motion as steps are. So near to a singular
+    /// pose that rounding errors would move it further than that it is left alone. The state must be in the registers.
+    ///
+    /// # Errors
+    /// The loops do not close there.
+    pub fn tighten(&mut self, model: &Model, machine: &mut Machine, state: &mut State) -> Result<(), Failure> {
+        let tapes = &model.program().tapes;
+        machine.run(&tapes.acceleration);
+        let near = tapes.closeness.iter().any(|&place| machine.registers()[place as usize].abs() > 1.0 / (NEAR * NEAR));
+        if near {
+            return Ok(());
+        }
+        let noise = 4.0 * f64::EPSILON * largest(model, state.positions());
+        let (closed, size) = (TIGHT * IDLE.max(noise), 1.0 + largest(model, state.rates()));
+        let limits = [noise, closed, f64::INFINITY];
+        self.newton(model, machine, Level::Position, state.positions_mut(), limits, &mut |_| ())?;
+        let limits = [noise, TIGHT * IDLE * size, f64::INFINITY];
+        self.newton(model, machine, Level::Rate, state.rates_mut(), limits, &mut |_| ())?;
         Ok(())
     }
 

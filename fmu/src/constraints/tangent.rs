@@ -1,30 +1,24 @@
 //! Derivatives of the motion and the outputs along one direction, exactly.
 //!
-//! A direction says how time, parameters, inputs and followers change, and with dynamic motion also how q and v do: each on its own, as the
+//! A direction says how time, parameters, inputs and followers change, and where they are states also how q and v do: each on its own, as the
 //! states of an explicit differential equation; the loops hold q and v together, but a derivative by one of them is taken at fixed others.
-//! With kinematic motion q and v follow from the loops, and so do their derivatives.
+//! Where drivers determine the motion, q and v follow from the loops, and so do their derivatives.
 //! Derivatives by time, also of higher order, are those of [`super::expansion`].
 
 use super::initial;
-use super::loops::Loops;
 use crate::failure::Failure;
 use crate::machine::Machine;
 use crate::model::{Model, motion};
-use crate::program::Motion;
 
 /// The derivative of a whole register file, with storage for evaluating it.
 #[derive(Clone, Debug)]
 pub struct Tangent {
     registers: Vec<f64>,
-    /// Residuals of all m loop equations.
-    residuals: Vec<f64>,
+    /// Residuals of all m loop equations, then n corrections.
+    corrections: Vec<f64>,
     /// Of a, then lambda.
     solved: Vec<f64>,
-    /// Of Q - M a.
-    loads: Vec<f64>,
-    jacobian: Vec<f64>,
     outputs: Vec<f64>,
-    loops: Option<Loops>,
 }
 
 /// Where the derivatives of q and v come from.
@@ -43,12 +37,9 @@ impl Tangent {
         let (n, m) = (model.coordinates(), program.constraints.len());
         Self {
             registers: vec![0.0; program.registers as usize],
-            residuals: vec![0.0; m],
+            corrections: vec![0.0; m + n],
             solved: vec![0.0; n + m],
-            loads: vec![0.0; n],
-            jacobian: vec![0.0; program.tapes.jacobian.entries.len()],
             outputs: vec![0.0; program.tapes.outputs.results.len()],
-            loops: (program.motion == Motion::Kinematic).then(|| Loops::new(model)),
         }
     }
 
@@ -72,54 +63,28 @@ impl Tangent {
         if movement == Movement::Assembled {
             initial::tangent::assemble(model, machine, &mut self.registers)?;
         }
-        match self.loops {
-            None => {
-                machine.differentiate(&model.program().tapes.acceleration, &mut self.registers, &mut self.solved);
-            }
-            Some(_) => self.follow_loops(model, machine, movement)?,
+        if movement == Movement::Continued && model.is_driven() {
+            self.follow_loops(model, machine);
         }
+        machine.differentiate(&model.program().tapes.acceleration, &mut self.registers, &mut self.solved);
         self.registers[layout.accelerations()..layout.constants()].copy_from_slice(&self.solved);
         machine.differentiate(&model.program().tapes.outputs, &mut self.registers, &mut self.outputs);
         Ok(())
     }
 
-    /// Derivatives of the motion of a driven mechanism.
-    fn follow_loops(&mut self, model: &Model, machine: &mut Machine, movement: Movement) -> Result<(), Failure> {
-        let Self { registers, residuals, solved, loads, jacobian, loops, .. } = self;
-        let Some(loops) = loops else { return Ok(()) };
-        let (tapes, layout) = (&model.program().tapes, model.layout());
-        loops.factor_regular(model, machine)?;
-        if movement == Movement::Continued {
-            registers[motion(layout)].fill(0.0);
-            for (tape, first) in [(&tapes.constraint, layout.positions()), (&tapes.constraint_rate, layout.rates())] {
-                machine.differentiate(tape, registers, residuals);
-                let places = registers[first..].iter_mut();
-                places.zip(loops.solve(residuals)).for_each(|(place, value)| *place = -value);
+    /// Derivatives of the motion of a driven mechanism: where the loops are closed, those of the corrections that close them,
+    /// dq = -Phi_q^-1 dPhi and likewise dv.
+    fn follow_loops(&mut self, model: &Model, machine: &mut Machine) {
+        let Self { registers, corrections, .. } = self;
+        let (tapes, layout, m) = (&model.program().tapes, model.layout(), model.program().constraints.len());
+        registers[motion(layout)].fill(0.0);
+        for (tape, first) in [(&tapes.project_position, layout.positions()), (&tapes.project_velocity, layout.rates())]
+        {
+            if !model.active().is_empty() {
+                machine.differentiate(tape, registers, corrections);
+                registers[first..][..model.coordinates()].copy_from_slice(&corrections[m..]);
             }
         }
-        let n = model.coordinates();
-        let (accelerations, reactions) = solved.split_at_mut(n);
-        // Phi_q a = gamma
-        machine.differentiate(&tapes.jacobian.tape, registers, jacobian);
-        machine.differentiate(&tapes.gamma, registers, residuals);
-        let entries = || tapes.jacobian.entries.iter().map(|&(row, column)| (row as usize, column as usize));
-        let coordinates =
-            |(&derivative, (row, column)): (&f64, (usize, usize))| (column < n).then_some((derivative, row, column));
-        for (derivative, row, column) in jacobian.iter().zip(entries()).filter_map(coordinates) {
-            residuals[row] -= derivative * machine.registers()[layout.accelerations() + column];
-        }
-        accelerations.copy_from_slice(loops.solve(residuals));
-        registers[layout.accelerations()..layout.reactions()].copy_from_slice(accelerations);
-        // Phi_q^T lambda = Q - M a
-        reactions.fill(0.0);
-        if let Some(inverse) = &tapes.inverse {
-            machine.differentiate(inverse, registers, loads);
-            for (derivative, row, column) in jacobian.iter().zip(entries()).filter_map(coordinates) {
-                loads[column] -= derivative * machine.registers()[layout.reactions() + row];
-            }
-            loops.reactions(loads, reactions);
-        }
-        Ok(())
     }
 
     /// Derivatives of all registers up to the constants, in the layout of the register file.

@@ -2,7 +2,7 @@
 
 use super::{Instance, InstanceError};
 use crate::constraints::tangent::Movement;
-use crate::program::{Motion, Source};
+use crate::program::Source;
 use crate::tape::ORDER;
 
 /// The highest order of [`Instance::motion_derivative`].
@@ -36,7 +36,7 @@ impl Instance {
         {
             return Ok(layout.parameters() + parameter as usize);
         }
-        let states = self.is_running() && program.motion == Motion::Dynamic;
+        let states = self.is_running() && !program.is_driven();
         match found.source {
             Source::Parameter(index) => Ok(layout.parameters() + index as usize),
             Source::Input(index) => Ok(layout.inputs() + index as usize),
@@ -61,7 +61,7 @@ impl Instance {
         self.load()?;
         let seen = if self.is_shown() { &self.shown } else { &self.now.state };
         let order = order.clamp(1, DERIVATIVE_ORDER) as usize;
-        self.expansion.evaluate(&self.model, &mut self.machine, seen, order)?;
+        self.expansion.evaluate(&self.model, &self.machine, seen, order);
         Ok(())
     }
 

@@ -7,7 +7,6 @@ use super::snapshot::Phase;
 use super::{Computed, Instance, InstanceError};
 use crate::constraints::domains::undefined;
 use crate::failure::Failure;
-use crate::program::Motion;
 
 impl Instance {
     /// Solves for the initial state and hands the integration over to the importer.
@@ -25,7 +24,7 @@ impl Instance {
         }
         self.initialise()?;
         self.now.phase = Phase::Exchange;
-        if self.model.program().motion == Motion::Kinematic {
+        if self.model.is_driven() {
             return Ok(());
         }
         match self.watch.begin(&self.model, &self.now.state) {
@@ -39,10 +38,7 @@ impl Instance {
 
     /// Number of continuous states.
     pub fn state_count(&self) -> usize {
-        match self.model.program().motion {
-            Motion::Dynamic => 2 * self.model.coordinates(),
-            Motion::Kinematic => 0,
-        }
+        if self.model.is_driven() { 0 } else { 2 * self.model.coordinates() }
     }
 
     /// Sets the time.
@@ -124,25 +120,21 @@ impl Instance {
         if let Some(failure) = undefined(&self.model, &mut self.machine) {
             return Err(InstanceError::Solver(failure));
         }
-        match self.model.program().motion {
-            Motion::Kinematic => {
-                self.adopt();
-                Ok(false)
-            }
-            Motion::Dynamic => {
-                if let Some(crossing) = self.watch.step(&self.model, &self.now.state, self.now.tolerance) {
-                    return Err(InstanceError::Crossing(crossing));
-                }
-                self.load()?;
-                Ok(self.stepper.gap(&self.model, &mut self.machine, &self.now.state) > self.now.tolerance)
-            }
+        if self.model.is_driven() {
+            self.adopt();
+            return Ok(false);
         }
+        if let Some(crossing) = self.watch.step(&self.model, &self.now.state, self.now.tolerance) {
+            return Err(InstanceError::Crossing(crossing));
+        }
+        self.load()?;
+        Ok(self.stepper.gap(&self.model, &mut self.machine, &self.now.state) > self.now.tolerance)
     }
 
     /// At an event: closes the loops. Says whether the states have changed.
     pub fn close_loops(&mut self) -> Result<bool, InstanceError> {
         self.reproject()?;
-        if self.model.program().motion == Motion::Kinematic {
+        if self.model.is_driven() {
             self.adopt();
             return Ok(false);
         }

@@ -36,11 +36,15 @@ use crate::integrator::stepping::Stepper;
 use crate::machine::Machine;
 use crate::model::{Model, State};
 use crate::program::Engine;
-use crate::program::{Motion, Source};
+use crate::program::Source;
 use crate::singular::dependence::not_singular;
 use crate::singular::passing::Passage;
 use crossing::Watch;
 use snapshot::Phase;
+
+/// The tolerance of the steps of a driven mechanism: what they leave is closed to rounding errors wherever it is read. Longer steps would be as many, for they end at singular
+/// poses.
+const DRIVEN: f64 = 1e-6;
 
 /// How far a last step may overrun the stop time by rounding, relative to the step.
 const OVERRUN: f64 = 1e-3;
@@ -289,7 +293,7 @@ impl Instance {
     /// To be called before parameters, inputs or the time change.
     fn invalidate(&mut self) {
         self.computed = Computed::default();
-        let driven = self.model.program().motion == Motion::Kinematic;
+        let driven = self.model.is_driven();
         self.now.at_start &= !self.is_running();
         match &mut self.now.phase {
             Phase::Initial { solved } => *solved = false,
@@ -306,7 +310,7 @@ impl Instance {
 
     /// Is the state that can be seen the one in `shown`?
     fn is_shown(&self) -> bool {
-        self.is_running() && self.now.run.is_changed() && self.model.program().motion == Motion::Kinematic
+        self.is_running() && self.now.run.is_changed() && self.model.is_driven()
     }
 
     fn settable(&self, variable: usize) -> Result<Settable, InstanceError> {
@@ -404,16 +408,23 @@ impl Instance {
     fn catch_up(&mut self) {
         if self.behind {
             let Snapshot { state, run, .. } = &mut self.now;
-            self.stepper.catch_up(&self.model, state, run);
+            self.stepper.catch_up(&self.model, &mut self.machine, state, run);
             self.behind = false;
         }
     }
 
     fn settings(&self) -> Settings {
+        let moves = self.model.coordinates() > 0;
+        let engine = match self.model.program().arms {
+            _ if moves => self.now.engine,
+            // Where there is nothing to solve for, every step is a step in time.
+            Some(_) => Engine::Taylor,
+            None => Engine::Dop853,
+        };
         Settings {
-            engine: self.now.engine,
-            automatic: self.now.automatic,
-            tolerance: self.now.tolerance,
+            engine,
+            automatic: self.now.automatic && moves,
+            tolerance: if self.model.is_driven() { DRIVEN } else { self.now.tolerance },
             least_rate: self.model.least_rate(self.now.stop),
             max_step: self.model.program().experiment.max_step,
             stop: self.now.stop,
@@ -478,9 +489,11 @@ impl Instance {
         if self.is_shown() {
             let settings = self.settings();
             self.shown.copy_from(&self.now.state);
-            let before = self.now.run.before();
-            let reprojected =
-                self.stepper.reproject(&self.model, &mut self.machine, before, &mut self.shown, &settings);
+            let (before, shown) = (self.now.run.before(), &mut self.shown);
+            let reprojected = match before.time() < shown.time() {
+                true => self.stepper.carry(&self.model, &mut self.machine, before, shown, &settings),
+                false => self.stepper.reproject(&self.model, &mut self.machine, before, shown, &settings),
+            };
             reprojected.map_err(|failure| self.explained(failure))?;
         }
         self.computed.state = true;
@@ -598,7 +611,7 @@ impl Instance {
         self.behind = false;
         self.stepper.forget();
         self.watch = Watch::default();
-        if self.now.phase == Phase::Exchange && self.model.program().motion == Motion::Dynamic {
+        if self.now.phase == Phase::Exchange && !self.model.is_driven() {
             self.watch.resume(&self.model, &self.now.state);
         }
         Ok(())

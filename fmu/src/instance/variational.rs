@@ -9,7 +9,7 @@ use crate::integrator::taylor::{order_for, share};
 use crate::linalg::lane::{Lane, WIDTH, ZERO};
 use crate::math;
 use crate::model::Model;
-use crate::program::{Motion, Source};
+use crate::program::Source;
 use crate::tape::Tape;
 use crate::taylor::{DIRECTIONS, Tangents, Variations, variations};
 
@@ -60,7 +60,7 @@ impl Variational {
             Varied::Parameter(index) => layout.parameters() + index,
             Varied::Input(index) => layout.inputs() + index,
         };
-        let is_continued = program.motion == Motion::Dynamic && program.followers.is_empty();
+        let is_continued = !program.is_driven() && program.followers.is_empty();
         let has_series = is_continued && program.tapes.indicators.results.is_empty();
         let firsts = (0..varied.len()).step_by(DIRECTIONS).take_while(|_| has_series);
         let groups = firsts.filter_map(|first| {
@@ -161,7 +161,7 @@ impl Variational {
         variables: &[usize],
         derivatives: &mut [f64],
     ) -> Result<(), InstanceError> {
-        if motion.model.program().motion == Motion::Kinematic {
+        if motion.model.is_driven() {
             return self.driven(motion, variables, derivatives);
         }
         for first in (0..self.registers.len()).step_by(WIDTH) {

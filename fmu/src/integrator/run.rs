@@ -7,7 +7,6 @@ use super::last_step::LastStep;
 use super::signals::Signals;
 use super::stiffness::Choice;
 use super::taylor;
-use crate::constraints::kinematic::Track;
 use crate::model::{Model, State, motion};
 use crate::singular::passing::Passage;
 use crate::singular::supervisor::Supervisor;
@@ -119,20 +118,6 @@ impl Run {
             self.signals.changed_before = false;
         }
         known
-    }
-
-    /// The last step of a driven mechanism: where it began is its dense output.
-    pub(super) fn track(&mut self) -> Track<'_> {
-        let last = &mut self.last;
-        let size = last.end.len();
-        Track {
-            origin: &self.signals.origin,
-            start_time: &mut last.start_time,
-            start: &mut last.dense[..size],
-            end_time: &mut last.end_time,
-            end: &mut last.end,
-            step: &mut last.natural,
-        }
     }
 
     /// The state at a time with this motion (q, v).

@@ -12,7 +12,6 @@ use super::implicit::Implicit;
 pub use super::run::Run;
 use super::taylor::Taylor;
 use crate::constraints::domains::{out_of_range, undefined};
-use crate::constraints::kinematic::Kinematic;
 use crate::constraints::projection::Projection;
 use crate::context::{Context, Settings, Statistics};
 use crate::failure::Failure;
@@ -20,7 +19,6 @@ use crate::integrator::stiffness::Engines;
 use crate::machine::Machine;
 use crate::model::{Model, State, motion as range};
 use crate::program::Engine;
-use crate::program::Motion;
 use crate::singular::dependence::is_singular;
 
 /// Longest correction of the motion for a part of a change, relative to the scale of a coordinate.
@@ -34,7 +32,6 @@ pub struct Stepper {
     explicit: Explicit,
     implicit: Implicit,
     pub(super) taylor: Option<Box<Taylor>>,
-    kinematic: Kinematic,
     pub(super) projection: Projection,
     work: State,
     reprojection: Reprojection,
@@ -45,6 +42,15 @@ pub struct Stepper {
     pub(super) statistics: Statistics,
     masses: Option<Masses>,
     accuracy: Accuracy,
+    /// For the motion of a driven mechanism between times that somebody else chooses.
+    carried: Option<Box<Carried>>,
+}
+
+/// A motion from one time to another.
+#[derive(Clone, Debug)]
+struct Carried {
+    run: Run,
+    state: State,
 }
 
 /// Storage for closing the loops after a change.
@@ -63,11 +69,11 @@ impl Stepper {
             implicit: Implicit::new(model),
             // On the heap: an importer's thread may have a small stack, and storage moves through several frames.
             taylor: Taylor::new(model).map(Box::new),
-            kinematic: Kinematic::new(model),
             projection: Projection::new(model),
             reprojection: Reprojection { reached: work.clone(), trial: work.clone() },
             checkpoint: Run::new(model, &work),
             probe: Run::new(model, &work),
+            carried: model.is_driven().then(|| Box::new(Carried { run: Run::new(model, &work), state: work.clone() })),
             work,
             statistics: Statistics::default(),
             masses: Masses::new(model),
@@ -122,12 +128,56 @@ impl Stepper {
         state: &mut State,
         settings: &Settings,
     ) -> Result<(), Failure> {
-        let Self { projection, reprojection, kinematic, statistics, .. } = self;
+        let Self { projection, reprojection, statistics, .. } = self;
         let context = &mut Context { model, machine, projection, statistics, settings };
-        match model.program().motion {
-            Motion::Kinematic => kinematic.close(context, before, state),
-            Motion::Dynamic => reprojection.close(context, before, state),
+        reprojection.close(context, before, state)
+    }
+
+    /// The motion of a driven mechanism at a time that somebody else has chosen, in steps of its own, so that they stay on the branch. Inputs go along straight lines from their
+    /// values `before`. `state` comes with time, parameters and inputs, but not yet with its motion. On failure it stays as it was.
+    pub fn carry(
+        &mut self,
+        model: &Model,
+        machine: &mut Machine,
+        before: &State,
+        state: &mut State,
+        settings: &Settings,
+    ) -> Result<(), Failure> {
+        let Some(mut carried) = self.carried.take() else { return Ok(()) };
+        carried.state.copy_from(before);
+        let done = self.carry_on(model, machine, &mut carried, state, settings);
+        self.carried = Some(carried);
+        done
+    }
+
+    fn carry_on(
+        &mut self,
+        model: &Model,
+        machine: &mut Machine,
+        Carried { run, state: moved }: &mut Carried,
+        state: &mut State,
+        settings: &Settings,
+    ) -> Result<(), Failure> {
+        let span = state.time() - moved.time();
+        if moved.parameters() != state.parameters() {
+            run.keep(moved);
+            moved.parameters_mut().copy_from_slice(state.parameters());
+            self.reproject(model, machine, run.before(), moved, settings)?;
         }
+        for index in 0..model.program().inputs.len() {
+            let [[from, ..], [to, ..]] = [&*moved, &*state].map(|state| state.input_polynomial(index));
+            moved.set_input_polynomial(index, [from, (to - from) / span, 0.0]);
+        }
+        model.follow(moved.registers_mut());
+        run.start(model, moved);
+        self.forget();
+        self.step_to(model, machine, moved, run, state.time(), settings)?;
+        // The rates are those of the inputs' own polynomials.
+        machine.load(model, state);
+        machine.load_positions(model, moved.positions());
+        self.projection.rates(model, machine, moved.rates_mut(), settings.tolerance)?;
+        state.registers_mut()[range(model.layout())].copy_from_slice(&moved.registers()[range(model.layout())]);
+        Ok(())
     }
 
     /// How far the loops have come apart at a state, relative to the scales: in positions, or in rates relative to those. The state must be in
@@ -145,7 +195,7 @@ impl Stepper {
                 context.machine.load(model, &run.signals.origin);
                 taylor.begin(context, run);
             }
-            _ if model.program().motion == Motion::Dynamic && is_singular(context, run) => {
+            _ if is_singular(context, run) => {
                 run.singular.pose = Some(run.last.end_time);
             }
             _ => {}
@@ -153,11 +203,19 @@ impl Stepper {
     }
 
     /// Signals, q and v at the time of a state within the last step, of which there is a polynomial.
-    pub fn catch_up(&mut self, model: &Model, state: &mut State, run: &Run) {
+    pub fn catch_up(&mut self, model: &Model, machine: &mut Machine, state: &mut State, run: &Run) {
         let time = state.time();
         model.advance_signals(&run.signals.origin, time, state.registers_mut());
         if let Some(taylor) = &mut self.taylor {
             taylor.interpolate(run, time, &mut state.registers_mut()[range(model.layout())]);
+        }
+        if model.is_driven() {
+            machine.load(model, state);
+            self.work.copy_from(state);
+            // Where that fails the polynomial is what is known.
+            if self.projection.tighten(model, machine, &mut self.work).is_ok() {
+                state.copy_from(&self.work);
+            }
         }
     }
 
@@ -175,7 +233,6 @@ impl Stepper {
             explicit,
             implicit,
             taylor,
-            kinematic,
             projection,
             work,
             reprojection,
@@ -202,32 +259,24 @@ impl Stepper {
             let closed =
                 run.in_zone(work.time()) && context.projection.gap(model, context.machine, work) <= settings.tolerance;
             if !closed {
-                match model.program().motion {
-                    Motion::Kinematic => kinematic.close(context, &run.signals.before, work)?,
-                    Motion::Dynamic => reprojection.close(context, &run.signals.before, work)?,
-                }
+                reprojection.close(context, &run.signals.before, work)?;
             }
             run.restart(model, work);
             engines.forget_steps();
         }
         let limit = if exact { target } else { settings.limit().max(target) };
-        match model.program().motion {
-            Motion::Kinematic => kinematic.advance(context, &mut run.track(), [target, limit], work)?,
-            Motion::Dynamic => {
-                let horizon = Horizon { target, limit };
-                context.machine.load(model, &run.signals.origin);
-                engines.advance(context, run, horizon)?;
-                engines.look_on(context, run, probe)?;
-                read(context, run, target, work, |context, run, motion| engines.read(context, run, target, motion))?;
-                engines.tighten(context, run, work);
-            }
+        context.machine.load(model, &run.signals.origin);
+        engines.advance(context, run, Horizon { target, limit })?;
+        engines.look_on(context, run, probe)?;
+        read(context, run, target, work, |context, run, motion| engines.read(context, run, target, motion))?;
+        if !model.is_driven() {
+            engines.tighten(context, run, work);
         }
         if model.active().len() < model.program().constraints.len() {
             context.machine.load(model, work);
             context.projection.check(model, context.machine, settings.tolerance)?;
         }
-        let suspect = run.last.undefined || model.program().motion == Motion::Kinematic;
-        if suspect {
+        if run.last.undefined || model.is_driven() {
             context.machine.load(model, work);
             if let Some(failure) = undefined(model, context.machine) {
                 return Err(failure);
@@ -252,7 +301,10 @@ fn read(
     let range = range(context.model.layout());
     let open = motion(context, run, &mut state.registers_mut()[range]);
     let Context { model, machine, projection, settings, .. } = context;
-    if open && !model.active().is_empty() {
+    if model.is_driven() {
+        machine.load(model, state);
+        projection.tighten(model, machine, state)?;
+    } else if open && !model.active().is_empty() {
         machine.load(model, state);
         projection.positions(model, machine, state.positions_mut(), settings.tolerance, f64::INFINITY)?;
         projection.rates(model, machine, state.rates_mut(), settings.tolerance)?;

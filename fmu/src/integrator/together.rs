@@ -7,7 +7,6 @@ use crate::context::{Context, Settings};
 use crate::failure::Failure;
 use crate::machine::Machine;
 use crate::model::Model;
-use crate::program::Motion;
 
 /// One of the runs, with what it works with.
 pub(crate) struct Member<'a> {
@@ -22,7 +21,7 @@ impl Member<'_> {
     /// May its next step be found together with those of others?
     pub fn joins(&self, tolerance: f64) -> bool {
         let taylor = self.stepper.taylor.as_ref();
-        let same = self.settings.tolerance == tolerance && self.model.program().motion == Motion::Dynamic;
+        let same = self.settings.tolerance == tolerance && !self.model.is_driven();
         same && taylor.is_some_and(|taylor| taylor.joins(self.run, &self.settings))
     }
 

@@ -8,7 +8,7 @@ use std::collections::HashSet;
 
 use thiserror::Error;
 
-use crate::program::{Condition, Engine, Layout, Motion, Program, Source, SparseTape};
+use crate::program::{Condition, Engine, Initial, Layout, Program, Source, SparseTape};
 use crate::tape::Tape;
 
 /// What is wrong with a program.
@@ -88,32 +88,14 @@ pub enum Fault {
         /// What is wrong.
         what: &'static str,
     },
-    /// Kinematic motion needs as many independent loop equations as coordinates.
-    #[error("{coordinates} coordinates but {equations} independent loop equations")]
-    Kinematic {
-        /// Coordinates.
-        coordinates: usize,
-        /// Active constraints.
-        equations: usize,
-    },
-    /// The blocks of a kinematic program must be square, hold every active equation and every coordinate once, and need only what earlier blocks
-    /// determine; a dynamic program has none.
-    #[error("the blocks of the loop equations do not fit the program")]
-    Blocks,
 }
 
 impl Program {
     /// Checks the whole program.
     pub fn check(&self) -> Result<(), Fault> {
         self.check_positions()?;
-        let active = self.constraints.iter().filter(|constraint| constraint.active).count();
-        if self.motion == Motion::Kinematic && active != self.coordinates.len() {
-            return Err(Fault::Kinematic { coordinates: self.coordinates.len(), equations: active });
-        }
-        if !self.blocks_fit() {
-            return Err(Fault::Blocks);
-        }
-        self.check_motion_counts(active > 0)?;
+        let constrained = self.constraints.iter().any(|constraint| constraint.active);
+        self.check_motion_counts(constrained)?;
         self.check_arms()
     }
 
@@ -126,7 +108,7 @@ impl Program {
             return fault("there are two");
         }
         let Some(form) = self.arms.as_ref().or(self.masses.as_ref()) else { return Ok(()) };
-        if self.motion == Motion::Kinematic || !form.coefficients.instructions().is_empty() {
+        if !form.coefficients.instructions().is_empty() {
             return fault("its coefficients");
         }
         form.check(self).or_else(fault)
@@ -140,36 +122,6 @@ impl Program {
         self.check_references()?;
         self.check_registers()?;
         self.check_position_counts()
-    }
-
-    fn blocks_fit(&self) -> bool {
-        if self.motion == Motion::Dynamic {
-            return self.blocks.is_empty();
-        }
-        // The block of each equation and of each coordinate; inactive equations have none.
-        let mut rows: Vec<Option<usize>> = vec![None; self.constraints.len()];
-        let mut columns: Vec<Option<usize>> = vec![None; self.coordinates.len()];
-        let put = |places: &mut Vec<Option<usize>>, index: u32, block: usize| match places.get_mut(index as usize) {
-            Some(place) => place.replace(block).is_none(),
-            None => false,
-        };
-        for (index, block) in self.blocks.iter().enumerate() {
-            let square = block.rows.len() == block.columns.len() && !block.rows.is_empty();
-            let fits = block.rows.iter().all(|&row| put(&mut rows, row, index))
-                && block.columns.iter().all(|&column| put(&mut columns, column, index));
-            if !square || !fits {
-                return false;
-            }
-        }
-        let complete = rows.iter().zip(&self.constraints).all(|(block, row)| block.is_some() == row.active)
-            && columns.iter().all(Option::is_some);
-        complete
-            && self.tapes.jacobian.entries.iter().all(|&(row, column)| {
-                match (rows.get(row as usize), columns.get(column as usize)) {
-                    (Some(Some(row)), Some(Some(column))) => column <= row,
-                    _ => true, // an inactive equation, or a follower
-                }
-            })
     }
 
     fn check_names(&self) -> Result<(), Fault> {
@@ -217,7 +169,8 @@ impl Program {
             value(positive(scale), name)?;
         }
         let unknowns = self.coordinates.len() + self.followers.len();
-        let first = [&self.initial.first_positions, &self.initial.first_rates];
+        let Initial { first_positions, first_rates, found_positions, found_rates, .. } = &self.initial;
+        let first = [first_positions, first_rates, found_positions, found_rates];
         let serves = |values: &Vec<f64>| values.is_empty() || values.len() == unknowns;
         value(first.iter().all(|values| serves(values)), "the number of first values")?;
         value(first.into_iter().flatten().all(|value| value.is_finite()), "a first value")
@@ -271,9 +224,6 @@ impl Program {
         registers.left("closeness", &tapes.acceleration, &tapes.closeness)?;
         registers.kernel("project_position", &tapes.project_position, positions)?;
         registers.kernel("project_velocity", &tapes.project_velocity, rates)?;
-        if let Some(inverse) = &tapes.inverse {
-            registers.kernel("inverse", inverse, layout.reactions())?;
-        }
         for form in self.arms.iter().chain(&self.masses) {
             registers.kernel("coefficients", &form.coefficients, layout.inputs())?;
         }
@@ -311,7 +261,6 @@ impl Program {
             &initial.velocity_jacobian.tape,
         ]
         .into_iter()
-        .chain(&tapes.inverse)
     }
 
     fn check_position_counts(&self) -> Result<(), Fault> {
@@ -333,21 +282,12 @@ impl Program {
         results("laws", &tapes.laws.tape, tapes.laws.kinds.len())?;
         results("domains", &tapes.domains.tape, tapes.domains.domains.len())?;
         results("ranges", &tapes.ranges.tape, tapes.ranges.domains.len())?;
-        match self.motion {
-            Motion::Kinematic => {
-                results("gamma", &tapes.gamma, m)?;
-                tapes.inverse.as_ref().map_or(Ok(()), |inverse| results("inverse", inverse, n))
-            }
-            Motion::Dynamic => {
-                results("acceleration", &tapes.acceleration, n + m)?;
-                tapes.inverse.as_ref().map_or(Ok(()), |inverse| results("inverse", inverse, n))?;
-                if constrained {
-                    results("project_position", &tapes.project_position, m + n)?;
-                    results("project_velocity", &tapes.project_velocity, m + n)?;
-                }
-                Ok(())
-            }
+        results("acceleration", &tapes.acceleration, n + m)?;
+        if constrained {
+            results("project_position", &tapes.project_position, m + n)?;
+            results("project_velocity", &tapes.project_velocity, m + n)?;
         }
+        Ok(())
     }
 }
 

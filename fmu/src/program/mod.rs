@@ -36,10 +36,6 @@ pub struct Program {
     pub coordinates: Vec<Coordinate>,
     /// Loop equations {Phi}; redundant ones are listed too, with `active = false`.
     pub constraints: Vec<Constraint>,
-    /// How the motion follows from the equations.
-    pub motion: Motion,
-    /// Kinematic only: which loop equations determine which coordinates, in the order in which they can be solved.
-    pub blocks: Vec<Block>,
     /// A typical length of the mechanism [m]: tolerances on positions are relative to it.
     pub length: f64,
     /// What can be read by name, in the order of the value references.
@@ -52,7 +48,7 @@ pub struct Program {
     pub tapes: Tapes,
     /// What is known and guessed of the initial state.
     pub initial: Initial,
-    /// How dynamic motion is integrated, unless the caller asks for something else.
+    /// How the motion is integrated, unless the caller asks for something else.
     pub engine: Engine,
     /// May a run change to the implicit method while the motion is stiff?
     pub automatic: bool,
@@ -62,7 +58,7 @@ pub struct Program {
     pub masses: Option<ArmForm>,
 }
 
-/// The integrator of dynamic motion.
+/// The integrator of the motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Engine {
     /// Taylor series of the motion (`solver::taylor`); needs [`Program::arms`].
@@ -166,25 +162,6 @@ pub struct Constraint {
     pub implied: bool,
 }
 
-/// Loop equations that determine as many coordinates, given those of the blocks before.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Block {
-    /// Indices into [`Program::constraints`].
-    pub rows: Vec<u32>,
-    /// Indices into [`Program::coordinates`].
-    pub columns: Vec<u32>,
-}
-
-/// How the motion follows from the equations.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Motion {
-    /// As many independent loop equations as coordinates: positions by Newton's method, velocities and accelerations by the linear
-    /// equations (20), (21). No integrator.
-    Kinematic,
-    /// Equations (22), integrated.
-    Dynamic,
-}
-
 /// What a variable's value is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Source {
@@ -198,7 +175,7 @@ pub enum Source {
     Output {
         /// Which result of the tape.
         result: u32,
-        /// Must [`Tapes::acceleration`] (or its kinematic counterpart) have run?
+        /// Must [`Tapes::acceleration`] have run?
         accelerated: bool,
     },
     /// Coordinate q of that index.
@@ -254,22 +231,20 @@ pub struct Tapes {
     pub constraint_rate: Tape,
     /// gamma of Eq. (21), m results: Phi_q a = gamma. Reads as `constraint_rate`.
     pub gamma: Tape,
-    /// Dynamic only. Accelerations, then reactions of all m constraints (zero for inactive ones). Reads time, inputs, followers, q, v.
+    /// Accelerations, then reactions of all m constraints: zero for inactive ones, and where drivers determine the motion and no output needs them. Reads
+    /// time, inputs, followers, q, v.
     pub acceleration: Tape,
     /// Registers that hold, after `acceleration`, 1 / r^2 with any sign, where r is how far a loop equation is from others: all of them regular unless one
     /// grows without bound.
     pub closeness: Vec<u32>,
-    /// Dynamic only, when there are active constraints: m residuals Phi, then n corrections dq of one Newton step in the metric of the mass matrix, to be
+    /// When there are active constraints: m residuals Phi, then n corrections dq of one Newton step in the metric of the mass matrix, to be
     /// added to q. Reads as `constraint`.
     pub project_position: Tape,
-    /// Dynamic only, when there are active constraints: m residuals of the rate, then n corrections dv. Reads as `constraint_rate`.
+    /// When there are active constraints: m residuals of the rate, then n corrections dv. Reads as `constraint_rate`.
     pub project_velocity: Tape,
-    /// Q - M a, n results, so that Phi_q^T lambda equals it: if a kinematic motion is asked for reactions. Reads time, inputs,
-    /// followers, q, v, a.
-    pub inverse: Option<Tape>,
     /// Values that change sign where the accelerations, or the rates that drivers prescribe, have a step or a corner. Reads time, inputs, followers, q, v.
     pub indicators: Tape,
-    /// Dynamic only. Arguments of what may be steep in laws. Reads time, inputs, followers, q, v.
+    /// Arguments of what may be steep in laws. Reads time, inputs, followers, q, v.
     pub laws: LawTape,
     /// Where laws have values: for messages only. Reads as `laws`.
     pub domains: domain::DomainTape,
@@ -299,6 +274,10 @@ pub struct Initial {
     pub first_positions: Vec<f64>,
     /// The same for the rates.
     pub first_rates: Vec<f64>,
+    /// The positions that were found at the export, where time, parameters and inputs have the values that they have here: then nothing is searched for. Nothing stands for none.
+    pub found_positions: Vec<f64>,
+    /// The same for the rates.
+    pub found_rates: Vec<f64>,
 }
 
 /// One line of the scene's `[initial]`.
@@ -392,13 +371,18 @@ impl Program {
         self.followed_inputs().is_empty()
     }
 
+    /// Do drivers determine the motion: are there as many independent loop equations as coordinates?
+    pub fn is_driven(&self) -> bool {
+        self.constraints.iter().filter(|constraint| constraint.active).count() == self.coordinates.len()
+    }
+
     /// The inputs that a driver follows, in order: those whose rates something needs.
     pub fn followed_inputs(&self) -> Vec<usize> {
         let layout = self.layout();
         let tapes = &self.tapes;
         let loops = [&tapes.constraint, &tapes.jacobian.tape, &tapes.constraint_rate, &tapes.gamma];
-        let others = [&tapes.acceleration, &tapes.outputs].into_iter().chain(&tapes.inverse);
         let loops = loops.into_iter().map(|tape| (tape, layout.inputs()));
+        let others = [&tapes.acceleration, &tapes.outputs].into_iter();
         let read = loops.chain(others.map(|tape| (tape, layout.input_rates()))).flat_map(|(tape, first)| {
             let operands = tape.instructions().iter().flat_map(|instruction| instruction.operands());
             let registers = operands.chain(tape.results.iter().copied()).map(|register| register as usize);
@@ -413,7 +397,7 @@ impl Program {
 
     /// Has its integrator steps of its own, at the ends of which a communication step may end as well?
     pub fn has_own_steps(&self) -> bool {
-        self.motion == Motion::Dynamic
+        !self.is_driven()
     }
 
     /// Can somebody else integrate it who tells the rates of inputs? Not if a driver integrates an input.

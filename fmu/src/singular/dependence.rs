@@ -6,6 +6,7 @@ use crate::failure::Failure;
 use crate::integrator::run::Run;
 use crate::linalg::sparse::independent_rows;
 use crate::machine::Machine;
+use crate::math::maximum;
 use crate::model::Model;
 use crate::singular::detect::dependent;
 
@@ -13,6 +14,8 @@ use crate::singular::detect::dependent;
 const CLOSE: f64 = 1e-2;
 /// Loop equations closer than this are as good as dependent.
 const DEPENDENT: f64 = 1e-5;
+/// A driven mechanism that a step has brought as close as this does not go on: branches lie a thousand errors of steps apart there.
+pub(crate) const STOPPED: f64 = 1e-6;
 /// Closer to a singular pose than this a method does not go that does not pass poses.
 const REFUSED: f64 = 3e-3;
 /// The same where there is no step that leads on.
@@ -66,25 +69,33 @@ pub(crate) fn undetermined(model: &Model, machine: &Machine) -> Option<Failure> 
 pub(crate) fn end_of_reach(context: &Context, run: &Run) -> Option<Failure> {
     let (distance, joints) = at_the_end(context, run);
     let time = run.last.end_time;
-    let failure = if is_driven(context, run) {
-        Failure::EndOfReach { time, joints }
-    } else {
+    let [rates, drive, change] = rates(context, run);
+    // What is left to go until the drivers turn back, if they do, is of the order of the distance.
+    let turns_back = context.model.is_driven() && rates * drive < change * distance.sqrt();
+    let failure = match drive > 0.0 {
+        true if turns_back => Failure::DriverTurnsBack { time, joints },
+        true => Failure::EndOfReach { time, joints },
         // What nothing drives stops nowhere.
-        Failure::NotPassed { time, joints }
+        false => Failure::NotPassed { time, joints },
     };
     (distance < AT_THE_END).then_some(failure)
 }
 
-/// Do drivers move the loops where the step begins?
-fn is_driven(context: &Context, run: &Run) -> bool {
-    let model = context.model;
+/// How fast the mechanism moves where the step begins, how fast drivers would open its loops, and how that changes, in units of the scales.
+fn rates(context: &Context, run: &Run) -> [f64; 3] {
+    let (model, program) = (context.model, context.model.program());
     let mut state = run.state_at(model, run.last.end_time, &run.last.end);
+    let scales = program.coordinates.iter().map(|coordinate| coordinate.scale);
+    let moves = state.rates().iter().zip(scales).fold(0.0, |most, (rate, scale)| maximum(most, rate.abs() / scale));
     state.rates_mut().fill(0.0);
     let mut machine = Machine::new(model);
     machine.load(model, &state);
-    let tape = &model.program().tapes.constraint_rate;
-    machine.run(tape);
-    tape.results(machine.registers()).any(|rate| rate != 0.0)
+    let [opened, changed] = [&program.tapes.constraint_rate, &program.tapes.gamma].map(|tape| {
+        machine.run(tape);
+        let sizes = tape.results(machine.registers()).zip(&program.constraints);
+        sizes.fold(0.0, |most, (rate, row)| maximum(most, rate.abs() / row.scale))
+    });
+    [moves, opened, changed]
 }
 
 /// The true reason where the loop equations that are imposed depend on each other, but not all that there are: redundant joints allow another choice, in which the pose is not singular.

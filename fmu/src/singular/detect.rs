@@ -167,6 +167,11 @@ impl Guard {
         self.start.copy_from_slice(&self.next);
     }
 
+    /// Where the step begins, is a loop equation this close to the others?
+    pub fn begins_within(&self, distance: f64) -> bool {
+        self.start.iter().any(|start| start.abs() > 1.0 / (distance * distance))
+    }
+
     /// Is the end of the step in the zone of a singular pose, as seen from its start?
     pub fn ends_near(&self) -> bool {
         let growth = 1.0 / (NEAREST * NEAREST);

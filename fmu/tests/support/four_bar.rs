@@ -21,12 +21,11 @@ pub const SPEED: f64 = 2.0;
 /// A four-bar with a driven crank: coupler and rocker angles, two loop equations. The rocker has an inertia and a load torque;
 /// the driver's torque follows from the reactions. With `redundant`, a copy of the first equation is listed as inactive.
 pub fn four_bar(drive: Drive, redundant: bool) -> Program {
-    let mut program = empty("four_bar", Motion::Kinematic);
+    let mut program = empty("four_bar");
     program.parameters = vec![parameter("ground_length", FOUR_BAR[3], true)];
     program.inputs = vec![input("load", 0.0), input("crank_drive", 0.0)];
     program.coordinates = vec![coordinate("coupler.angle"), coordinate("rocker.angle")];
     program.constraints = vec![constraint("rocker_pin"), constraint("rocker_pin")];
-    program.blocks = vec![Block { rows: vec![0, 1], columns: vec![0, 1] }];
     if redundant {
         program.constraints.push(Constraint { active: false, ..constraint("spare_pin") });
     }
@@ -68,14 +67,27 @@ pub fn four_bar(drive: Drive, redundant: bool) -> Program {
         rows
     };
 
-    let [angle, _, _] = driven(&mut w);
-    let [[s1, c1], [s2, c2], [s3, c3]] = bars(&mut w, angle);
-    let x = w.add(c1, c2);
-    let x = w.sub(x, c3);
-    let x = w.sub(x, ground);
-    let y = w.add(s1, s2);
-    let y = w.sub(y, s3);
+    // Phi_q, then the loop equations.
+    let position = |w: &mut Writer| {
+        let [angle, _, _] = driven(w);
+        let [[s1, c1], [s2, c2], [s3, c3]] = bars(w, angle);
+        let x = w.add(c1, c2);
+        let x = w.sub(x, c3);
+        let x = w.sub(x, ground);
+        let y = w.add(s1, s2);
+        let y = w.sub(y, s3);
+        (vec![vec![w.neg(s2), s3], vec![c2, w.neg(c3)]], [x, y])
+    };
+    // What closes the loops to first order.
+    let closing = |w: &mut Writer, matrix: Vec<Vec<u32>>, [x, y]: [u32; 2]| {
+        let minus = vec![w.neg(x), w.neg(y)];
+        let corrections = w.solve(matrix, minus);
+        w.tape([extend(vec![x, y]), corrections].concat())
+    };
+    let (_, [x, y]) = position(&mut w);
     program.tapes.constraint = w.tape(extend(vec![x, y]));
+    let (matrix, gap) = position(&mut w);
+    program.tapes.project_position = closing(&mut w, matrix, gap);
 
     let [angle, _, _] = driven(&mut w);
     let [[s1, c1], [s2, c2], [s3, c3]] = bars(&mut w, angle);
@@ -96,32 +108,47 @@ pub fn four_bar(drive: Drive, redundant: bool) -> Program {
     }
     program.tapes.jacobian = SparseTape { entries, tape: w.tape(results) };
 
-    let [angle, omega, _] = driven(&mut w);
-    let [[s1, c1], [s2, c2], [s3, c3]] = bars(&mut w, angle);
-    let x = w.dot(&[(s1, omega), (s2, v)]);
-    let third = w.mul(s3, v + 1);
-    let x = w.sub(third, x);
-    let y = w.dot(&[(c1, omega), (c2, v)]);
-    let third = w.mul(c3, v + 1);
-    let y = w.sub(y, third);
-    program.tapes.constraint_rate = w.tape(extend(vec![x, y]));
+    let rate = |w: &mut Writer| {
+        let [angle, omega, _] = driven(w);
+        let [[s1, c1], [s2, c2], [s3, c3]] = bars(w, angle);
+        let x = w.dot(&[(s1, omega), (s2, v)]);
+        let third = w.mul(s3, v + 1);
+        let x = w.sub(third, x);
+        let y = w.dot(&[(c1, omega), (c2, v)]);
+        let third = w.mul(c3, v + 1);
+        [x, w.sub(y, third)]
+    };
+    let gap = rate(&mut w);
+    program.tapes.constraint_rate = w.tape(extend(gap.to_vec()));
+    let (matrix, _) = position(&mut w);
+    let gap = rate(&mut w);
+    program.tapes.project_velocity = closing(&mut w, matrix, gap);
 
-    let [angle, omega, alpha] = driven(&mut w);
-    let [[s1, c1], [s2, c2], [s3, c3]] = bars(&mut w, angle);
-    let squares = [w.mul(omega, omega), w.mul(v, v), w.mul(v + 1, v + 1)];
-    let x = w.dot(&[(s1, alpha), (c1, squares[0]), (c2, squares[1])]);
-    let third = w.mul(c3, squares[2]);
-    let x = w.sub(x, third);
-    let y = w.dot(&[(s1, squares[0]), (s2, squares[1])]);
-    let third = w.mul(s3, squares[2]);
-    let y = w.sub(y, third);
-    let tangential = w.mul(c1, alpha);
-    let y = w.sub(y, tangential);
-    program.tapes.gamma = w.tape(extend(vec![x, y]));
+    let gamma = |w: &mut Writer| {
+        let [angle, omega, alpha] = driven(w);
+        let [[s1, c1], [s2, c2], [s3, c3]] = bars(w, angle);
+        let squares = [w.mul(omega, omega), w.mul(v, v), w.mul(v + 1, v + 1)];
+        let x = w.dot(&[(s1, alpha), (c1, squares[0]), (c2, squares[1])]);
+        let third = w.mul(c3, squares[2]);
+        let x = w.sub(x, third);
+        let y = w.dot(&[(s1, squares[0]), (s2, squares[1])]);
+        let third = w.mul(s3, squares[2]);
+        let y = w.sub(y, third);
+        let tangential = w.mul(c1, alpha);
+        vec![x, w.sub(y, tangential)]
+    };
+    let right = gamma(&mut w);
+    program.tapes.gamma = w.tape(extend(right));
 
-    let inertial = w.mul(inertia, register(layout.accelerations()) + 1);
+    let (matrix, _) = position(&mut w);
+    let right = gamma(&mut w);
+    let mut solved = w.solve(matrix.clone(), right);
+    let inertial = w.mul(inertia, solved[1]);
     let moment = w.sub(register(layout.inputs()), inertial);
-    program.tapes.inverse = Some(w.tape(vec![zero, moment]));
+    let transposed = (0..2).map(|column| vec![matrix[0][column], matrix[1][column]]).collect();
+    solved.extend(w.solve(transposed, vec![zero, moment]));
+    solved.extend(redundant.then_some(zero));
+    program.tapes.acceleration = w.tape(solved);
 
     let [angle, omega, _] = driven(&mut w);
     let [[s1, c1], _, _] = bars(&mut w, angle);

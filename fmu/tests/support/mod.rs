@@ -46,7 +46,7 @@ fn output(result: u32, accelerated: bool) -> Source {
     Source::Output { result, accelerated }
 }
 
-fn empty(name: &str, motion: Motion) -> Program {
+fn empty(name: &str) -> Program {
     Program {
         name: name.into(),
         guid: format!("{{{name}}}"),
@@ -63,8 +63,6 @@ fn empty(name: &str, motion: Motion) -> Program {
         followers: Vec::new(),
         coordinates: Vec::new(),
         constraints: Vec::new(),
-        motion,
-        blocks: Vec::new(),
         length: 1.0,
         variables: Vec::new(),
         constants: Vec::new(),
@@ -155,7 +153,7 @@ fn shift(program: &mut Program, from: u32) {
         &mut initial.velocity_jacobian.tape,
     ];
     let moved = |register: &mut u32| *register += u32::from(*register >= from);
-    for tape in every.into_iter().chain(&mut tapes.inverse) {
+    for tape in every {
         tape.results.iter_mut().for_each(moved);
         edit(tape, |code| {
             for Instruction { target, a, b, c, .. } in code {

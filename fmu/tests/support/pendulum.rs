@@ -4,7 +4,7 @@ use super::*;
 
 /// A mathematical pendulum of 1 kg: angle'' = -gravity / length sin(angle) + torque / length^2, from 1 rad at rest.
 pub fn pendulum() -> Program {
-    let mut program = empty("pendulum", Motion::Dynamic);
+    let mut program = empty("pendulum");
     program.parameters = vec![parameter("gravity", 9.81, true), parameter("length", 1.0, false)];
     program.parameters[1].min = Some(0.1);
     program.inputs = vec![input("torque", 0.0)];

@@ -5,7 +5,7 @@ use super::*;
 /// The slider-crank of McPhee (1998), Eqs. (48)-(62): two angles, one loop equation, no gravity; the force on the slider is an
 /// input. The crank's length is a parameter.
 pub fn slider_crank() -> Program {
-    let mut program = empty("slider_crank", Motion::Dynamic);
+    let mut program = empty("slider_crank");
     program.parameters = vec![parameter("crank_length", 0.5, true)];
     program.inputs = vec![input("force", 0.0)];
     program.coordinates = vec![coordinate("crank.angle"), coordinate("rod.angle")];

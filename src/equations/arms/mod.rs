@@ -168,6 +168,31 @@ impl Equations<'_> {
         Ok(arms)
     }
 
+    /// Those of a driven mechanism with unit masses on its unknowns, and no loads: no mass matters where the `active` loop equations determine
+    /// the motion. `length`: the natural size of a displacement.
+    ///
+    /// # Errors
+    /// As [`Equations::arms`].
+    pub fn arms_of_loops(&mut self, active: &[bool], length: f64) -> Result<ArmEquations, Reason> {
+        let mut arms = ArmEquations { frames: self.turning()?, ..ArmEquations::default() };
+        for turning in arms.frames.iter_mut().filter(|turning| !turning.coordinates.is_empty()) {
+            turning.inertia = Expr::ONE;
+        }
+        for (index, _) in active.iter().enumerate().filter(|(_, active)| **active) {
+            self.row(index, &mut arms)?;
+        }
+        // Each displacement along the arm that it has in the loop equations.
+        let used: BTreeMap<Factor, Arm> =
+            arms.rows.iter().flat_map(|row| row.arms.keys()).map(|arm| (arm.factor, *arm)).collect();
+        let mass = self.system.arena.constant(1.0 / (length * length));
+        for (index, _) in self.coordinates.iter().enumerate().filter(|(_, coordinate)| !coordinate.angular) {
+            let factor = Factor::Displacement(index);
+            let arm = used.get(&factor).copied().unwrap_or(Arm { frame: FrameId::WORLD, factor });
+            arms.coupling.insert((arm, arm), [mass, Expr::ZERO]);
+        }
+        Ok(arms)
+    }
+
     /// Are the masses between every two arms few enough?
     fn are_few(&self) -> Result<(), Reason> {
         let bodies = self.system.mechanism.bodies.len();

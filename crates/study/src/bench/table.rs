@@ -7,7 +7,7 @@ use cotree::columns::aligned;
 use cotree_fmu::instance::Inaccuracy;
 
 use super::runs::TOO_LONG;
-use super::{BUSY, Bench, LOOPS, Reference, Run, TOLERANCES};
+use super::{BUSY, Bench, Reference, Run, TOLERANCES};
 
 impl fmt::Display for Bench {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -55,12 +55,6 @@ fn write_reference(f: &mut fmt::Formatter<'_>, reference: &Reference) -> fmt::Re
             let verdict = if *confirmed { "confirmed" } else { "NOT CONFIRMED" };
             let distance = about(other.distance);
             writeln!(f, "; {verdict}: {} at {:.0e} differs from it by {distance}", other.method, other.tolerance)?;
-        }
-        None if *method == LOOPS => {
-            writeln!(
-                f,
-                "; drivers and loops determine the motion: nothing is integrated, and there is no other method"
-            )?;
         }
         None => writeln!(f, "; NOT CONFIRMED: no other method ends in time")?,
     }

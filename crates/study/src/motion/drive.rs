@@ -2,13 +2,16 @@
 
 use std::collections::HashMap;
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 use cotree::compile::compile;
 use cotree::component::body::{POINT_VARIABLES, VARIABLES};
 use cotree::mechanism::{Class, Dimension, JointId, Mechanism, Part, Quantity};
 use cotree::scene::constant::evaluate;
 use cotree::scene::{Driver, Faults, Load, Scene, Text};
-use cotree::simulate::SimulateError;
+use cotree::simulate::{RunError, SimulateError};
+use cotree_fmu::instance::{Instance, InstanceError};
+use cotree_fmu::model::Model;
 
 use super::samples::{ANGULAR, Motion, SLIDING, Samples};
 use super::{Drive, MotionError};
@@ -273,6 +276,24 @@ pub fn size(mechanism: &Mechanism) -> f64 {
     let points = mechanism.ground.iter().chain(mechanism.bodies.iter().flat_map(|body| &body.points));
     let lengths = points.map(|point| point.at.each_ref().map(|part| evaluate(part, &parameters)));
     2.0 * lengths.map(|[x, y]| x.hypot(y)).sum::<f64>()
+}
+
+/// Do branches of the motion cross within a full turn?
+///
+/// # Errors
+/// The motion cannot be found or continued.
+pub fn passes_change_points(scene: &Scene, mechanism: &Mechanism, drive: &Drive) -> Result<bool, SimulateError> {
+    let mut scene = driven(scene, mechanism, drive, 1.0, 0.0);
+    scene.outputs.variables.clear();
+    let model = Arc::new(Model::new(compile(&scene)?.program).map_err(RunError::from)?);
+    let turned = || {
+        let mut instance = Instance::new(model.clone());
+        instance.setup(0.0, None, None)?;
+        instance.initialise()?;
+        instance.step_to(TAU / drive.speed)?;
+        Ok(!instance.take_passages().is_empty())
+    };
+    turned().map_err(|failure: InstanceError| RunError::from(failure).into())
 }
 
 /// How far the input can move from its start in a direction, up to the most: found by halving, then by the way in which rates grow before a

@@ -157,7 +157,13 @@ fn whole_way(
             Err(SimulateError::Run(_)) => {}
             // The turn begins a little ahead of the scene: out of reach already.
             Err(SimulateError::Scene(faults)) if faults.list.iter().all(|own| own.code.starts_with("assembly::")) => {}
-            sampled => return Ok((sampled?, None)),
+            sampled => {
+                let table = sampled?;
+                drive.between = drive::passes_change_points(scene, mechanism, drive)?;
+                // In a singular pose nothing but the motion itself is determined.
+                let between = drive.between.then(|| drive::sample(scene, mechanism, drive, None));
+                return Ok((between.unwrap_or(Ok(table))?, None));
+            }
         }
     }
     let most = if is_angular { TAU } else { drive::size(mechanism) };

@@ -1,7 +1,7 @@
 //! The equations of one level, positions or rates, with their unknowns: what both searches have in common.
 
 use super::given::Given;
-use super::{Family, Wanted, column_scale};
+use super::{Family, Wanted, column_scale, fulfilled};
 use crate::linalg::least_squares::{Entry, Equations};
 use crate::machine::Machine;
 use crate::model::{Model, State};
@@ -33,6 +33,26 @@ impl<'a> Level<'a> {
         let given = Given::new(model, machine, family.conditions, columns.clone());
         let unknowns = columns.enumerate().map(|(column, register)| free(column).then_some(register)).collect();
         Self { model, machine, state, given, wanted: Wanted::ALL, family, unknowns }
+    }
+
+    /// Is nothing set that the program was not made for? Then what was found at its export is the solution, if it is one; it is left in the state.
+    pub fn is_found(&mut self, values: &[f64]) -> bool {
+        let (program, state) = (self.model.program(), &mut *self.state);
+        let parameters = program.parameters.iter().map(|parameter| parameter.start);
+        let inputs = program.inputs.iter().map(|input| input.start);
+        let as_exported = state.time() == program.experiment.start
+            && parameters.eq(state.parameters().iter().copied())
+            && inputs.eq(state.inputs().iter().copied());
+        if !as_exported || values.is_empty() {
+            return false;
+        }
+        for (register, value) in self.unknowns.iter().zip(values).filter_map(|(own, value)| Some(((*own)?, value))) {
+            state.registers_mut()[register] = *value;
+        }
+        self.machine.load(self.model, state);
+        let mut r = Vec::new();
+        self.family.residuals(self.model, self.machine, (Wanted::ALL, &self.given), &mut r);
+        fulfilled(&r)
     }
 
     /// Writes the unknowns, in units of their scales, and what is substituted into the state and the registers.

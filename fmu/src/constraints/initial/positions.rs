@@ -48,10 +48,11 @@ impl<'a> Positions<'a> {
 
     /// Leaves a consistent pose in the state.
     pub fn assemble(mut self) -> Result<(), Failure> {
-        let mut guess = first(self.0.model, &self.0.model.program().initial.first_positions);
-        if self.is_given(&guess) {
+        let initial = &self.0.model.program().initial;
+        if self.0.is_found(&initial.found_positions) {
             return Ok(());
         }
+        let mut guess = first(self.0.model, &initial.first_positions);
         self.0.given.substitute(self.0.model, &mut guess);
         // What is linear may be far away: there is only one solution to jump to.
         self.0.wanted = Wanted::LINEAR;
@@ -144,19 +145,6 @@ impl<'a> Positions<'a> {
             }
         }
         None
-    }
-
-    /// Is nothing set that the program was not made for, and does its own start fit? Leaves it in the state.
-    fn is_given(&mut self, x: &[f64]) -> bool {
-        let program = self.0.model.program();
-        let own = program.parameters.iter().map(|parameter| parameter.start);
-        if program.initial.first_positions.is_empty() || !own.eq(self.0.state.parameters().iter().copied()) {
-            return false;
-        }
-        let mut r = Vec::new();
-        self.0.wanted = Wanted::ALL;
-        self.0.residuals(x, &mut r);
-        fulfilled(&r)
     }
 
     /// Closes the loops from x, or from a pose nearby if Newton's method stands still there. Otherwise x is the best pose found.

@@ -30,7 +30,11 @@ impl<'a> Rates<'a> {
     }
 
     pub fn solve(mut self) -> Result<(), Failure> {
-        let mut from = first(self.0.model, &self.0.model.program().initial.first_rates);
+        let initial = &self.0.model.program().initial;
+        if self.0.is_found(&initial.found_rates) {
+            return Ok(());
+        }
+        let mut from = first(self.0.model, &initial.first_rates);
         self.0.given.substitute(self.0.model, &mut from);
         let mut x = from.clone();
         let r = solve(&mut self.0, &mut x, f64::INFINITY);

@@ -7,7 +7,7 @@ use crate::events::Choices;
 use crate::failure::Failure;
 use crate::integrator::control::{Horizon, Progress};
 use crate::integrator::run::Run;
-use crate::singular::dependence::not_passed;
+use crate::singular::dependence::{STOPPED, end_of_reach, is_singular, not_passed};
 
 /// A step shorter than this share of its natural length needs no test at its end if there are no loops to be closed there, and no laws of the
 /// motion, which may be steep where no coefficient tells of it.
@@ -50,13 +50,22 @@ impl Taylor {
                 break;
             }
             match self.attempt(context, run, &mut step) {
-                Trial::Done => return Ok(Progress::Stepped),
+                Trial::Done => return self.stepped(context, run),
                 Trial::Shorter(h) => step.h = h,
                 Trial::Declined => return Ok(Progress::Declined),
                 Trial::Blocked => return Err(not_passed(context, run)),
             }
         }
         Ok(Progress::Declined)
+    }
+
+    /// A driven mechanism does not go on from where branches of its motion lie as close together as errors of steps: the loops are at the end of their reach there, or
+    /// drivers turn back.
+    fn stepped(&self, context: &Context, run: &Run) -> Result<Progress, Failure> {
+        let near = context.model.is_driven() && self.guard.begins_within(STOPPED);
+        let stops = near && is_singular(context, run);
+        let failure = if stops { end_of_reach(context, run) } else { None };
+        failure.map_or(Ok(Progress::Stepped), Err)
     }
 
     /// Tries a step of the proposed length.

@@ -6,7 +6,6 @@ use cotree::expr::{Order, Symbol, Values};
 use cotree::formulate::Formulated;
 use cotree_fmu::instance::{self, Instance, Snapshot, Variational};
 use cotree_fmu::model::Model;
-use cotree_fmu::program::Motion;
 use nalgebra::{DMatrix, DVector};
 
 use super::super::point::Point;
@@ -93,7 +92,7 @@ impl<'f, 'm> Course<'f, 'm> {
         changed: &[(&str, f64)],
     ) -> Result<Self, Failure> {
         let program = formulated.lowered.program.clone();
-        let (experiment, kinematic) = (program.experiment, program.motion == Motion::Kinematic);
+        let (experiment, kinematic) = (program.experiment, program.is_driven());
         let model = Arc::new(Model::new(program)?);
         let mut motion = Instance::new(Arc::clone(&model));
         let finer = (experiment.tolerance * FINER).max(FINEST);

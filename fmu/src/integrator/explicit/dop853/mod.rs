@@ -112,7 +112,7 @@ impl Dop853 {
             rows[size + i] = first - difference;
             rows[2 * size + i] = 2.0 * difference - (first + last);
         }
-        for (row, place) in DENSE.into_iter().zip(rows[3 * size..].chunks_exact_mut(size.max(1))) {
+        for (row, place) in DENSE.into_iter().zip(rows[3 * size..DENSE_ROWS * size].chunks_exact_mut(size.max(1))) {
             combine(&self.stages, row, place);
             place.iter_mut().for_each(|value| *value *= h);
         }
