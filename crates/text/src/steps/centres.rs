@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use cotree::component::Origin;
-use cotree::expr::{Expr, Order, Symbol};
+use cotree::expr::Expr;
 use cotree::graph::ElementId;
 use cotree::mechanism::{BodyId, Owner, Place, Quantity, Variable};
 
@@ -48,7 +48,9 @@ impl Lesson<'_, '_, '_> {
                 accelerations.push(of(*acceleration));
             }
         }
-        let twice = self.by_time_twice(&positions);
+        let arena = &mut self.equations.system.arena;
+        let rates: Vec<Expr> = positions.into_iter().map(|position| arena.time_derivative(position)).collect();
+        let twice: Vec<Expr> = rates.into_iter().map(|rate| arena.time_derivative(rate)).collect();
         let mut values = self.moving();
         values.accelerations = values.rates.iter().map(|rate| 0.4 * rate - 1.1).collect();
         let holds = agree(&values.of(&self.equations, &accelerations), &values.of(&self.equations, &twice));
@@ -112,24 +114,5 @@ impl Lesson<'_, '_, '_> {
             _ => None,
         });
         bodies.collect()
-    }
-
-    /// By calculus, of functions of the coordinates and time.
-    fn by_time_twice(&mut self, exprs: &[Expr]) -> Vec<Expr> {
-        let rates: Vec<Expr> = exprs.iter().map(|&expr| self.rate_of(expr)).collect();
-        rates.into_iter().map(|rate| self.rate_of(rate)).collect()
-    }
-
-    fn rate_of(&mut self, expr: Expr) -> Expr {
-        let mut sum = self.by_time(expr);
-        for column in 0..self.equations.coordinates.len() {
-            for (order, next) in [(Order::Position, Order::Velocity), (Order::Velocity, Order::Acceleration)] {
-                let arena = &mut self.equations.system.arena;
-                let slope = arena.derivative(expr, Symbol::Coordinate(column, order));
-                let rate = arena.symbol(Symbol::Coordinate(column, next));
-                sum = arena.add_product(sum, slope, rate);
-            }
-        }
-        sum
     }
 }

@@ -293,7 +293,7 @@ impl Lesson<'_, '_, '_> {
 }
 
 /// Is the direction that a joint holds its axis, and not across it?
-fn is_along(element: &Element) -> bool {
+pub fn is_along(element: &Element) -> bool {
     matches!(element.origin, Origin::Driver(_))
 }
 

@@ -1,10 +1,10 @@
 //! Velocities and accelerations: (20) and (21) by the graph and by calculus.
 
-use cotree::component::{Direction, Held, Origin};
+use cotree::component::{Direction, Held};
 use cotree::expr::{Expr, Order, Symbol};
 
 use super::numbers::agree;
-use super::projection::signed;
+use super::projection::{is_along, signed};
 use super::{Lesson, check, heading, words};
 use crate::document::{Block, Piece};
 use crate::motion;
@@ -28,20 +28,8 @@ impl Lesson<'_, '_, '_> {
             ));
             return blocks;
         }
-        let (mut names, mut exprs) = (Vec::new(), Vec::new());
-        for (row, &index) in loops.iter().enumerate() {
-            let own = self.equations.constraints[index].clone();
-            for (column, entry) in own.jacobian {
-                names.push(Tree::Name(Name::entry("Phi_q", &[row, column])));
-                exprs.push(entry);
-            }
-            if own.time_rate != Expr::ZERO {
-                names.push(Tree::Name(Name::entry("Phi_t", &[row])));
-                exprs.push(own.time_rate);
-            }
-        }
-        blocks.extend(self.equations(names, &exprs));
-        let [.., (_, gammas)] = motion::loops(&self.equations);
+        let [_, (_, jacobian), (_, by_time), (_, gammas)] = motion::loops(&self.equations);
+        blocks.extend(self.written([jacobian, by_time].concat()));
         blocks.extend(self.written(gammas));
         let worked = loops.iter().position(|&index| self.turns(index)).unwrap_or(0);
         blocks.extend(self.by_graph(loops[worked]));
@@ -72,10 +60,9 @@ impl Lesson<'_, '_, '_> {
             )];
         };
         let element = self.equations.system.element(own.element);
-        let is_driver = matches!(element.origin, Origin::Driver(_));
         let circuit = self.translation.circuit(chord);
         let row = |letter: &dyn Fn(&str) -> Tree| {
-            self.letters.projected(signed(Some(&chord.label), &circuit, letter), along, element, is_driver)
+            self.letters.projected(signed(Some(&chord.label), &circuit, letter), along, element, is_along(element))
         };
         let rows = vec![
             (row(&|label| self.letters.velocity(label)), Tree::zero()),
@@ -170,7 +157,7 @@ impl Lesson<'_, '_, '_> {
     }
 
     /// The partial derivative by time, through inputs and the drivers that follow them.
-    pub fn by_time(&mut self, expr: Expr) -> Expr {
+    fn by_time(&mut self, expr: Expr) -> Expr {
         let arena = &mut self.equations.system.arena;
         let mut sum = arena.derivative(expr, Symbol::Time);
         for symbol in arena.symbols([expr]) {

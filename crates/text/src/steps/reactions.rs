@@ -8,7 +8,7 @@ use cotree::mechanism::{BodyId, Coordinates, Mechanism, Owner, Place, Quantity, 
 
 use super::graphs::list;
 use super::numbers::{Values, agree, short};
-use super::projection::{Rows, inserted, negated};
+use super::projection::{Rows, inserted, is_along, negated};
 use super::view::Row;
 use super::{Lesson, check, heading, words};
 use crate::document::{Block, Piece};
@@ -96,8 +96,7 @@ impl Lesson<'_, '_, '_> {
                 let lambda = Tree::Name(Name::entry("lambda", &[row]));
                 let left = match own.held {
                     cotree::component::Held::Along(along) => {
-                        let is_driver = matches!(element.origin, Origin::Driver(_));
-                        self.letters.projected(self.letters.force(&element.label), along, element, is_driver)
+                        self.letters.projected(self.letters.force(&element.label), along, element, is_along(element))
                     }
                     _ => self.letters.torque(&element.label),
                 };
@@ -151,10 +150,8 @@ impl Lesson<'_, '_, '_> {
     fn entries(&mut self) -> Vec<(Name, Expr)> {
         let [(_, mut entries), (_, load)] = dynamics(&mut self.equations);
         entries.extend(load);
-        for (row, (_, own)) in self.equations.loops().enumerate() {
-            entries.extend(own.jacobian.iter().map(|(column, entry)| (Name::entry("Phi_q", &[row, *column]), *entry)));
-            entries.push((Name::entry("gamma", &[row]), own.gamma));
-        }
+        let [_, (_, jacobian), _, (_, gammas)] = motion::loops(&self.equations);
+        entries.extend(jacobian.into_iter().chain(gammas));
         entries
     }
 

@@ -1,6 +1,6 @@
 //! A graph with its tree, the edges of couplings among the chords.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 
 use cotree::component::{CoupledEdge, System};
 use cotree::graph::{ElementId, LinearGraph, Node, Topology, Tree as SpanningTree};
@@ -91,28 +91,20 @@ impl<D> View<D> {
 
     /// The nodes along the tree from the first node of a chord to its second.
     pub fn walk(&self, chord: &Edge<D>) -> Vec<usize> {
-        let [from, to] = chord.ends.map(|node| node.index());
-        let mut before = vec![None; self.nodes.len()];
-        let mut reached = vec![from];
-        before[from] = Some(from);
-        while let Some(node) = reached.pop() {
-            for [a, b] in self.branches.iter().map(|branch| branch.ends.map(|node| node.index())) {
-                let next = if a == node {
-                    b
-                } else if b == node {
-                    a
-                } else {
-                    continue;
-                };
-                if before[next].is_none() {
-                    before[next] = Some(node);
-                    reached.push(next);
-                }
-            }
+        let edges = self.topology.outward().map(|(node, parent, ..)| (node.index(), parent.index()));
+        let before: HashMap<usize, usize> = edges.collect();
+        let [mut walk, mut back] = chord.ends.map(|end| {
+            let nodes = std::iter::successors(Some(end.index()), |node| before.get(node).copied());
+            nodes.collect::<Vec<usize>>()
+        });
+        // Both lead to the datum: what they share beyond the node where they meet is no part of the walk.
+        while let ([.., a, _], [.., b, _]) = (walk.as_slice(), back.as_slice())
+            && a == b
+        {
+            walk.pop();
+            back.pop();
         }
-        let mut walk: Vec<usize> =
-            std::iter::successors(Some(to), |&node| before[node].filter(|&previous| previous != node)).collect();
-        walk.reverse();
+        walk.extend(back.into_iter().rev().skip(1));
         walk
     }
 
