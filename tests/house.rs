@@ -56,6 +56,58 @@ fn no_other_room_decides_by_the_kind_of_a_component() {
     assert!(named.is_empty(), "a kind is named outside src/component:\n{}", named.join("\n"));
 }
 
+/// Words that the field does not use, or uses for something else, and what it says instead.
+const WORDS: [(&str, &str); 15] = [
+    ("borne", "carried"),
+    ("chatter", "sliding mode"),
+    ("closeness", "reciprocal pivot, distance to singularity"),
+    ("detour", "branch switch"),
+    ("front", "step end"),
+    ("glide", "interpolate"),
+    ("glides", "interpolates"),
+    ("lack", "residual"),
+    ("lacks", "residuals"),
+    ("look", "test, monitor, predict, detect"),
+    ("quick", "fast path"),
+    ("refuge", "branch switch"),
+    ("settle", "accept"),
+    ("tell", "report"),
+    ("told", "reported"),
+];
+
+/// The words of a name: `branch_switch`, `BranchSwitch`.
+fn words_of(code: &str) -> Vec<String> {
+    let names = code.split(|letter: char| !letter.is_ascii_alphabetic());
+    let humps = |name: &str| {
+        let mut words = vec![String::new()];
+        for letter in name.chars() {
+            if letter.is_ascii_uppercase() {
+                words.push(String::new());
+            }
+            words.last_mut().unwrap().push(letter.to_ascii_lowercase());
+        }
+        words
+    };
+    names.flat_map(humps).collect()
+}
+
+#[test]
+fn names_in_the_runtime_are_words_of_the_field() {
+    let mut files = Vec::new();
+    sources(&root().join("fmu/src"), &mut files);
+    let mut found = Vec::new();
+    for path in files {
+        for (number, line) in read(&path).lines().enumerate() {
+            let code = line.split("//").next().unwrap_or_default();
+            // What stands between quotes is no name.
+            let names: Vec<String> = code.split('"').step_by(2).flat_map(words_of).collect();
+            let wrong = WORDS.iter().filter(|(word, _)| names.iter().any(|name| name == word));
+            found.extend(wrong.map(|(word, field)| format!("{}:{}: {word} ({field})", path.display(), number + 1)));
+        }
+    }
+    assert!(found.is_empty(), "{}", found.join("\n"));
+}
+
 fn root() -> PathBuf {
     PathBuf::from(ROOT)
 }

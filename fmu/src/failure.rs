@@ -204,7 +204,7 @@ pub enum Failure {
     #[error(
         "at t = {time} s a law in pieces (`sign`, `if`, `abs`, `min`, `max`) switches back and forth without end, and `{coordinate}` with it: each side pushes the motion back to the other; use a smooth law, such as `tanh(v/0.01)` for `sign(v)`, or a friction load"
     )]
-    Chatter {
+    SlidingMode {
         /// When [s].
         time: f64,
         /// The coordinate whose acceleration switches most.

@@ -65,7 +65,7 @@ pub fn explain(equations: &mut Equations, model: &Model, failure: &Failure, leng
         | Failure::TooManySteps { .. }
         | Failure::OutOfTime { .. }
         | Failure::Boundless { .. }
-        | Failure::Chatter { .. } => Fault::new("assembly::not_finite", failure.to_string(), Span::default()),
+        | Failure::SlidingMode { .. } => Fault::new("assembly::not_finite", failure.to_string(), Span::default()),
     }
 }
 

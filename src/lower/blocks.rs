@@ -106,8 +106,8 @@ impl Loops {
     }
 
     /// Reciprocal pivots of the loop equations: they grow towards a singular configuration.
-    pub fn closeness(&self, arena: &mut Arena) -> Vec<Expr> {
-        self.blocks.iter().flat_map(|own| own.factor.closeness(arena, own.block.columns.len())).collect()
+    pub fn reciprocal_pivots(&self, arena: &mut Arena) -> Vec<Expr> {
+        self.blocks.iter().flat_map(|own| own.factor.reciprocal_pivots(arena, own.block.columns.len())).collect()
     }
 }
 

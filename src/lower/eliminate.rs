@@ -110,21 +110,21 @@ impl Factor {
 
     /// For each multiplier with a pivot of its own minus one over the square of how far its loop equation is from those that were eliminated
     /// before, in the measure of the mass. Constant ones are left out.
-    pub fn closeness(&self, arena: &mut Arena, coordinates: usize) -> Vec<Expr> {
+    pub fn reciprocal_pivots(&self, arena: &mut Arena, coordinates: usize) -> Vec<Expr> {
         let mut weights = BTreeMap::new();
-        let mut closeness = Vec::new();
+        let mut reciprocal_pivots = Vec::new();
         for step in &self.steps {
             match step {
                 Step::Add { index, weight, .. } => *weights.entry(*index).or_insert(0.0) += weight,
                 Step::One { index, inverse, .. } if *index >= coordinates && arena.as_constant(*inverse).is_none() => {
                     // An equation that was added makes its own pivot smaller: 1 / (1 / d + weight) instead of d.
                     let weight = arena.constant(weights.get(index).copied().unwrap_or_default());
-                    closeness.push(arena.add(*inverse, weight));
+                    reciprocal_pivots.push(arena.add(*inverse, weight));
                 }
                 _ => {}
             }
         }
-        closeness
+        reciprocal_pivots
     }
 }
 

@@ -112,8 +112,8 @@ impl Solver {
     }
 
     /// Reciprocal pivots of the loop equations: they grow towards a singular configuration.
-    pub fn closeness(&self, arena: &mut Arena) -> Vec<Expr> {
-        self.factor.closeness(arena, self.system.load.len())
+    pub fn reciprocal_pivots(&self, arena: &mut Arena) -> Vec<Expr> {
+        self.factor.reciprocal_pivots(arena, self.system.load.len())
     }
 
     /// Projection onto the loop equations: the correction of the branch coordinates of least norm in the mass metric that cancels the residuals.

@@ -73,7 +73,7 @@ struct PositionKernels {
 struct MotionKernels {
     /// Accelerations, then reactions.
     solved: Vec<Expr>,
-    closeness: Vec<Expr>,
+    reciprocal_pivots: Vec<Expr>,
     project_position: Vec<Expr>,
     project_velocity: Vec<Expr>,
     indicators: Vec<Expr>,
@@ -113,7 +113,7 @@ pub fn program(
         moving.solve_tree = solve_tree;
         moving.solved = solver.motion(&mut equations.system.arena, active.len());
         let arena = &mut equations.system.arena;
-        moving.closeness = solver.closeness(arena);
+        moving.reciprocal_pivots = solver.reciprocal_pivots(arena);
         if active.contains(&true) {
             moving.project(&kernels, |residuals| solver.projection(arena, residuals));
         }
@@ -220,7 +220,7 @@ impl MotionKernels {
         };
         self.solved.extend(reactions);
         let arena = &mut equations.system.arena;
-        self.closeness = loops.closeness(arena);
+        self.reciprocal_pivots = loops.reciprocal_pivots(arena);
         if !blocks.is_empty() {
             self.project(kernels, |residuals| {
                 let minus: Vec<Expr> = residuals.iter().map(|&residual| arena.negate(residual)).collect();
@@ -284,7 +284,7 @@ fn assemble(
     let (kinds, laws): (Vec<Steep>, Vec<Expr>) = moving.laws.iter().copied().unzip();
     let (domains, arguments): (Vec<Domain>, Vec<Expr>) = moving.domains.iter().cloned().unzip();
     let (ranges, bounded): (Vec<Domain>, Vec<Expr>) = ranges(equations).into_iter().unzip();
-    let acceleration: Vec<Expr> = moving.solved.iter().chain(&moving.closeness).copied().collect();
+    let acceleration: Vec<Expr> = moving.solved.iter().chain(&moving.reciprocal_pivots).copied().collect();
     let [coefficients, masses] =
         [&moving.arms, &moving.masses].map(|form| form.as_ref().map_or(&[][..], |(_, coefficients)| coefficients));
     let mut assembler = Assembler::new(
@@ -313,7 +313,7 @@ fn assemble(
     );
     let places = |entries: &[((u32, u32), Expr)]| entries.iter().map(|(place, _)| *place).collect();
     let mut acceleration = assembler.tape(&acceleration);
-    let closeness = acceleration.results.split_off(moving.solved.len());
+    let reciprocal_pivots = acceleration.results.split_off(moving.solved.len());
     let tapes = Tapes {
         parameters: assembler.stage.clone(),
         constraint: assembler.tape(&position.constraint),
@@ -321,7 +321,7 @@ fn assemble(
         constraint_rate: assembler.tape(&position.constraint_rate),
         gamma: assembler.tape(&position.gamma),
         acceleration,
-        closeness,
+        reciprocal_pivots,
         project_position: assembler.tape(&moving.project_position),
         project_velocity: assembler.tape(&moving.project_velocity),
         indicators: assembler.tape(&moving.indicators),

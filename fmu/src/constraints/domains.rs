@@ -36,11 +36,11 @@ fn first_broken(laws: &DomainTape, machine: &mut Machine) -> Option<Outside> {
 pub(crate) fn undefined(model: &Model, machine: &mut Machine) -> Option<Failure> {
     let laws = &model.program().tapes.domains;
     machine.run(&laws.tape);
-    let lacks = |(index, domain): (usize, &Domain)| {
+    let without_value = |(index, domain): (usize, &Domain)| {
         domain.limit == Limit::Value && !machine.result(&laws.tape, index).is_finite()
     };
-    let lacks = laws.domains.iter().enumerate().any(lacks);
-    if lacks { outside(model, machine) } else { None }
+    let without_value = laws.domains.iter().enumerate().any(without_value);
+    if without_value { outside(model, machine) } else { None }
 }
 
 /// The law with the largest value at the state in the registers, if no motion keeps pace with that.

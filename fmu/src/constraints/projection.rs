@@ -133,7 +133,10 @@ impl Projection {
     pub fn tighten(&mut self, model: &Model, machine: &mut Machine, state: &mut State) -> Result<(), Failure> {
         let tapes = &model.program().tapes;
         machine.run(&tapes.acceleration);
-        let near = tapes.closeness.iter().any(|&place| machine.registers()[place as usize].abs() > 1.0 / (NEAR * NEAR));
+        let near = tapes
+            .reciprocal_pivots
+            .iter()
+            .any(|&place| machine.registers()[place as usize].abs() > 1.0 / (NEAR * NEAR));
         if near {
             return Ok(());
         }

@@ -2,17 +2,17 @@
 //!
 //! * `switch`: switching functions of laws in pieces, and their roots.
 //! * `course`: where the argument of a steep law may hide it from the ends of a step.
-//! * `chatter`: switches that a motion does not leave.
+//! * `sliding`: switches that a motion does not leave.
 //! * `layers`, `monitor`: the same along the polynomial of a series, and along the dense output of a Runge-Kutta step.
 //!
 //! A truncated series, or a few stages, know a law near where they evaluate it, not its values far away: dry friction F tanh(v/v0) is constant to
 //! rounding on either side of a layer about v = 0, and so is a narrow bump on either side of itself. But the *argument* of the law is known over
 //! the whole step. It is followed there, and the law is evaluated where the argument says that it may be steep.
 
-pub(crate) mod chatter;
 mod course;
 mod layers;
 mod monitor;
+pub(crate) mod sliding;
 pub(crate) mod switch;
 
 use serde::{Deserialize, Serialize};

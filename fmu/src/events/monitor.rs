@@ -1,7 +1,7 @@
 //! Steep laws along the dense output of a Runge-Kutta step.
 
-use super::chatter::pushed;
 use super::course::{Course, HALVINGS, PLACES, ROUGH_PLACES, varies};
+use super::sliding::pushed;
 use super::{Steep, half_width};
 use crate::machine::Machine;
 use crate::math;
@@ -62,7 +62,7 @@ pub(crate) enum Objection {
     /// It has not seen a law.
     Overlooked(Overlooked),
     /// On both sides of a switch the motion is pushed to the other one; the coordinate that is pushed most.
-    Chatter(usize),
+    SlidingMode(usize),
 }
 
 /// A law that a step has not seen, in steps.
@@ -146,12 +146,12 @@ impl Monitor {
         let overlooked = first.or_else(|| {
             self.beside_its_ends(span, share, &mut |place, accelerations| excess(filtering, place, accelerations))
         });
-        overlooked.map(Objection::Overlooked).or_else(|| self.chatter(span).map(Objection::Chatter))
+        overlooked.map(Objection::Overlooked).or_else(|| self.sliding_mode(span).map(Objection::SlidingMode))
     }
 
     /// The coordinate that is pushed most at a switch to which both sides push the motion back (Filippov, Differential equations with discontinuous right-hand
     /// sides, 1988, section 4: a solution would stay there, and steps are endless).
-    fn chatter<F: FnMut(f64, &mut [f64])>(&mut self, span: &mut Span<F>) -> Option<usize> {
+    fn sliding_mode<F: FnMut(f64, &mut [f64])>(&mut self, span: &mut Span<F>) -> Option<usize> {
         self.add_switches_ahead(span.model);
         for index in 0..self.crossings.len() {
             let (at, law) = self.crossings[index];
@@ -181,7 +181,7 @@ impl Monitor {
             let least = math::maximum(MOVES * self.range(law), change);
             // Written so that NaN is no push.
             if crosses && towards * back < 0.0 && towards.abs() > least && back.abs() > least {
-                self.look_beyond(span, place, across);
+                self.sample_beyond(span, place, across);
                 let sides = [&self.behind[..], &self.accelerations, &self.beyond];
                 let rates = &self.motion[self.behind.len()..];
                 if let Some(pushed) = pushed(span.model, span.tolerance, rates, sides) {
@@ -193,7 +193,7 @@ impl Monitor {
     }
 
     /// The accelerations where the motion would be as long behind the switch again, if what is before it went on.
-    fn look_beyond<F: FnMut(f64, &mut [f64])>(&mut self, span: &mut Span<F>, place: f64, dt: f64) {
+    fn sample_beyond<F: FnMut(f64, &mut [f64])>(&mut self, span: &mut Span<F>, place: f64, dt: f64) {
         std::mem::swap(&mut self.accelerations, &mut self.behind);
         self.advance(dt);
         std::mem::swap(&mut self.accelerations, &mut self.behind);

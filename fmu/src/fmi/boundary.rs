@@ -13,7 +13,7 @@ pub(crate) use super::environment::FloatEnvironment;
 use super::logging::{Category, Severity};
 
 /// Runs what can neither panic nor fail; false without a component.
-pub(crate) fn quick<V: Version>(component: *mut c_void, run: impl FnOnce(&mut Component<V>) -> bool) -> bool {
+pub(crate) fn fast_path<V: Version>(component: *mut c_void, run: impl FnOnce(&mut Component<V>) -> bool) -> bool {
     let _environment = FloatEnvironment::enter();
     with(component, run).unwrap_or(false)
 }

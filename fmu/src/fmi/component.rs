@@ -380,7 +380,7 @@ impl<V: Version> Component<V> {
 
     /// The usual step: from the very time reached, along what is known of the motion. False if there is more to it.
     #[inline]
-    pub fn glide(&mut self, point: f64, step: f64) -> bool {
+    pub fn interpolate(&mut self, point: f64, step: f64) -> bool {
         let usual = (point - self.instance.time()).abs() <= OFFSET * step && step > 0.0 && step <= LONGEST;
         usual && self.mode == Mode::Step && self.instance.interpolate(point + step)
     }

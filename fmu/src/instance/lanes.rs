@@ -72,7 +72,7 @@ impl Lanes {
                     if place.is_none() {
                         *place = members.next().map(Slot::new);
                     }
-                    if place.as_mut().is_none_or(|slot| slot.settle(tolerance)) {
+                    if place.as_mut().is_none_or(|slot| slot.accept(tolerance)) {
                         break;
                     }
                     if let Some(ended) = place.take() {
@@ -94,7 +94,7 @@ impl<M: Member> Slot<M> {
     }
 
     /// Goes on by itself as far as it must. Says whether its next step may be found together with others; otherwise it has come to its end.
-    fn settle(&mut self, tolerance: Option<f64>) -> bool {
+    fn accept(&mut self, tolerance: Option<f64>) -> bool {
         while let Some(target) = self.member.next() {
             let run = &self.member.instance().now.run;
             let together = tolerance.filter(|_| !self.alone && !run.is_changed() && self.steps < MOST_STEPS);

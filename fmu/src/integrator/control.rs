@@ -86,8 +86,8 @@ impl Trial {
     pub fn objected(model: &Model, time: f64, objection: Objection) -> Self {
         match objection {
             Objection::Overlooked(overlooked) => Self::Overlooked(overlooked),
-            Objection::Chatter(index) => {
-                Self::Failed(Failure::Chatter { time, coordinate: model.program().coordinates[index].name.clone() })
+            Objection::SlidingMode(index) => {
+                Self::Failed(Failure::SlidingMode { time, coordinate: model.program().coordinates[index].name.clone() })
             }
         }
     }

@@ -267,7 +267,7 @@ impl Stepper {
         let limit = if exact { target } else { settings.limit().max(target) };
         context.machine.load(model, &run.signals.origin);
         engines.advance(context, run, Horizon { target, limit })?;
-        engines.look_on(context, run, probe)?;
+        engines.verify_ahead(context, run, probe)?;
         read(context, run, target, work, |context, run, motion| engines.read(context, run, target, motion))?;
         if !model.is_driven() {
             engines.tighten(context, run, work);

@@ -23,7 +23,7 @@ use crate::program::domain::Limit;
 use crate::singular::branch;
 use crate::singular::dependence::{end_of_reach, not_passed, singular_ahead};
 
-/// Steps before the first look at the fastest rate. After each look that finds nothing it takes twice as many, after each trial that fails four times.
+/// Steps before the first test of the fastest rate. After each test that finds nothing it takes twice as many, after each trial that fails four times.
 const FIRST_LOOK: u32 = 32;
 const MOST_PATIENCE: u32 = 4096;
 /// So many steps in a row must be held back: next to a singular pose everything can change fast too, but only there.
@@ -62,9 +62,9 @@ const EXPLICIT_EVALUATIONS: f64 = 13.0;
 pub(crate) struct Choice {
     /// Is the implicit method the current one?
     stiff: bool,
-    /// Steps since the last look, or steps in a row that speak for the return.
+    /// Steps since the last test, or steps in a row that speak for the return.
     count: u32,
-    /// Steps before the next look.
+    /// Steps before the next test.
     patience: u32,
     /// Steps in a row at which the other engine may have been held back, and the product of their lengths relative to [`HELD_BACK`].
     suspected: u32,
@@ -91,7 +91,7 @@ impl Choice {
         }
     }
 
-    /// Has there been no look yet that found nothing?
+    /// Has there been no test yet that found nothing?
     fn is_new(&self) -> bool {
         self.patience == FIRST_LOOK
     }
@@ -111,14 +111,14 @@ impl Choice {
             && (FIRST_LOOK..=MOST_PATIENCE).contains(&self.patience)
     }
 
-    /// Counts a step that says nothing about stiffness; is it time to look, or to look again?
+    /// Counts a step that says nothing about stiffness; is it time to test, or to test again?
     fn looks(&mut self) -> bool {
         self.count += 1;
         self.count >= self.patience || self.suspected > 0
     }
 
-    /// Takes note of what a look has found: the share of a step in the longest one that is stable. One step of less than `least` is enough to end the suspicion.
-    fn look(&mut self, share: f64, least: f64) {
+    /// Takes note of what a test has found: the share of a step in the longest one that is stable. One step of less than `least` is enough to end the suspicion.
+    fn record(&mut self, share: f64, least: f64) {
         self.suspected += 1;
         self.shares *= share / HELD_BACK;
         let all = self.suspected == LOOKS;
@@ -257,7 +257,7 @@ impl Engines<'_> {
     /// After a step by series together with other runs, whose accelerations multiply rounding errors so much where it begins.
     pub fn conclude(&mut self, context: &mut Context, run: &mut Run, amplification: f64) -> Result<(), Failure> {
         run.radau.forget();
-        self.look_for_stiffness(context, run);
+        self.test_for_stiffness(context, run);
         self.accuracy.note(context, run, |_, _| Some((amplification, None)));
         note_end(context, run)
     }
@@ -266,7 +266,7 @@ impl Engines<'_> {
     ///
     /// # Errors
     /// The motion has left its branch.
-    pub fn look_on(&mut self, context: &mut Context, run: &mut Run, probe: &mut Run) -> Result<(), Failure> {
+    pub fn verify_ahead(&mut self, context: &mut Context, run: &mut Run, probe: &mut Run) -> Result<(), Failure> {
         if !run.is_undecided() {
             return Ok(());
         }
@@ -401,19 +401,19 @@ impl Engines<'_> {
                 }
             }
         }
-        self.look_for_stiffness(context, run);
+        self.test_for_stiffness(context, run);
         Ok(())
     }
 
     /// Now and then, whether stiffness holds the steps back.
-    fn look_for_stiffness(&mut self, context: &mut Context, run: &mut Run) {
+    fn test_for_stiffness(&mut self, context: &mut Context, run: &mut Run) {
         // Without laws of positions and rates nothing is stiff. The implicit method knows nothing of singular poses.
         let lawful = self.taylor.as_ref().is_none_or(|taylor| taylor.has_laws());
         if context.settings.automatic && lawful && (is_regular(run) || run.stiffness.is_new()) && run.stiffness.looks()
         {
             let share = self.share_of_stable(context, run);
             let least = if context.settings.tolerance >= COARSE { FREE } else { HELD_BACK };
-            run.stiffness.look(share, least);
+            run.stiffness.record(share, least);
             run.stiffness.held_back = run.last.natural;
         }
     }

@@ -59,7 +59,7 @@ impl Member<'_> {
     /// Is there a series where it begins?
     pub fn begins(&mut self, motions: &Motions, place: usize) -> bool {
         if let Some(taylor) = &mut self.stepper.taylor {
-            taylor.join(|closeness| motions.closeness(place, closeness));
+            taylor.join(|reciprocal_pivots| motions.reciprocal_pivots(place, reciprocal_pivots));
         }
         motions.is_regular(place)
     }

@@ -18,7 +18,7 @@ pub(crate) struct Limb {
     pub place: usize,
     /// Place of its derivative by its unknown.
     pub derivative: usize,
-    /// The limb that it hangs from, an earlier one.
+    /// Its parent, an earlier one.
     pub parent: Option<usize>,
     /// The equation of its unknown; none if its motion is prescribed.
     pub equation: Option<usize>,
@@ -33,7 +33,7 @@ pub(crate) struct Limb {
 /// Coefficients of a limb: z, m, and the inertia.
 pub(crate) type Masses = ([u32; 2], [u32; 2], u32);
 
-/// All limbs, each after the one that it hangs from.
+/// All limbs, each after its parent.
 #[derive(Clone, Debug)]
 pub(crate) struct Tree {
     limbs: Vec<Limb>,

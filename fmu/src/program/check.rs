@@ -221,7 +221,7 @@ impl Program {
         registers.kernel("constraint_rate", &tapes.constraint_rate, rates)?;
         registers.kernel("gamma", &tapes.gamma, rates)?;
         registers.kernel("acceleration", &tapes.acceleration, rates)?;
-        registers.left("closeness", &tapes.acceleration, &tapes.closeness)?;
+        registers.left("reciprocal pivots", &tapes.acceleration, &tapes.reciprocal_pivots)?;
         registers.kernel("project_position", &tapes.project_position, positions)?;
         registers.kernel("project_velocity", &tapes.project_velocity, rates)?;
         for form in self.arms.iter().chain(&self.masses) {

@@ -236,7 +236,7 @@ pub struct Tapes {
     pub acceleration: Tape,
     /// Registers that hold, after `acceleration`, 1 / r^2 with any sign, where r is how far a loop equation is from others: all of them regular unless one
     /// grows without bound.
-    pub closeness: Vec<u32>,
+    pub reciprocal_pivots: Vec<u32>,
     /// When there are active constraints: m residuals Phi, then n corrections dq of one Newton step in the metric of the mass matrix, to be
     /// added to q. Reads as `constraint`.
     pub project_position: Tape,

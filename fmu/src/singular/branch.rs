@@ -2,7 +2,7 @@
 //!
 //! Steps of natural length pass such a pose in one leap. Steps that stiffness keeps short come so close to it that rounding errors may decide where they
 //! go on. In the pose the velocities v that continue a branch fulfil J v = 0 and, for the combination l of the loop equations that vanishes, l (J_q v) v = 0:
-//! two straight lines, and l (J_q v) w = 0 too for v and w on the same one. So a look at the rates a little before and a little after the pose tells.
+//! two straight lines, and l (J_q v) w = 0 too for v and w on the same one. So the rates a little before and a little after the pose tell the branches apart.
 
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
@@ -53,7 +53,7 @@ pub(crate) struct Trail {
     /// Time, q and v, the oldest first.
     states: Vec<f64>,
     /// 1 / r^2 of each loop equation there, where r is how far it is from the others.
-    closeness: Vec<f64>,
+    reciprocal_pivots: Vec<f64>,
     /// Time, q and v after the last step, if it is known.
     begun: bool,
     last: Vec<f64>,
@@ -68,7 +68,7 @@ impl Trail {
             count: 0,
             leapt: false,
             states: vec![0.0; WINDOW * (1 + size)],
-            closeness: vec![0.0; WINDOW * rows],
+            reciprocal_pivots: vec![0.0; WINDOW * rows],
             begun: false,
             last: vec![0.0; 1 + size],
             judged: None,
@@ -108,14 +108,14 @@ impl Trail {
     pub fn copy_from(&mut self, other: &Self) {
         (self.count, self.leapt, self.begun, self.judged) = (other.count, other.leapt, other.begun, other.judged);
         self.states.clone_from(&other.states);
-        self.closeness.clone_from(&other.closeness);
+        self.reciprocal_pivots.clone_from(&other.reciprocal_pivots);
         self.last.clone_from(&other.last);
     }
 
     pub fn belongs_to(&self, model: &Model) -> bool {
-        let Self { count, leapt, states, closeness, begun: _, last, judged } = self;
+        let Self { count, leapt, states, reciprocal_pivots, begun: _, last, judged } = self;
         let expected = Self::new(model);
-        let pairs = [(states, expected.states), (closeness, expected.closeness), (last, expected.last)];
+        let pairs = [(states, expected.states), (reciprocal_pivots, expected.reciprocal_pivots), (last, expected.last)];
         (usize::from(*leapt)..=WINDOW).contains(count)
             && judged.is_none_or(f64::is_finite)
             && pairs
@@ -134,8 +134,8 @@ impl Trail {
     }
 
     fn rows(&self, place: usize) -> &[f64] {
-        let size = self.closeness.len() / WINDOW;
-        &self.closeness[place * size..][..size]
+        let size = self.reciprocal_pivots.len() / WINDOW;
+        &self.reciprocal_pivots[place * size..][..size]
     }
 
     /// How far the next state lies from the last one at least, with these smallest 1 / r^2 so far.
@@ -147,14 +147,14 @@ impl Trail {
 
     /// Adds the last state.
     fn push_last(&mut self) {
-        let (size, rows) = (self.last.len(), self.closeness.len() / WINDOW);
+        let (size, rows) = (self.last.len(), self.reciprocal_pivots.len() / WINDOW);
         if self.count == WINDOW {
             self.states.copy_within(size.., 0);
-            self.closeness.copy_within(rows.., 0);
+            self.reciprocal_pivots.copy_within(rows.., 0);
             (self.count, self.leapt) = (self.count - 1, false);
         }
         self.states[self.count * size..][..size].copy_from_slice(&self.last);
-        self.closeness[self.count * rows..][..rows].fill(0.0);
+        self.reciprocal_pivots[self.count * rows..][..rows].fill(0.0);
         self.count += 1;
     }
 
@@ -171,7 +171,7 @@ impl Trail {
 
 /// Loop equations that may come to depend on each other, and numbers in (q, v) if there are any.
 pub(super) fn sizes(model: &Model) -> (usize, usize) {
-    let rows = model.program().tapes.closeness.len();
+    let rows = model.program().tapes.reciprocal_pivots.len();
     (rows, if rows > 0 { 2 * model.coordinates() } else { 0 })
 }
 
@@ -187,7 +187,7 @@ pub(crate) fn progress(model: &Model, from: &[f64], to: &[f64]) -> f64 {
 /// The motion has left its branch.
 pub(crate) fn watch(context: &mut Context, run: &mut Run) -> Result<(), Failure> {
     let model = context.model;
-    if model.program().tapes.closeness.is_empty() {
+    if model.program().tapes.reciprocal_pivots.is_empty() {
         return Ok(());
     }
     if !extend(context, run) {
@@ -229,7 +229,7 @@ fn extend(context: &mut Context, run: &mut Run) -> bool {
         trail.leap();
     } else if trail.leapt && trail.count == 1 || trail.count == 0 {
         trail.push_last();
-        note_closeness(context, run);
+        note_reciprocals(context, run);
     }
     let trail = &mut run.singular.trail;
     trail.begun = true;
@@ -240,12 +240,12 @@ fn extend(context: &mut Context, run: &mut Run) -> bool {
         return false;
     }
     trail.push_last();
-    note_closeness(context, run);
+    note_reciprocals(context, run);
     true
 }
 
 /// 1 / r^2 at the last state of the trail.
-fn note_closeness(context: &mut Context, run: &mut Run) {
+fn note_reciprocals(context: &mut Context, run: &mut Run) {
     let Context { model, machine, statistics, .. } = context;
     let Supervisor { trail, smallest, .. } = &mut run.singular;
     machine.load_signals(model, &run.signals.origin, trail.last[0]);
@@ -254,9 +254,9 @@ fn note_closeness(context: &mut Context, run: &mut Run) {
     statistics.evaluations += 1;
     let place = (trail.count - 1) * smallest.len();
     let registers = machine.registers();
-    for (index, &register) in model.program().tapes.closeness.iter().enumerate() {
+    for (index, &register) in model.program().tapes.reciprocal_pivots.iter().enumerate() {
         let value = registers[register as usize].abs().min(f64::MAX);
-        trail.closeness[place + index] = value;
+        trail.reciprocal_pivots[place + index] = value;
         smallest[index] = math::minimum(smallest[index], value);
     }
 }
@@ -353,16 +353,16 @@ mod tests {
 
     #[test]
     fn the_state_closest_to_a_pose_lies_between_others() {
-        let trail = |closeness: [f64; 4]| Trail {
+        let trail = |reciprocal_pivots: [f64; 4]| Trail {
             count: WINDOW,
             leapt: false,
             states: vec![0.0, 1.0, 2.0, 3.0],
-            closeness: closeness.to_vec(),
+            reciprocal_pivots: reciprocal_pivots.to_vec(),
             judged: None,
             begun: true,
             last: Vec::new(),
         };
-        let closest = |closeness| trail(closeness).closest(&[1.0], None);
+        let closest = |reciprocal_pivots| trail(reciprocal_pivots).closest(&[1.0], None);
         assert_eq!(closest([60.0, 900.0, 200.0, 40.0]), Some(1));
         assert_eq!(closest([60.0, 200.0, 900.0, 40.0]), Some(2));
         // It is still to come, or nothing is close.

@@ -58,7 +58,7 @@ impl Supervisor {
         Self {
             ahead: 0.0,
             pose: None,
-            smallest: vec![f64::MAX; model.program().tapes.closeness.len()],
+            smallest: vec![f64::MAX; model.program().tapes.reciprocal_pivots.len()],
             follow: None,
             creeping: None,
             trail: Trail::new(model),
@@ -118,8 +118,8 @@ impl Supervisor {
     }
 
     /// Is a loop equation, with these 1 / r^2 now, much closer to the others than it has been?
-    pub fn is_close(&mut self, closeness: &[f64]) -> bool {
-        self.smallest.iter_mut().zip(closeness).fold(false, |close, (smallest, now)| {
+    pub fn is_close(&mut self, reciprocal_pivots: &[f64]) -> bool {
+        self.smallest.iter_mut().zip(reciprocal_pivots).fold(false, |close, (smallest, now)| {
             *smallest = math::minimum(*now, *smallest);
             close || *now > CLOSE * CLOSE * *smallest
         })
@@ -142,7 +142,7 @@ impl Supervisor {
             && self.creeping.is_none_or(|(_, length)| length >= 0.0)
             && self.trail.belongs_to(model)
             && self.passages.iter().all(|passage| passage.time.is_finite())
-            && self.smallest.len() == model.program().tapes.closeness.len()
+            && self.smallest.len() == model.program().tapes.reciprocal_pivots.len()
             && self.smallest.iter().all(|value| value.is_finite())
     }
 }

@@ -104,15 +104,15 @@ impl ArmForm {
             holds(frame.unknown.is_none_or(earlier), "the angle of a frame")?;
         }
         holds(self.products.iter().all(|product| (product.frame as usize) < self.frames.len()), "the frame of an arm")?;
-        let mut borne = vec![false; arms];
-        let mut bear = |arm: u32| !borne.get_mut(arm as usize).is_none_or(|place| std::mem::replace(place, true));
+        let mut carried = vec![false; arms];
+        let mut carry = |arm: u32| !carried.get_mut(arm as usize).is_none_or(|place| std::mem::replace(place, true));
         for place in &self.coordinates {
             let fits = match *place {
                 Place::Angle { arm, parent, .. } => {
                     let angle = |arm: u32| (arm as usize) < self.frames.len() && self.is_unknown(arm);
-                    angle(arm) && parent.is_none_or(angle) && bear(arm)
+                    angle(arm) && parent.is_none_or(angle) && carry(arm)
                 }
-                Place::Displacement { arm } => arm as usize >= self.frames.len() && self.is_unknown(arm) && bear(arm),
+                Place::Displacement { arm } => arm as usize >= self.frames.len() && self.is_unknown(arm) && carry(arm),
             };
             holds(fits, "the place of a coordinate")?;
         }
@@ -121,13 +121,13 @@ impl ArmForm {
             let turning = auxiliary.arm as usize >= self.frames.len() && product && self.is_unknown(auxiliary.arm);
             let rows = (auxiliary.row as usize) + 1 < self.rows.len();
             let direction = auxiliary.direction.iter().all(|place| (*place as usize) < self.coefficients.results.len());
-            holds(turning && rows && direction && bear(auxiliary.arm), "a free displacement")?;
+            holds(turning && rows && direction && carry(auxiliary.arm), "a free displacement")?;
         }
         for rod in &self.rods {
             let turning = (rod.frame as usize) < self.frames.len() && self.is_unknown(rod.frame);
             let rows = (rod.row as usize) + 1 < self.rows.len();
             let length = (rod.length as usize) < self.coefficients.results.len();
-            holds(turning && rows && length && bear(rod.frame), "a rod")?;
+            holds(turning && rows && length && carry(rod.frame), "a rod")?;
         }
         holds(super::jet::chain(self).len() == coordinates, "the chain of angles")
     }

@@ -141,7 +141,7 @@ pub struct Coupling {
 pub struct Link {
     /// The arm.
     pub arm: u32,
-    /// The link that it hangs from, by its place among the links.
+    /// Its parent, by its place among the links.
     pub parent: Option<u32>,
     /// Where it begins along the arm of that one.
     pub begin: [Coefficient; 2],

@@ -1,6 +1,6 @@
 //! Co-Simulation.
 
-use crate::fmi::boundary::{call, place, plain, quick};
+use crate::fmi::boundary::{call, fast_path, place, plain};
 use crate::fmi2::component::Fmi2;
 use crate::fmi2::types::fmi2Status::{fmi2Discard, fmi2OK};
 use crate::fmi2::types::*;
@@ -13,7 +13,7 @@ pub unsafe extern "C" fn fmi2DoStep(
     communicationStepSize: fmi2Real,
     _noSetFMUStatePriorToCurrentPoint: fmi2Boolean,
 ) -> fmi2Status {
-    if quick::<Fmi2>(c, |component| component.glide(currentCommunicationPoint, communicationStepSize)) {
+    if fast_path::<Fmi2>(c, |component| component.interpolate(currentCommunicationPoint, communicationStepSize)) {
         return fmi2OK;
     }
     plain::<Fmi2>(c, "fmi2DoStep", |component| component.do_step(currentCommunicationPoint, communicationStepSize))

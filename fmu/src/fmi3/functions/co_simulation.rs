@@ -2,7 +2,7 @@
 
 use std::cell::Cell;
 
-use crate::fmi::boundary::{place, plain, quick};
+use crate::fmi::boundary::{fast_path, place, plain};
 use crate::fmi::component::Outcome;
 use crate::fmi3::component::{Component, End, Fmi3, Progress};
 use crate::fmi3::types::fmi3Status::fmi3OK;
@@ -45,11 +45,11 @@ pub unsafe extern "C" fn fmi3DoStep(
         early: earlyReturn,
         time: lastSuccessfulTime,
     };
-    if quick::<Fmi3>(instance, |component| {
+    if fast_path::<Fmi3>(instance, |component| {
         let end = End { event: false, early: false, time: component.instance.time() };
         results.write(end).is_ok()
             && component.is_undivided()
-            && component.glide(currentCommunicationPoint, communicationStepSize)
+            && component.interpolate(currentCommunicationPoint, communicationStepSize)
             && results.write(End { time: component.instance.time(), ..end }).is_ok()
     }) {
         return fmi3OK;

@@ -14,8 +14,8 @@ use crate::failure::Failure;
 use crate::integrator::control::{Attempt, Integrator, Progress, Trial, because, reach, shortest};
 use crate::math;
 use crate::model::Model;
-use crate::singular::closeness::{Range, Ranged};
 use crate::singular::dependence::is_refused;
+use crate::singular::reciprocals::{Range, Ranged};
 use dop853::{Dop853, interpolate, next_step, slope};
 
 /// Share of the tolerance that one step may use: what the user sees is the sum of the errors of many steps.
@@ -178,8 +178,8 @@ impl Explicit {
         let excess = |_: bool, place: f64, accelerations: &[f64]| {
             statistics.evaluations += 1;
             accelerations.iter().enumerate().fold(0.0, |worst, (index, acceleration)| {
-                let lack = h * acceleration - slope(&run.last.dense, place, 2 * n, n + index);
-                math::maximum(worst, lack.abs() / (OVERLOOKED * tolerances[n + index]))
+                let residual = h * acceleration - slope(&run.last.dense, place, 2 * n, n + index);
+                math::maximum(worst, residual.abs() / (OVERLOOKED * tolerances[n + index]))
             })
         };
         self.monitor.objection(&mut span, SHARE_OF_TOLERANCE * settings.tolerance, false, excess)

@@ -24,8 +24,8 @@ use crate::linalg::lane::{Lane, ZERO};
 use crate::math;
 use crate::model::Model;
 use crate::program::Engine;
-use crate::singular::closeness::Range;
 use crate::singular::dependence::is_refused;
+use crate::singular::reciprocals::Range;
 use batched::Batched;
 use control::{SAFETY, SHRINK, fourth_root};
 use radau::{DENSE_ORDER, Newton, REAL, Radau, evaluate};
@@ -260,12 +260,13 @@ impl Implicit {
         };
         let excess = |filtered: bool, place: f64, accelerations: &[f64]| {
             statistics.evaluations += 1;
-            for (index, (lack, acceleration)) in column.iter_mut().zip(accelerations).enumerate() {
-                *lack = acceleration - second_derivative(polynomial, n, index, place * h);
+            for (index, (residual, acceleration)) in column.iter_mut().zip(accelerations).enumerate() {
+                *residual = acceleration - second_derivative(polynomial, n, index, place * h);
             }
             if !filtered {
                 let rates = column.iter().zip(&tolerances[n..]);
-                return rates.fold(0.0, |worst, (lack, rate)| math::maximum(worst, h * lack.abs() / rate)) / OVERLOOKED;
+                return rates.fold(0.0, |worst, (residual, rate)| math::maximum(worst, h * residual.abs() / rate))
+                    / OVERLOOKED;
             }
             radau.correct(column);
             let errors = column.iter().zip(tolerances.iter().zip(&tolerances[n..]));

@@ -4,7 +4,7 @@ use super::propose::ROUNDING;
 use super::{Start, Taylor};
 use crate::context::Context;
 use crate::events::Choices;
-use crate::events::chatter::pushed;
+use crate::events::sliding::pushed;
 use crate::failure::Failure;
 use crate::integrator::control::Progress;
 use crate::integrator::run::Run;
@@ -96,8 +96,8 @@ impl Taylor {
     ) -> Result<Progress, Failure> {
         self.known = Start::Unknown;
         if run.taylor.branches.reversed & branches.known != 0 {
-            let chatter = |coordinate| Failure::Chatter { time: run.last.end_time, coordinate };
-            return self.pushed(context, run, branches).map_or(Ok(Progress::Declined), |name| Err(chatter(name)));
+            let sliding_mode = |coordinate| Failure::SlidingMode { time: run.last.end_time, coordinate };
+            return self.pushed(context, run, branches).map_or(Ok(Progress::Declined), |name| Err(sliding_mode(name)));
         }
         run.taylor.branches = self.after(run, branches);
         run.taylor.series = None;
@@ -118,9 +118,9 @@ impl Taylor {
         }
         run.taylor.unseen = 0;
         self.jet.evaluate(&run.last.dense, run.last.order as usize, WITHIN * h, &mut self.next);
-        let lack = self.lack(context, &run.signals.origin, run.last.end_time + WITHIN * h);
+        let residual = self.residual(context, &run.signals.origin, run.last.end_time + WITHIN * h);
         // What is no number says nothing.
-        let differs = h * lack > math::maximum(goal, run.last.order as f64 * ROUNDING);
+        let differs = h * residual > math::maximum(goal, run.last.order as f64 * ROUNDING);
         !differs
     }
 

@@ -38,8 +38,8 @@ impl Taylor {
     }
 
     /// Takes note of how close loop equations are to depending on each other where the series begins.
-    pub fn join(&mut self, closeness: impl FnOnce(&mut [f64])) {
-        closeness(&mut self.guard.next);
+    pub fn join(&mut self, reciprocal_pivots: impl FnOnce(&mut [f64])) {
+        reciprocal_pivots(&mut self.guard.next);
         self.guard.roll();
         self.forget();
     }
@@ -76,7 +76,7 @@ impl Taylor {
         motions: &Motions,
         member: usize,
     ) -> bool {
-        motions.closeness(member, &mut self.guard.next);
+        motions.reciprocal_pivots(member, &mut self.guard.next);
         let good = motions.openness(member) <= step.goal && motions.defect(member) <= step.goal;
         let passed = run.singular.ahead > 0.0 && self.guard.turned(step.h).is_some();
         let near = self.guard.arrives() || self.guard.ends_near() || self.guard.began_near() || passed;
@@ -223,8 +223,8 @@ impl Motions {
     }
 
     /// How close its loop equations are to depending on each other, by joints.
-    pub fn closeness(&self, member: usize, closeness: &mut [f64]) {
-        self.series.closeness(member, closeness);
+    pub fn reciprocal_pivots(&self, member: usize, reciprocal_pivots: &mut [f64]) {
+        self.series.reciprocal_pivots(member, reciprocal_pivots);
     }
 
     /// (q, v) where its step ends.

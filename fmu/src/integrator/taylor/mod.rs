@@ -36,7 +36,7 @@ pub struct Taylor {
     /// Series of q, order 2, on branches that are left at once.
     left: Vec<f64>,
     /// Accelerations at the end of a step, and those that are demanded there.
-    lacks: Vec<f64>,
+    residuals: Vec<f64>,
     guard: Guard,
     /// Does what the jet holds begin at the end of the last step?
     known: Start,
@@ -76,7 +76,7 @@ impl Taylor {
             next: vec![0.0; size],
             closed: vec![0.0; size],
             left: vec![0.0; model.coordinates()],
-            lacks: vec![0.0; size],
+            residuals: vec![0.0; size],
             guard,
             known: Start::Unknown,
             tight: false,
@@ -183,7 +183,7 @@ impl Taylor {
         let order = order_for(settings.tolerance);
         self.jet.least_rate = settings.least_rate;
         let open = self.jet.begin(model, machine.registers(), order, &self.next).ok()?;
-        self.jet.closeness(&mut self.guard.next);
+        self.jet.reciprocal_pivots(&mut self.guard.next);
         self.take_closed(model);
         self.tight = tightly || self.guard.arrives();
         if self.tight {

@@ -84,7 +84,7 @@ impl Taylor {
         self.jet.update(machine.registers());
         match self.jet.probe(model, machine.registers(), &self.next) {
             Ok(()) => {
-                self.jet.closeness(&mut self.guard.next);
+                self.jet.reciprocal_pivots(&mut self.guard.next);
                 self.guard.share()
             }
             Err(_) => 0.0,
@@ -194,25 +194,25 @@ impl Taylor {
     /// coefficients point away from the branch. The end is judged as it is: where the loops are closed again, a stiff spring feels what rounding errors leave of
     /// positions, divided by the distance.
     pub(super) fn flattened_defect(&mut self, context: &mut Context, run: &Run, end: f64) -> f64 {
-        self.lack(context, &run.signals.origin, end) * (end - run.last.end_time) / run.last.order as f64
+        self.residual(context, &run.signals.origin, end) * (end - run.last.end_time) / run.last.order as f64
     }
 
     /// By how much the accelerations of the polynomial where it has last been evaluated, at this time, are not those that the tape demands, without what the loops take
     /// off them, relative to the rates that count.
-    pub(super) fn lack(&mut self, context: &mut Context, origin: &State, time: f64) -> f64 {
+    pub(super) fn residual(&mut self, context: &mut Context, origin: &State, time: f64) -> f64 {
         let Context { model, machine, projection, settings, .. } = context;
         let n = model.coordinates();
-        let (lacks, demanded) = self.lacks.split_at_mut(n);
-        self.jet.accelerations_at_end(lacks);
+        let (residuals, demanded) = self.residuals.split_at_mut(n);
+        self.jet.accelerations_at_end(residuals);
         machine.load_signals(model, origin, time);
         machine.load_motion(model, &self.next);
         machine.evaluate(&model.program().tapes.acceleration, demanded);
-        lacks.iter_mut().zip(&*demanded).for_each(|(lack, demanded)| *lack -= demanded);
-        projection.flatten(model, machine, lacks);
+        residuals.iter_mut().zip(&*demanded).for_each(|(residual, demanded)| *residual -= demanded);
+        projection.flatten(model, machine, residuals);
         let coordinates = model.program().coordinates.iter().zip(&self.next[n..]);
         let least = settings.least_rate;
         let rates = coordinates.map(|(coordinate, rate)| math::maximum(least * coordinate.scale, rate.abs()));
-        lacks.iter().zip(rates).fold(0.0, |worst, (lack, rate)| math::maximum(worst, lack.abs() / rate))
+        residuals.iter().zip(rates).fold(0.0, |worst, (residual, rate)| math::maximum(worst, residual.abs() / rate))
     }
 
     /// Is the pose ahead, which no step of length h passes, one where branches do not meet?

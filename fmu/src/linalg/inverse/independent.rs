@@ -20,7 +20,7 @@ pub(crate) struct Choice {
     taken: Vec<usize>,
     left_out: Vec<usize>,
     /// The sum of 1 / sigma^2 over the singular values of J in the metric of the masses and in units of the scales, but for those that are always zero.
-    closeness: f64,
+    reciprocal_pivots: f64,
     /// I + W W^T, and columns of W C W^T, of the rows W that the others repeat.
     repeating: Lu,
     column: Vec<f64>,
@@ -34,7 +34,7 @@ impl Inverse {
             scales: scales.to_vec(),
             taken: Vec::with_capacity(self.places.len()),
             left_out: Vec::with_capacity(self.places.len()),
-            closeness: 0.0,
+            reciprocal_pivots: 0.0,
             repeating: Lu::new(repeating),
             column: vec![0.0; repeating],
         }));
@@ -48,8 +48,8 @@ impl Inverse {
 
     /// How close the loop equations are to depending on each other more than they always do, whichever of them are chosen: the sum of the inverse squares of
     /// their distances. None if none repeats others.
-    pub fn closeness(&self) -> Option<f64> {
-        self.choice.as_ref().map(|choice| choice.closeness)
+    pub fn reciprocal_pivots(&self) -> Option<f64> {
+        self.choice.as_ref().map(|choice| choice.reciprocal_pivots)
     }
 
     /// Replaces the matrix by its inverse with as many of the loop equations as are independent; the others get rows and columns of zeros. False if there is no
@@ -58,7 +58,7 @@ impl Inverse {
         let Some(mut choice) = self.choice.take() else { return false };
         let regular = self.eliminate_independent(&mut choice);
         if regular {
-            choice.closeness = choice.sum_of_inverse_squares(|row, column| self.entry(row, column));
+            choice.reciprocal_pivots = choice.sum_of_inverse_squares(|row, column| self.entry(row, column));
             choice.left_out.iter().for_each(|&equation| self.clear_equation(equation));
         }
         self.choice = Some(choice);
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn closeness_is_that_of_all_rows() {
+    fn reciprocal_pivots_are_those_of_all_rows() {
         let first = [[0.6, 0.8, -0.3], [0.1, -0.7, 0.4]];
         let mix = |a: f64, b: f64| [0, 1, 2].map(|k| a * first[0][k] + b * first[1][k]);
         let rows = [mix(0.3, 2.0), first[0], mix(1.0, -0.2), first[1]];
@@ -193,8 +193,8 @@ mod tests {
         let mut values: Vec<f64> = SymmetricEigen::new(product).eigenvalues.iter().copied().collect();
         values.sort_by(f64::total_cmp);
         let expected = 1.0 / values[3] + 1.0 / values[2];
-        let closeness = found.closeness().unwrap();
-        assert!((closeness / expected - 1.0).abs() < 1e-12, "{closeness} {expected}");
+        let reciprocal_pivots = found.reciprocal_pivots().unwrap();
+        assert!((reciprocal_pivots / expected - 1.0).abs() < 1e-12, "{reciprocal_pivots} {expected}");
     }
 
     #[test]

@@ -224,7 +224,7 @@ impl<const F: usize> Frames<'_, F> {
 }
 
 impl Fixed<'_> {
-    /// Accelerations and reactions that make up for what the equations lack.
+    /// Accelerations and reactions that make up for the residuals of the equations.
     #[inline(always)]
     fn solve<const F: usize, const N: usize>(&self, moment: &[Lane; F], [x, y]: &Pair<F>) -> [Lane; N] {
         let [frames, rows] = self.equations;

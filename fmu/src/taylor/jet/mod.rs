@@ -169,8 +169,8 @@ pub struct Jet {
     unknowns: Vec<usize>,
     /// The equation of each row; none of the second one of a pair.
     equations: Vec<Option<usize>>,
-    /// What each row lacks.
-    row_lack: Vec<f64>,
+    /// The residual of each row.
+    row_residual: Vec<f64>,
     /// Place of each frame's unknown.
     turned_by: Vec<Option<usize>>,
     /// Frames whose unknown is another frame's, or that have none, or a signal: handled one by one.
@@ -216,9 +216,9 @@ pub struct Jet {
     forces: [Vec<Lane>; 2],
     /// Known part of the second derivatives of products: all but their ends.
     inner: [Vec<Lane>; 2],
-    /// What the equations lack, by equation.
-    lack: Vec<f64>,
-    lack_lanes: Vec<Lane>,
+    /// The residuals of the equations.
+    residual: Vec<f64>,
+    residual_lanes: Vec<Lane>,
     gaps: Vec<Lane>,
     solution: Vec<Lane>,
     /// Derivatives of arms: first by the angle, then by the length.
@@ -294,10 +294,10 @@ impl Jet {
             second: [vec![ZERO; all], vec![ZERO; all]],
             forces: [vec![ZERO; all], vec![ZERO; all]],
             inner: [vec![ZERO; shape.lanes[1]], vec![ZERO; shape.lanes[1]]],
-            lack: vec![0.0; unknowns.len() + equations.iter().flatten().count()],
-            row_lack: vec![0.0; lanes(form.rows.len()) * WIDTH],
+            residual: vec![0.0; unknowns.len() + equations.iter().flatten().count()],
+            row_residual: vec![0.0; lanes(form.rows.len()) * WIDTH],
             equations,
-            lack_lanes: vec![ZERO; all],
+            residual_lanes: vec![ZERO; all],
             gaps: vec![ZERO; lanes(form.rows.len())],
             solution: vec![ZERO; room / WIDTH],
             derivatives: [vec![ZERO; 2 * all], vec![ZERO; 2 * all]],

@@ -34,7 +34,7 @@ impl Jet {
         self.scalars.rates(k, vectors(&self.x, &self.y, &self.values, self.shape.all()));
         self.predict(k);
         self.loads.apply(k, &self.scalars, &self.coefficients, &mut self.applied);
-        self.lack_of_balance(k);
+        self.residual_of_balance(k);
         self.solve();
         self.correct(k);
         self.follow(k + 2);
@@ -54,7 +54,7 @@ impl Jet {
         for lane in 0..frames {
             let of = |lanes| all(lanes, lane);
             let (arm, force) = ([of(&self.x), of(&self.y)], [of(&self.force[0]), of(&self.force[1])]);
-            [self.second[0][lane], self.second[1][lane], self.lack_lanes[lane]] =
+            [self.second[0][lane], self.second[1][lane], self.residual_lanes[lane]] =
                 frames::convolve(k, arm, of(&self.omega), force);
         }
         for index in 0..self.special.len() {
@@ -147,9 +147,9 @@ impl Jet {
         }
     }
 
-    /// What the equations lack without the new accelerations and reactions.
+    /// The residuals of the equations without the new accelerations and reactions.
     #[inline(always)]
-    fn lack_of_balance(&mut self, k: usize) {
+    fn residual_of_balance(&mut self, k: usize) {
         let (all, [frames, products, _]) = (self.shape.all(), self.shape.lanes);
         for axis in 0..2 {
             self.forces[axis].copy_from_slice(&self.applied[axis]);
@@ -162,25 +162,25 @@ impl Jet {
         for lane in 0..frames {
             let (x, y) = (self.x[at(lane, 0)], self.y[at(lane, 0)]);
             let turning = subtract(multiply(x, self.forces[1][lane]), multiply(y, self.forces[0][lane]));
-            self.lack_lanes[lane] = add(self.lack_lanes[lane], turning);
+            self.residual_lanes[lane] = add(self.residual_lanes[lane], turning);
         }
         for lane in 0..products {
-            self.lack_lanes[frames + lane] = self.pull(k, lane);
+            self.residual_lanes[frames + lane] = self.pull(k, lane);
         }
         for lane in frames + products..all {
-            self.lack_lanes[lane] = self.force[0][back(lane, k)];
+            self.residual_lanes[lane] = self.force[0][back(lane, k)];
         }
         self.scatter_moments(k);
-        let lack = self.lack_lanes.as_flattened_mut();
+        let residual = self.residual_lanes.as_flattened_mut();
         for push in self.pushes.at(k) {
-            lack[push.place] -= push.value(k, &self.scalars, &self.coefficients);
+            residual[push.place] -= push.value(k, &self.scalars, &self.coefficients);
         }
-        for (place, unknown) in self.lack.iter_mut().zip(&self.unknowns) {
-            *place = -lack[*unknown];
+        for (place, unknown) in self.residual.iter_mut().zip(&self.unknowns) {
+            *place = -residual[*unknown];
         }
         let scale = ((k + 1) * (k + 2)) as f64;
         let gaps = self.gaps.as_flattened();
-        for ((place, gap), row) in self.row_lack.iter_mut().zip(gaps).zip(&self.form.rows) {
+        for ((place, gap), row) in self.row_residual.iter_mut().zip(gaps).zip(&self.form.rows) {
             *place = *gap;
             for &(slot, factor) in &row.signals {
                 *place += self.coefficients[factor as usize] * (scale * self.scalars.get(slot, k + 2));
@@ -189,16 +189,16 @@ impl Jet {
         self.close_rows();
     }
 
-    /// The right-hand sides of the loop equations, from what the rows lack.
+    /// The right-hand sides of the loop equations, from the residuals of the rows.
     #[inline(always)]
     pub(super) fn close_rows(&mut self) {
-        for (equation, gap) in self.equations.iter().zip(&self.row_lack) {
+        for (equation, gap) in self.equations.iter().zip(&self.row_residual) {
             if let Some(equation) = equation {
-                self.lack[*equation] = -gap;
+                self.residual[*equation] = -gap;
             }
         }
         if !self.terms.pairs.is_empty() {
-            self.terms.pairs.reduce(self.lack_lanes.as_flattened(), &self.row_lack, &mut self.lack);
+            self.terms.pairs.reduce(self.residual_lanes.as_flattened(), &self.row_residual, &mut self.residual);
         }
     }
 
@@ -226,9 +226,9 @@ impl Jet {
         for &frame in &self.special {
             let Some(place) = self.turned_by[frame] else { continue };
             let alpha = scale * self.signal(self.form.frames[frame].signal, k + 2);
-            let own = self.lack_lanes.as_flattened()[frame];
-            let lack = self.lack_lanes.as_flattened_mut();
-            lack[place] += self.inertia.as_flattened()[frame] * alpha + if place == frame { 0.0 } else { own };
+            let own = self.residual_lanes.as_flattened()[frame];
+            let residual = self.residual_lanes.as_flattened_mut();
+            residual[place] += self.inertia.as_flattened()[frame] * alpha + if place == frame { 0.0 } else { own };
         }
         let frames = self.shape.lanes[0];
         for lane in 0..self.shape.lanes[1] {
@@ -237,16 +237,16 @@ impl Jet {
             let count = self.shape.counts[1].saturating_sub(first).min(WIDTH);
             for (product, moment) in self.form.products[first..first + count].iter().zip(moment) {
                 if let Some(place) = self.turned_by[product.frame as usize] {
-                    self.lack_lanes.as_flattened_mut()[place] += moment;
+                    self.residual_lanes.as_flattened_mut()[place] += moment;
                 }
             }
         }
     }
 
-    /// Accelerations and reactions from what the equations lack.
+    /// Accelerations and reactions from the residuals of the equations.
     #[inline(always)]
     pub(super) fn solve(&mut self) {
-        self.matrix.solve(&self.lack, &mut self.solution);
+        self.matrix.solve(&self.residual, &mut self.solution);
         if !self.terms.pairs.is_empty() {
             let first = self.shape.all() * WIDTH;
             self.terms.pairs.complete(first, &self.unknowns, self.solution.as_flattened_mut());

@@ -62,7 +62,7 @@ impl Jet {
         self.chosen()
     }
 
-    /// The pose of q alone and its matrix, for a look at [`Self::closeness`].
+    /// The pose of q alone and its matrix, for [`Self::reciprocal_pivots`].
     pub fn probe(&mut self, model: &Model, registers: &[f64], motion: &[f64]) -> Result<(), Singular> {
         self.scalars.begin(model, registers, 0);
         self.pose(motion)
@@ -325,9 +325,9 @@ impl Jet {
             inverse.minus_times_from(first, gaps, &mut self.solution);
             return;
         }
-        self.lack.fill(0.0);
-        self.lack_lanes.fill(ZERO);
-        self.row_lack.copy_from_slice(gaps);
+        self.residual.fill(0.0);
+        self.residual_lanes.fill(ZERO);
+        self.row_residual.copy_from_slice(gaps);
         self.close_rows();
         self.solve();
     }
@@ -367,11 +367,11 @@ impl Jet {
 
     /// How close the loop equations of each joint are to depending on the others: the sum of the inverse squares of their distances, in
     /// the metric of the masses. (A single one may be zero because no reaction of a weightless body points its way.)
-    pub fn closeness(&self, values: &mut [f64]) {
+    pub fn reciprocal_pivots(&self, values: &mut [f64]) {
         if let Matrix::Whole(inverse) = &self.matrix
-            && let Some(closeness) = inverse.closeness()
+            && let Some(reciprocal_pivots) = inverse.reciprocal_pivots()
         {
-            return values.fill(closeness);
+            return values.fill(reciprocal_pivots);
         }
         values.fill(0.0);
         for ((scale, group), equation) in self.row_scales.iter().zip(&self.groups).zip(&self.equations) {
@@ -384,7 +384,7 @@ impl Jet {
     /// the largest M_ii (M^-1)_ii, which grows where what is left of an inertia is a small difference of large numbers. The pose must have been begun
     /// or probed.
     pub fn amplification(&mut self) -> (f64, Option<usize>) {
-        let masses = &mut self.lack[..self.unknowns.len()];
+        let masses = &mut self.residual[..self.unknowns.len()];
         self.terms.diagonal(&self.coefficients, &self.derivatives, masses);
         let (size, equation) = self.matrix.cancellation(masses);
         let place = self.unknowns.get(equation);

@@ -18,7 +18,7 @@ pub(crate) struct EachStage {
     matrix: Lu,
     right: Vec<f64>,
     /// r
-    lacks: Vec<Lane>,
+    residuals: Vec<Lane>,
     /// The inverse of the method's matrix over the step, by columns.
     inverse: [Lane; 3],
 }
@@ -27,7 +27,14 @@ impl EachStage {
     /// Storage for n coordinates.
     pub fn new(n: usize) -> Self {
         let jacobians = vec![ZERO; 2 * n * n];
-        Self { n, jacobians, matrix: Lu::new(3 * n), right: vec![0.0; 3 * n], lacks: vec![ZERO; n], inverse: [ZERO; 3] }
+        Self {
+            n,
+            jacobians,
+            matrix: Lu::new(3 * n),
+            right: vec![0.0; 3 * n],
+            residuals: vec![ZERO; n],
+            inverse: [ZERO; 3],
+        }
     }
 
     /// Derivatives of the accelerations by q, then by v, row by row, at the stages side by side.
@@ -63,16 +70,16 @@ impl EachStage {
 
     /// One iteration: moves the stages, at which the derivatives are the slopes, and returns by how much, in units of the tolerances.
     pub fn iterate(&mut self, slopes: &[Lane], stages: &mut [Lane], tolerances: &[f64]) -> f64 {
-        let Self { n, jacobians, matrix, right, lacks, inverse } = self;
+        let Self { n, jacobians, matrix, right, residuals, inverse } = self;
         let (x, y) = stages.split_at_mut(*n);
         let (rates, accelerations) = slopes.split_at(*n);
-        for ((lack, rate), x) in lacks.iter_mut().zip(rates).zip(&*x) {
-            *lack = subtract(*rate, turn(inverse, *x));
+        for ((residual, rate), x) in residuals.iter_mut().zip(rates).zip(&*x) {
+            *residual = subtract(*rate, turn(inverse, *x));
         }
-        let rows = jacobians[*n * *n..].chunks_exact(*n).zip(accelerations).zip(&*y).zip(&*lacks);
-        for ((((by_v, acceleration), y), lack), place) in rows.zip(right.chunks_exact_mut(3)) {
-            let undamped = add(subtract(*acceleration, turn(inverse, *y)), turn(inverse, *lack));
-            let sum = by_v.iter().zip(&*lacks).fold(undamped, |sum, (by_v, lack)| minus(sum, *by_v, *lack));
+        let rows = jacobians[*n * *n..].chunks_exact(*n).zip(accelerations).zip(&*y).zip(&*residuals);
+        for ((((by_v, acceleration), y), residual), place) in rows.zip(right.chunks_exact_mut(3)) {
+            let undamped = add(subtract(*acceleration, turn(inverse, *y)), turn(inverse, *residual));
+            let sum = by_v.iter().zip(&*residuals).fold(undamped, |sum, (by_v, residual)| minus(sum, *by_v, *residual));
             place.copy_from_slice(&sum[..3]);
         }
         matrix.solve(right);
@@ -84,7 +91,7 @@ impl EachStage {
         };
         for (a, change) in right.chunks_exact(3).enumerate() {
             let dx = [change[0], change[1], change[2], change[2]];
-            let dy = subtract(turn(inverse, dx), lacks[a]);
+            let dy = subtract(turn(inverse, dx), residuals[a]);
             (x[a], y[a]) = (add(x[a], dx), add(y[a], dy));
             count(dx, by_x[a]);
             count(dy, by_y[a]);

@@ -67,7 +67,7 @@ impl<N: Elementary> Members<N> {
     #[inline(always)]
     fn respond_frames<const F: usize>(&mut self, inverse: &[[N; MOST_EQUATIONS]]) {
         let size = inverse.len();
-        let (masses, [forces, lacks]) = (self.masses::<F>(), self.effects::<F>(size));
+        let (masses, [forces, residuals]) = (self.masses::<F>(), self.effects::<F>(size));
         let Some(response) = room_mut::<N, F>(&mut self.response) else { return };
         for from in 0..F {
             for part in 0..3 {
@@ -75,9 +75,9 @@ impl<N: Elementary> Members<N> {
                 if part == 0 {
                     solution = inverse[from];
                 } else {
-                    for (column, lacks) in inverse.iter().zip(&lacks) {
-                        let lack = lacks[from][part - 1];
-                        solution.iter_mut().zip(column).take(size).for_each(|(sum, value)| *sum += *value * lack);
+                    for (column, residuals) in inverse.iter().zip(&residuals) {
+                        let residual = residuals[from][part - 1];
+                        solution.iter_mut().zip(column).take(size).for_each(|(sum, value)| *sum += *value * residual);
                     }
                 }
                 for to in 0..F {
@@ -119,7 +119,7 @@ impl<N: Elementary> Members<N> {
     /// The forces on the arms that go with each acceleration and reaction, and what both components of h leave of each equation.
     #[inline(always)]
     fn effects<const F: usize>(&self, size: usize) -> [Pairs<N, F>; 2] {
-        let [mut forces, mut lacks] = [[[[N::ZERO; 2]; F]; MOST_EQUATIONS]; 2];
+        let [mut forces, mut residuals] = [[[[N::ZERO; 2]; F]; MOST_EQUATIONS]; 2];
         for entry in &self.form.coupling {
             let (on, from) = (entry.on as usize, entry.from as usize);
             let [re, im] = entry.mass.map(|place| self.coefficients[place as usize]);
@@ -127,15 +127,15 @@ impl<N: Elementary> Members<N> {
             let (x, y) = pose(from);
             forces[from][on] = [-(re * y) - im * x, re * x - im * y];
             let (x, y) = pose(on);
-            lacks[on][from] = [x * im - y * re, x * re + y * im];
+            residuals[on][from] = [x * im - y * re, x * re + y * im];
         }
         for (equation, row) in (F..size).zip(&self.form.rows) {
             for (arm, p) in &row.arms {
                 let p = p.map(|place| self.coefficients[place as usize]);
-                (forces[equation][*arm as usize], lacks[equation][*arm as usize]) = (p, p);
+                (forces[equation][*arm as usize], residuals[equation][*arm as usize]) = (p, p);
             }
         }
-        [forces, lacks]
+        [forces, residuals]
     }
 
     #[inline(always)]

@@ -42,11 +42,11 @@ struct Arm<N> {
     force: [Series<N>; 2],
     /// The unknown, if there is one.
     value: Series<N>,
-    /// At the present order: second derivatives, loads with their signs turned, what is known of a product, what balance lacks.
+    /// At the present order: second derivatives, loads with their signs turned, what is known of a product, the residual of the balance.
     second: [N; 2],
     applied: [N; 2],
     inner: [N; 2],
-    lack: N,
+    residual: N,
     /// What counts of the unknown's rates.
     weight: N,
     /// The unknown and its first two derivatives where the polynomial was last evaluated.
@@ -63,7 +63,7 @@ impl<N: Number> Arm<N> {
         second: [N::ZERO; 2],
         applied: [N::ZERO; 2],
         inner: [N::ZERO; 2],
-        lack: N::ZERO,
+        residual: N::ZERO,
         weight: N::ZERO,
         end: [N::ZERO; 3],
     };

@@ -81,7 +81,7 @@ impl<N: Elementary> Members<N> {
         }
         let scale = (k + 1) as f64;
         arm.second = [x.times(-scale), y.times(scale)];
-        arm.lack = left - right;
+        arm.residual = left - right;
     }
 
     /// Adds an angular acceleration to the second derivative of a frame's arm.
@@ -153,7 +153,7 @@ impl<N: Elementary> Members<N> {
         }
     }
 
-    /// Right-hand sides: what balance and the loops lack without the new accelerations and reactions.
+    /// Right-hand sides: the residuals of balance and loops without the new accelerations and reactions.
     #[inline(always)]
     fn balance(&mut self, k: usize) {
         for arm in 0..self.arms.len() {
@@ -161,7 +161,7 @@ impl<N: Elementary> Members<N> {
             self.push(arm, k, force);
         }
         for arm in &mut self.arms[..self.turns.len()] {
-            arm.lack += arm.x[0] * arm.force[1][k] - arm.y[0] * arm.force[0][k];
+            arm.residual += arm.x[0] * arm.force[1][k] - arm.y[0] * arm.force[0][k];
         }
         for index in 0..self.slides.len() {
             self.balance_slide(self.slides[index], k);
@@ -171,11 +171,11 @@ impl<N: Elementary> Members<N> {
         }
         for push in self.pushes.at(k) {
             let value = push.value.map_or(N::all(1.0), |slot| self.laws.get(slot, k));
-            self.arms[push.place].lack -= self.coefficients[push.factors[0] as usize] * value;
+            self.arms[push.place].residual -= self.coefficients[push.factors[0] as usize] * value;
         }
         let (balanced, closed) = self.vector.split_at_mut(self.unknowns.len());
         for (place, arm) in balanced.iter_mut().zip(&self.unknowns) {
-            *place = -self.arms[*arm].lack;
+            *place = -self.arms[*arm].residual;
         }
         let scale = ((k + 1) * (k + 2)) as f64;
         for (index, (place, row)) in closed.iter_mut().zip(&self.form.rows).enumerate() {
@@ -193,12 +193,12 @@ impl<N: Elementary> Members<N> {
         let Turn { unknown, signal, inertia } = self.turns[frame];
         let Some(unknown) = unknown else { return };
         if unknown != frame {
-            let own = self.arms[frame].lack;
-            self.arms[unknown].lack += own;
+            let own = self.arms[frame].residual;
+            self.arms[unknown].residual += own;
         }
         if let Some(slot) = signal {
             let alpha = self.laws.get(slot, k + 2).times(((k + 1) * (k + 2)) as f64);
-            self.arms[unknown].lack += self.coefficients[inertia as usize] * alpha;
+            self.arms[unknown].residual += self.coefficients[inertia as usize] * alpha;
         }
     }
 
@@ -207,7 +207,7 @@ impl<N: Elementary> Members<N> {
     fn balance_slide(&mut self, slide: Slide, k: usize) {
         let arm = &self.arms[slide.arm];
         let Some(frame) = slide.frame else {
-            self.arms[slide.arm].lack = arm.force[0][k];
+            self.arms[slide.arm].residual = arm.force[0][k];
             return;
         };
         let (gx, gy) = (&arm.force[0][..k + 1], &arm.force[1][..k + 1]);
@@ -219,9 +219,9 @@ impl<N: Elementary> Members<N> {
             moment += bx[j] * gy[k - j] - by[j] * gx[k - j];
             j += 1;
         }
-        self.arms[slide.arm].lack = pull;
+        self.arms[slide.arm].residual = pull;
         if let Some(unknown) = self.turns[frame].unknown {
-            self.arms[unknown].lack += moment;
+            self.arms[unknown].residual += moment;
         }
     }
 
@@ -232,11 +232,11 @@ impl<N: Elementary> Members<N> {
         let share = N::all(1.0 / scale);
         for (found, &arm) in self.solution.iter().zip(&self.unknowns) {
             let arm = &mut self.arms[arm];
-            (arm.value[k + 2], arm.lack) = (*found * share, *found);
+            (arm.value[k + 2], arm.residual) = (*found * share, *found);
         }
         for frame in 0..self.turns.len() {
             let Turn { unknown, signal, .. } = self.turns[frame];
-            let own = unknown.map_or(N::ZERO, |unknown| self.arms[unknown].lack);
+            let own = unknown.map_or(N::ZERO, |unknown| self.arms[unknown].residual);
             let alpha = signal.map_or(own, |slot| own + self.laws.get(slot, k + 2).times(scale));
             self.arms[frame].rate[k + 1] = alpha.times(1.0 / (k + 1) as f64);
             self.accelerate(frame, own);

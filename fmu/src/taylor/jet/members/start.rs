@@ -30,8 +30,8 @@ impl Members<Many> {
         fn begin_at(&mut self: Members<Many>, order: usize, motion: &[Many]) -> Begun<Many> = begin_any
     }
 
-    /// As [`super::Jet::closeness`], of one member.
-    pub fn closeness(&self, member: usize, values: &mut [f64]) {
+    /// As [`super::Jet::reciprocal_pivots`], of one member.
+    pub fn reciprocal_pivots(&self, member: usize, values: &mut [f64]) {
         values.fill(0.0);
         for ((row, scale), group) in self.row_scales.iter().enumerate().zip(&self.groups) {
             let own = self.factors.diagonal(self.unknowns.len() + row).0[member].abs();

@@ -10,7 +10,7 @@ use crate::model::Model;
 
 /// 1 / r^2 where the accelerations have just been evaluated.
 fn read(model: &Model, machine: &Machine, values: &mut [f64]) {
-    let rows = model.program().tapes.closeness.iter();
+    let rows = model.program().tapes.reciprocal_pivots.iter();
     values.iter_mut().zip(rows).for_each(|(value, &register)| *value = machine.registers()[register as usize].abs());
 }
 
@@ -29,7 +29,7 @@ pub(crate) struct Range {
 impl Range {
     /// Storage for a model.
     pub fn new(model: &Model) -> Self {
-        let rows = || vec![0.0; model.program().tapes.closeness.len()];
+        let rows = || vec![0.0; model.program().tapes.reciprocal_pivots.len()];
         Self { start: rows(), end: rows(), least: rows(), most: rows() }
     }
 
@@ -65,7 +65,7 @@ impl Range {
 
     /// Takes note of the nodes of a step, whose registers lie side by side.
     pub fn note_nodes(&mut self, model: &Model, nodes: &[Lane]) {
-        for (row, &register) in model.program().tapes.closeness.iter().enumerate() {
+        for (row, &register) in model.program().tapes.reciprocal_pivots.iter().enumerate() {
             for value in nodes[register as usize].map(f64::abs) {
                 self.least[row] = math::minimum(self.least[row], value);
                 self.most[row] = math::maximum(self.most[row], value);
