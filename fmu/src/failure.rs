@@ -156,16 +156,6 @@ pub enum Failure {
         /// The law, and its value.
         law: Box<Outside>,
     },
-    /// The drivers do not determine the motion in this pose.
-    #[error(
-        "at t = {time} s the mechanism is in a singular pose: the drivers do not determine the motion of `{coordinate}`"
-    )]
-    Singular {
-        /// When [s].
-        time: f64,
-        /// A coordinate that could move.
-        coordinate: String,
-    },
     /// The step became too small to go on.
     #[error("at t = {time} s the motion cannot be followed any further: even the shortest steps miss the tolerance, and `{coordinate}` changes fastest{}", because(.cause))]
     StepUnderflow {
@@ -342,7 +332,7 @@ fn without_series(named: bool) -> &'static str {
     if named {
         "and the method is named; leave the choice of the method to the program"
     } else {
-        "and there is none along this motion (`cotree check` says why); change the lengths, or the law that has none"
+        "and there is none along this motion: where the scene has none at all, `cotree show` says why; change the lengths, or the law that has none"
     }
 }
 

@@ -17,6 +17,7 @@ pub struct Model {
     program: Program,
     layout: Layout,
     active: Vec<usize>,
+    driven: bool,
     /// Of each parameter: is it the known value of a variable at the start?
     imposed: Vec<bool>,
 }
@@ -50,7 +51,7 @@ impl Model {
                 }
             }
         }
-        Self { program, layout, active, imposed }
+        Self { driven: program.is_driven(), program, layout, active, imposed }
     }
 
     /// The program.
@@ -70,7 +71,7 @@ impl Model {
 
     /// Do drivers determine the motion?
     pub fn is_driven(&self) -> bool {
-        self.active.len() == self.coordinates()
+        self.driven
     }
 
     /// Is that parameter the known value of a variable at the start, which must read back as it was set?

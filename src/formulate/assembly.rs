@@ -61,7 +61,6 @@ pub fn explain(equations: &mut Equations, model: &Model, failure: &Failure, leng
         | Failure::NoValue { .. }
         | Failure::OutOfRange { .. }
         | Failure::StepUnderflow { .. }
-        | Failure::Singular { .. }
         | Failure::TooManySteps { .. }
         | Failure::OutOfTime { .. }
         | Failure::Boundless { .. }

@@ -7,6 +7,7 @@ use cotree_fmu::taylor::form::{
     ArmForm, Coefficient, Coupling, Factor as FactorData, Frame, Operation, Place, Product, Push, Slot, Source,
 };
 
+use super::program::is_driven;
 use super::series::{Coefficients, SeriesBuilder};
 use crate::equations::arms::{Arm, ArmEquations, Arms, Factor, Load, Reason, conjugate_product};
 use crate::equations::{Constraint, Equations, FrameId};
@@ -29,7 +30,7 @@ pub fn arm_form(
     (length, active): (f64, &[bool]),
     values: &impl Values,
 ) -> Result<(ArmForm, Vec<Expr>), Reason> {
-    let driven = active.iter().filter(|active| **active).count() == equations.coordinates.len();
+    let driven = is_driven(equations, active);
     let formulate = |equations: &mut Equations, rows: &[bool]| match driven {
         true => equations.arms_of_loops(rows, length),
         false => equations.arms(rows),

@@ -6,7 +6,7 @@ use petgraph::algo::kosaraju_scc;
 use petgraph::graph::{DiGraph, NodeIndex};
 
 use super::eliminate::{Factor, Obstacle, System};
-use super::motion::{scales, typical};
+use super::motion::{scales, typical, unit_masses};
 use super::program::Pose;
 use crate::equations::Equations;
 use crate::expr::{Arena, Expr};
@@ -128,8 +128,7 @@ impl Factorised {
             jacobian.push(inner);
         }
         let arena = &mut equations.system.arena;
-        let unit = |(index, scale): (usize, &f64)| vec![(index, arena.constant(1.0 / (scale * scale)))];
-        let mass: Vec<_> = own.iter().enumerate().map(unit).collect();
+        let mass = unit_masses(arena, &own);
         let system = System { mass: &mass, jacobian: &jacobian, scales: &own, values: &values };
         let factor = Factor::new(arena, &system).map_err(|obstacle| match obstacle {
             Obstacle::Undetermined(index) => Obstacle::Undetermined(block.columns[index] as usize),

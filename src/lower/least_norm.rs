@@ -8,7 +8,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::eliminate::{Factor, Obstacle, System};
-use super::motion::{scales, typical};
+use super::motion::{scales, typical, unit_masses};
 use super::program::Pose;
 use crate::equations::Equations;
 use crate::expr::{Arena, Expr, Symbol};
@@ -94,8 +94,7 @@ fn self_stresses(
     let dropped = equations.constraints.iter().enumerate().filter(|(row, _)| !active[*row]);
     let dropped: Vec<_> = dropped.map(|(row, constraint)| (row, constraint.jacobian.clone())).collect();
     let arena = &mut equations.system.arena;
-    let mass: Vec<_> =
-        scales.iter().enumerate().map(|(index, scale)| vec![(index, arena.constant(1.0 / (scale * scale)))]).collect();
+    let mass = unit_masses(arena, &scales);
     let factor = Factor::new(arena, &System { mass: &mass, jacobian: &jacobian, scales: &scales, values: &values })?;
     let balance = |(row, entries): (usize, Vec<(usize, Expr)>)| {
         let mut right = vec![Expr::ZERO; mass.len()];

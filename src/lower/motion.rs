@@ -89,6 +89,12 @@ pub(super) fn typical<'a>(mechanism: &'a Mechanism, pose: &'a Pose) -> impl Fn(S
     }
 }
 
+/// A unit mass on each coordinate, by rows: where no mass matters to a solution.
+pub(super) fn unit_masses(arena: &mut Arena, scales: &[f64]) -> Vec<Vec<(usize, Expr)>> {
+    let unit = |(index, scale): (usize, &f64)| vec![(index, arena.constant(1.0 / (scale * scale)))];
+    scales.iter().enumerate().map(unit).collect()
+}
+
 pub fn scales(equations: &Equations, length: f64) -> Vec<f64> {
     equations.coordinates.iter().map(|coordinate| if coordinate.angular { 1.0 } else { length }).collect()
 }

@@ -103,8 +103,7 @@ pub fn program(
     (active, restricting): (&[bool], &[usize]),
     pose: &Pose,
 ) -> Result<Lowered, Obstacle> {
-    let rank = active.iter().filter(|active| **active).count();
-    let driven = rank == equations.coordinates.len();
+    let driven = is_driven(equations, active);
     let kernels = PositionKernels::new(equations, length);
     let mut moving = MotionKernels::default();
     let blocks = if driven { solution_order(equations, active) } else { Vec::new() };
@@ -146,6 +145,11 @@ pub fn program(
     }
     let solved = if driven { Vec::new() } else { moving.solved };
     Ok(Lowered { program, table, solved, blocks, solve_tree: moving.solve_tree, no_series, shared })
+}
+
+/// Do drivers determine the motion: are there as many independent loop equations as coordinates?
+pub(super) fn is_driven(equations: &Equations, active: &[bool]) -> bool {
+    active.iter().filter(|active| **active).count() == equations.coordinates.len()
 }
 
 /// The arm form with the expressions of its coefficients, or why there is none: the scene asks for another method, or it is hopeless, because

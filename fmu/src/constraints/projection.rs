@@ -6,6 +6,7 @@ use super::initial::FULFILLED;
 use crate::failure::{Failure, Gap};
 use crate::machine::Machine;
 use crate::model::{Model, State};
+use crate::singular::reciprocals::is_within;
 use crate::tape::Tape;
 
 /// What is left alone, relative to the scale of a loop equation.
@@ -133,10 +134,7 @@ impl Projection {
     pub fn tighten(&mut self, model: &Model, machine: &mut Machine, state: &mut State) -> Result<(), Failure> {
         let tapes = &model.program().tapes;
         machine.run(&tapes.acceleration);
-        let near = tapes
-            .reciprocal_pivots
-            .iter()
-            .any(|&place| machine.registers()[place as usize].abs() > 1.0 / (NEAR * NEAR));
+        let near = tapes.reciprocal_pivots.iter().any(|&place| is_within(machine.registers()[place as usize], NEAR));
         if near {
             return Ok(());
         }

@@ -489,11 +489,9 @@ impl Instance {
         if self.is_shown() {
             let settings = self.settings();
             self.shown.copy_from(&self.now.state);
-            let (before, shown) = (self.now.run.before(), &mut self.shown);
-            let reprojected = match before.time() < shown.time() {
-                true => self.stepper.carry(&self.model, &mut self.machine, before, shown, &settings),
-                false => self.stepper.reproject(&self.model, &mut self.machine, before, shown, &settings),
-            };
+            let before = self.now.run.before();
+            let reprojected =
+                self.stepper.reproject(&self.model, &mut self.machine, before, &mut self.shown, &settings);
             reprojected.map_err(|failure| self.explained(failure))?;
         }
         self.computed.state = true;

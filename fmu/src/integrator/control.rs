@@ -8,6 +8,7 @@ use crate::events::{Objection, Overlooked};
 use crate::failure::Failure;
 use crate::model::Model;
 use crate::singular::dependence::{end_of_reach, is_refused};
+use crate::singular::reciprocals::Range;
 
 /// A step that would end at most this much further ends at the limit.
 pub(crate) const STRETCH: f64 = 1.01;
@@ -63,8 +64,15 @@ pub(crate) struct Attempt {
     pub rejected: bool,
     /// The length that the error permits.
     pub natural: f64,
-    /// Does the step end at a limit? One cut short says nothing against the natural length.
+    /// Does the step end at a limit? A step cut short is no evidence against the natural length.
     pub limited: bool,
+}
+
+impl Attempt {
+    /// The step is the last one of the run now; its error permits this length of the next one.
+    pub fn accepted(&self, proposed: f64) -> Trial {
+        Trial::Accepted { next: if self.limited && !self.rejected { proposed.max(self.natural) } else { proposed } }
+    }
 }
 
 /// What came of an attempt.
@@ -95,14 +103,17 @@ impl Trial {
 
 /// A Runge-Kutta method with an estimate of its error. It keeps what it needs for the next step; what a saved state needs besides is in the run.
 pub(crate) trait Integrator {
-    /// Prepares for a step from the end of the last one: its derivative, and a first length. Declines next to a singular pose.
-    fn begin(&mut self, context: &mut Context, run: &mut Run) -> Result<Progress, Failure>;
+    /// Prepares for a step from the end of the last one: its derivative, and a first length.
+    fn begin(&mut self, context: &mut Context, run: &mut Run) -> Result<(), Failure>;
 
     /// Tries a step, judges it, and makes it the last one of the run if it is accepted.
     fn attempt(&mut self, context: &mut Context, run: &mut Run, attempt: &Attempt) -> Trial;
 
     /// The derivative where the step begins.
     fn first(&self) -> &[f64];
+
+    /// How close loop equations come to the others.
+    fn range(&self) -> &Range;
 
     /// Does another method, which passes singular poses, take over as soon as one may be near?
     fn yields(settings: &Settings) -> bool;
@@ -115,7 +126,12 @@ pub(crate) fn take_step<M: Integrator>(
     run: &mut Run,
     horizon: Horizon,
 ) -> Result<Progress, Failure> {
-    if method.begin(context, run)? == Progress::Declined {
+    // Next to a singular pose no step is taken.
+    if run.begins_at_pose() {
+        return Ok(Progress::Declined);
+    }
+    method.begin(context, run)?;
+    if run.singular.is_close(method.range().start()) && is_refused(context, run) {
         return Ok(Progress::Declined);
     }
     let shortest = shortest(run.last.end_time);

@@ -128,29 +128,21 @@ impl Stepper {
         state: &mut State,
         settings: &Settings,
     ) -> Result<(), Failure> {
+        if before.time() < state.time()
+            && let Some(mut carried) = self.carried.take()
+        {
+            carried.state.copy_from(before);
+            let done = self.carry(model, machine, &mut carried, state, settings);
+            self.carried = Some(carried);
+            return done;
+        }
         let Self { projection, reprojection, statistics, .. } = self;
         let context = &mut Context { model, machine, projection, statistics, settings };
         reprojection.close(context, before, state)
     }
 
-    /// The motion of a driven mechanism at a time that somebody else has chosen, in steps of its own, so that they stay on the branch. Inputs go along straight lines from their
-    /// values `before`. `state` comes with time, parameters and inputs, but not yet with its motion. On failure it stays as it was.
-    pub fn carry(
-        &mut self,
-        model: &Model,
-        machine: &mut Machine,
-        before: &State,
-        state: &mut State,
-        settings: &Settings,
-    ) -> Result<(), Failure> {
-        let Some(mut carried) = self.carried.take() else { return Ok(()) };
-        carried.state.copy_from(before);
-        let done = self.carry_on(model, machine, &mut carried, state, settings);
-        self.carried = Some(carried);
-        done
-    }
-
-    fn carry_on(
+    /// Moves a driven mechanism to the later time of a state, in steps of its own, so that they stay on the branch. Inputs go along straight lines.
+    fn carry(
         &mut self,
         model: &Model,
         machine: &mut Machine,

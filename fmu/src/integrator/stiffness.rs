@@ -111,7 +111,7 @@ impl Choice {
             && (FIRST_LOOK..=MOST_PATIENCE).contains(&self.patience)
     }
 
-    /// Counts a step that says nothing about stiffness; is it time to test, or to test again?
+    /// Counts a step that is no evidence of stiffness; is it time to test, or to test again?
     fn looks(&mut self) -> bool {
         self.count += 1;
         self.count >= self.patience || self.suspected > 0
@@ -182,13 +182,24 @@ fn fallback_step(
     run.last.dense.fill(0.0);
     run.taylor = taylor::Memory::default();
     context.machine.load(context.model, &run.signals.origin);
-    if take_step(explicit, context, run, horizon)? == Progress::Declined {
-        return Err(singular_ahead(context, run));
-    }
+    explicit_step(explicit, context, run, horizon)?;
     run.taylor.series = None;
     context.statistics.fallbacks += 1;
     taylor.forget();
     Ok(())
+}
+
+/// An explicit step, which no other method takes over next to a singular pose.
+fn explicit_step(
+    explicit: &mut Explicit,
+    context: &mut Context,
+    run: &mut Run,
+    horizon: Horizon,
+) -> Result<(), Failure> {
+    match take_step(explicit, context, run, horizon)? {
+        Progress::Declined => Err(singular_ahead(context, run)),
+        Progress::Stepped => Ok(()),
+    }
 }
 
 /// Why a law has no value where the last step ends, if one has none.
@@ -396,9 +407,7 @@ impl Engines<'_> {
             }
             _ => {
                 run.last.order = 0;
-                if take_step(self.explicit, context, run, horizon)? == Progress::Declined {
-                    return Err(singular_ahead(context, run));
-                }
+                explicit_step(self.explicit, context, run, horizon)?;
             }
         }
         self.test_for_stiffness(context, run);

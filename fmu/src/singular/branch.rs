@@ -16,6 +16,7 @@ use crate::linalg::sparse::Row;
 use crate::math;
 use crate::model::{Model, State};
 use crate::singular::detect::{dependent, weakest_combination};
+use crate::singular::reciprocals::read;
 use crate::singular::supervisor::Supervisor;
 
 /// States that are looked at together.
@@ -252,12 +253,11 @@ fn note_reciprocals(context: &mut Context, run: &mut Run) {
     machine.load_motion(model, &trail.last[1..]);
     machine.run(&model.program().tapes.acceleration);
     statistics.evaluations += 1;
-    let place = (trail.count - 1) * smallest.len();
-    let registers = machine.registers();
-    for (index, &register) in model.program().tapes.reciprocal_pivots.iter().enumerate() {
-        let value = registers[register as usize].abs().min(f64::MAX);
-        trail.reciprocal_pivots[place + index] = value;
-        smallest[index] = math::minimum(smallest[index], value);
+    let rows = &mut trail.reciprocal_pivots[(trail.count - 1) * smallest.len()..][..smallest.len()];
+    read(model, machine, rows);
+    for (row, smallest) in rows.iter_mut().zip(smallest) {
+        *row = row.min(f64::MAX);
+        *smallest = math::minimum(*smallest, *row);
     }
 }
 

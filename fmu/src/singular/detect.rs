@@ -16,6 +16,7 @@ use crate::linalg::sparse::Row;
 use crate::linalg::spectrum::{ends, ends_of_many};
 use crate::math;
 use crate::model::{Model, State};
+use crate::singular::reciprocals::is_within;
 
 /// A step may bring a row this much closer to the others.
 const NEAREST: f64 = 0.25;
@@ -169,7 +170,7 @@ impl Guard {
 
     /// Where the step begins, is a loop equation this close to the others?
     pub fn begins_within(&self, distance: f64) -> bool {
-        self.start.iter().any(|start| start.abs() > 1.0 / (distance * distance))
+        self.start.iter().any(|start| is_within(*start, distance))
     }
 
     /// Is the end of the step in the zone of a singular pose, as seen from its start?

@@ -9,9 +9,14 @@ use crate::math;
 use crate::model::Model;
 
 /// 1 / r^2 where the accelerations have just been evaluated.
-fn read(model: &Model, machine: &Machine, values: &mut [f64]) {
+pub(crate) fn read(model: &Model, machine: &Machine, values: &mut [f64]) {
     let rows = model.program().tapes.reciprocal_pivots.iter();
     values.iter_mut().zip(rows).for_each(|(value, &register)| *value = machine.registers()[register as usize].abs());
+}
+
+/// Is a loop equation with this 1 / r^2 so close to the others?
+pub(crate) fn is_within(reciprocal: f64, distance: f64) -> bool {
+    reciprocal.abs() > 1.0 / (distance * distance)
 }
 
 /// Rounding errors of 1 / r^2, relative to the largest: of a body without mass it is nothing else (a four-bar with a massless coupler: 1e-16).

@@ -162,9 +162,7 @@ impl Equations<'_> {
             self.are_few()?;
             self.masses(&mut arms)?;
         }
-        for (index, _) in active.iter().enumerate().filter(|(_, active)| **active) {
-            self.row(index, &mut arms)?;
-        }
+        self.active_rows(active, &mut arms)?;
         Ok(arms)
     }
 
@@ -178,9 +176,7 @@ impl Equations<'_> {
         for turning in arms.frames.iter_mut().filter(|turning| !turning.coordinates.is_empty()) {
             turning.inertia = Expr::ONE;
         }
-        for (index, _) in active.iter().enumerate().filter(|(_, active)| **active) {
-            self.row(index, &mut arms)?;
-        }
+        self.active_rows(active, &mut arms)?;
         // Each displacement along the arm that it has in the loop equations.
         let used: BTreeMap<Factor, Arm> =
             arms.rows.iter().flat_map(|row| row.arms.keys()).map(|arm| (arm.factor, *arm)).collect();
@@ -191,6 +187,11 @@ impl Equations<'_> {
             arms.coupling.insert((arm, arm), [mass, Expr::ZERO]);
         }
         Ok(arms)
+    }
+
+    fn active_rows(&mut self, active: &[bool], arms: &mut ArmEquations) -> Result<(), Reason> {
+        let mut active = active.iter().enumerate().filter(|(_, active)| **active);
+        active.try_for_each(|(index, _)| self.row(index, arms))
     }
 
     /// Are the masses between every two arms few enough?

@@ -11,10 +11,9 @@ use crate::constraints::accelerations::finite;
 use crate::context::{Context, Settings};
 use crate::events::{Monitor, Objection, Span};
 use crate::failure::Failure;
-use crate::integrator::control::{Attempt, Integrator, Progress, Trial, because, reach, shortest};
+use crate::integrator::control::{Attempt, Integrator, Trial, because, reach, shortest};
 use crate::math;
 use crate::model::Model;
-use crate::singular::dependence::is_refused;
 use crate::singular::reciprocals::{Range, Ranged};
 use dop853::{Dop853, interpolate, next_step, slope};
 
@@ -40,11 +39,8 @@ pub struct Explicit {
 }
 
 impl Integrator for Explicit {
-    fn begin(&mut self, context: &mut Context, run: &mut Run) -> Result<Progress, Failure> {
+    fn begin(&mut self, context: &mut Context, run: &mut Run) -> Result<(), Failure> {
         let time = run.last.end_time;
-        if run.begins_at_pose() {
-            return Ok(Progress::Declined);
-        }
         if !self.known {
             self.method.begin(&mut RightHandSide::new(context, &run.signals.origin), time, &run.last.end);
             self.known = true;
@@ -57,8 +53,7 @@ impl Integrator for Explicit {
             let mut f = RightHandSide::new(context, &run.signals.origin);
             run.last.natural = self.method.starting_step(&mut f, time, &run.last.end, &self.tolerances);
         }
-        let declines = run.singular.is_close(self.range.start()) && is_refused(context, run);
-        Ok(if declines { Progress::Declined } else { Progress::Stepped })
+        Ok(())
     }
 
     fn attempt(&mut self, context: &mut Context, run: &mut Run, attempt: &Attempt) -> Trial {
@@ -80,13 +75,15 @@ impl Integrator for Explicit {
         }
         let proposed = next_step(h, error, attempt.rejected);
         self.accept(run, end);
-        Trial::Accepted {
-            next: if attempt.limited && !attempt.rejected { proposed.max(attempt.natural) } else { proposed },
-        }
+        attempt.accepted(proposed)
     }
 
     fn first(&self) -> &[f64] {
         self.method.first()
+    }
+
+    fn range(&self) -> &Range {
+        &self.range
     }
 
     fn yields(_: &Settings) -> bool {

@@ -19,12 +19,11 @@ use crate::constraints::accelerations::finite;
 use crate::context::{Context, Settings};
 use crate::events::{Monitor, Objection, Span};
 use crate::failure::Failure;
-use crate::integrator::control::{Attempt, Integrator, Progress, Trial, because, reach, shortest};
+use crate::integrator::control::{Attempt, Integrator, Trial, because, reach, shortest};
 use crate::linalg::lane::{Lane, ZERO};
 use crate::math;
 use crate::model::Model;
 use crate::program::Engine;
-use crate::singular::dependence::is_refused;
 use crate::singular::reciprocals::Range;
 use batched::Batched;
 use control::{SAFETY, SHRINK, fourth_root};
@@ -69,10 +68,7 @@ pub struct Implicit {
 }
 
 impl Integrator for Implicit {
-    fn begin(&mut self, context: &mut Context, run: &mut Run) -> Result<Progress, Failure> {
-        if run.begins_at_pose() {
-            return Ok(Progress::Declined);
-        }
+    fn begin(&mut self, context: &mut Context, run: &mut Run) -> Result<(), Failure> {
         if !self.known {
             self.radau.begin(&mut RightHandSide::new(context, &run.signals.origin), run.last.end_time, &run.last.end);
             self.known = true;
@@ -90,8 +86,7 @@ impl Integrator for Implicit {
         if run.last.natural == 0.0 {
             run.last.natural = self.first_step(context, &run.last.end);
         }
-        let declines = run.singular.is_close(self.range.start()) && is_refused(context, run);
-        Ok(if declines { Progress::Declined } else { Progress::Stepped })
+        Ok(())
     }
 
     fn attempt(&mut self, context: &mut Context, run: &mut Run, attempt: &Attempt) -> Trial {
@@ -108,13 +103,15 @@ impl Integrator for Implicit {
         let Solved { error, iterations, contraction } = solved;
         let proposed = self.propose(&run.radau, h, error, [f64::from(iterations), contraction], attempt.rejected);
         self.accept(run, attempt.end, error, contraction);
-        Trial::Accepted {
-            next: if attempt.limited && !attempt.rejected { proposed.max(attempt.natural) } else { proposed },
-        }
+        attempt.accepted(proposed)
     }
 
     fn first(&self) -> &[f64] {
         self.radau.first()
+    }
+
+    fn range(&self) -> &Range {
+        &self.range
     }
 
     fn yields(settings: &Settings) -> bool {
