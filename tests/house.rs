@@ -127,6 +127,22 @@ fn paths(text: &str) -> Vec<&str> {
     codes.filter(is_path).collect()
 }
 
+/// `docs/step.md` follows the runtime: places as `file.rs::function`, in `fmu/src`.
+#[test]
+fn the_page_that_follows_a_step_names_places_that_are_there() {
+    let page = read(&root().join("docs/step.md"));
+    let places: Vec<(&str, &str)> =
+        page.split('`').skip(1).step_by(2).filter_map(|code| code.split_once("::")).collect();
+    assert!(places.len() > 30, "{places:?}");
+    for (file, function) in places {
+        let source = read(&root().join("fmu/src").join(file));
+        assert!(
+            source.contains(&format!("fn {function}(")) || source.contains(&format!("fn {function}<")),
+            "{file} has no `{function}`"
+        );
+    }
+}
+
 #[test]
 fn what_the_map_lists_is_there_and_nothing_is_missing() {
     let text = read(&root().join("CONTRIBUTING.md"));

@@ -56,6 +56,7 @@ mod methods_by_name;
 mod model_exchange;
 mod motion;
 mod nearly_neutral;
+mod no_allocation;
 mod only_what_is_needed;
 mod open_loops;
 mod other_starts;

@@ -9,7 +9,32 @@ use std::path::{Path, PathBuf};
 type Crate = (&'static str, &'static str, &'static [&'static str]);
 
 /// The crates, each after all that it uses.
-const CRATES: [Crate; 6] = [
+const CRATES: [Crate; 7] = [
+    (
+        "cotree_fmu",
+        "fmu/src",
+        &[
+            "math",
+            "linalg",
+            "tape",
+            "program",
+            "failure",
+            "model",
+            "machine",
+            "motion",
+            "events",
+            "taylor",
+            "constraints",
+            "context",
+            "pace",
+            "singular",
+            "integrator",
+            "instance",
+            "fmi",
+            "fmi2",
+            "fmi3",
+        ],
+    ),
     (
         "cotree",
         "src",

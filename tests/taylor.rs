@@ -7,9 +7,9 @@ use std::sync::Arc;
 use crate::counting::allocations;
 use cotree_fmu::instance::{Instance, Snapshot};
 use cotree_fmu::model::Model;
+use cotree_fmu::program::arm_form::{ArmForm, Given};
 use cotree_fmu::program::check::Fault;
 use cotree_fmu::program::{Engine, Program};
-use cotree_fmu::taylor::form::{ArmForm, Given};
 use run::{compiled, distance, file, model, models, motion, scene_of, started};
 
 #[test]

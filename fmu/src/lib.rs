@@ -5,6 +5,7 @@
 //! * [`program`]: the model as data, what must hold for it, its file.
 //! * [`model`], [`machine`]: a program ready to run, its state, the registers it runs on.
 //! * [`taylor`], [`events`]: Taylor series of a motion from the arm form of its mechanism, laws in pieces and steep laws.
+//! * [`motion`]: what is known of a run, as plain data.
 //! * [`constraints`]: consistent initial values, projection.
 //! * [`integrator`], [`singular`]: from one communication point to the next, also through singular configurations.
 //! * [`instance`]: one simulation, as the command line and the FMI functions use it.
@@ -35,6 +36,7 @@ mod linalg;
 pub mod machine;
 pub mod math;
 pub mod model;
+pub mod motion;
 mod pace;
 pub mod program;
 pub mod singular;

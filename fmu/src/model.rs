@@ -29,8 +29,8 @@ impl Model {
         Ok(Self::prepare(program))
     }
 
-    /// For the exporter: a model whose kernels of the motion need not exist yet. It serves
-    /// [`crate::constraints::initial`] and [`crate::constraints::redundancy`] only.
+    /// For the exporter: a model whose kernels of the motion need not exist yet. It serves the search
+    /// for a consistent start, and for what each loop equation restricts, only.
     pub fn of_positions(program: Program) -> Result<Self, Fault> {
         program.check_positions()?;
         Ok(Self::prepare(program))

@@ -2,8 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-use cotree_fmu::taylor::form;
-use cotree_fmu::taylor::form::{
+use cotree_fmu::program::arm_form;
+use cotree_fmu::program::arm_form::{
     ArmForm, Coefficient, Coupling, Factor as FactorData, Frame, Operation, Place, Product, Push, Slot, Source,
 };
 
@@ -289,7 +289,7 @@ impl Lowering<'_> {
                 Some(frame) => frame.inertia,
                 None => self.mass(link.carried.inertia),
             };
-            let link = form::Link {
+            let link = arm_form::Link {
                 arm,
                 parent: link.parent.map(|parent| parent as u32),
                 begin: link.begin.map(|part| self.coefficients.place(part)),
@@ -302,7 +302,7 @@ impl Lowering<'_> {
 
     fn rows(&mut self) -> Result<(), Reason> {
         for auxiliary in &self.arms.auxiliary {
-            self.form.auxiliary.push(form::Auxiliary {
+            self.form.auxiliary.push(arm_form::Auxiliary {
                 arm: self.displacements[&auxiliary.displacement],
                 row: auxiliary.row as u32,
                 direction: auxiliary.free.map(|part| self.coefficients.place(part)),
@@ -310,11 +310,15 @@ impl Lowering<'_> {
         }
         for rod in &self.arms.rods {
             let length = self.coefficients.place(rod.length);
-            self.form.rods.push(form::Rod { frame: self.numbers[&Arm::of(rod.frame)], row: rod.row as u32, length });
+            self.form.rods.push(arm_form::Rod {
+                frame: self.numbers[&Arm::of(rod.frame)],
+                row: rod.row as u32,
+                length,
+            });
         }
         for row in &self.arms.rows {
             let repeats = self.repeats[row.constraint];
-            let mut data = form::Row { constraint: row.constraint as u32, repeats, ..form::Row::default() };
+            let mut data = arm_form::Row { constraint: row.constraint as u32, repeats, ..arm_form::Row::default() };
             for (arm, p) in &row.arms {
                 data.arms.push((self.numbers[arm], p.map(|part| self.coefficients.place(part))));
             }
@@ -424,7 +428,7 @@ impl Lowering<'_> {
             let along = conjugate_product(self.arena, z, force);
             if moves && along != [Expr::ZERO; 2] {
                 let along = along.map(|part| self.mass(part));
-                self.form.loads.push(form::Load { arm: number, value, along });
+                self.form.loads.push(arm_form::Load { arm: number, value, along });
             }
         }
     }

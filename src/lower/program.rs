@@ -1,14 +1,14 @@
 //! The kernels of a program.
 
-use cotree_fmu::events::Steep;
 use cotree_fmu::model::Model;
+use cotree_fmu::program::Steep;
+use cotree_fmu::program::arm_form::ArmForm;
 use cotree_fmu::program::domain::{Domain, DomainTape};
 use cotree_fmu::program::{
     Constraint, Coordinate, Engine, Experiment, Follower, FollowerOrder, Initial, Input, LawTape, Layout, Parameter,
     Program, SparseTape, Tapes,
 };
 use cotree_fmu::taylor::Jet;
-use cotree_fmu::taylor::form::ArmForm;
 
 use super::arms::{arm_form, mass_form};
 use super::blocks::{Block, Loops, blocks};

@@ -2,8 +2,8 @@
 
 use std::collections::HashMap;
 
-use cotree_fmu::events::MAX_SWITCHES;
-use cotree_fmu::taylor::form::{Given, Operation, SeriesTape, Slot, Source, Step, Term};
+use cotree_fmu::program::arm_form::MAX_SWITCHES;
+use cotree_fmu::program::arm_form::{Given, Operation, SeriesTape, Slot, Source, Step, Term};
 
 use crate::equations::arms::Reason;
 use crate::expr::{Arena, Binary, Expr, Node, Order, Symbol, Unary};

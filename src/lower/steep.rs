@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use cotree_fmu::events::Steep;
+use cotree_fmu::program::Steep;
 
 use crate::expr::{Arena, Binary, Expr, Node, Symbol, Unary, indicators};
 

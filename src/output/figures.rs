@@ -2,8 +2,8 @@
 
 use std::collections::HashSet;
 
+use cotree_fmu::program::arm_form::ArmForm;
 use cotree_fmu::program::{Engine, Source};
-use cotree_fmu::taylor::form::ArmForm;
 
 use super::summary::{Coordinate, Count, Counts, Integrated, Joint, SeriesSystem, SolveTree, Summary, Tree, Trees};
 use crate::component::{Angle, Origin};

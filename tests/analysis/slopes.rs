@@ -1,8 +1,8 @@
 //! The matrices of linear systems against differences of what the runtime computes.
 
 use super::support::*;
-use cotree_fmu::constraints::accelerations::Accelerations;
 use cotree_fmu::instance::Instance;
+use cotree_fmu::integrator::accelerations::Accelerations;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::{Model, State};
 use cotree_fmu::program::Source;

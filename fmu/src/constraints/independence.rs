@@ -12,10 +12,11 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::closing::close;
-use super::poses::{Loops, Random, consistent_poses, scaled, sparse_jacobian};
+use super::poses::{Loops, consistent_poses, scaled, sparse_jacobian};
 use crate::linalg::least_squares::Equations;
 use crate::linalg::sparse::{self, Row};
 use crate::machine::Machine;
+use crate::math::Random;
 use crate::model::{Model, State};
 
 /// A row counts as dependent when less than this share of it is new.

@@ -2,11 +2,11 @@
 //!
 //! * [`initial`]: the first state that fulfils them.
 //! * [`projection`]: back onto the loop equations after a step.
-//! * [`accelerations`], [`expansion`], [`tangent`]: derivatives of the motion by time and by the independent inputs.
+//! * [`expansion`], [`tangent`]: derivatives of the motion by time and by the independent inputs.
+//! * `reciprocals`: how close loop equations are to depending on each other.
 //! * `domains`: which law has no value.
 //! * [`poses`], `closing`, [`independence`]: nearby consistent poses, and what each loop equation restricts.
 
-pub mod accelerations;
 mod closing;
 pub(crate) mod domains;
 pub mod expansion;
@@ -14,4 +14,5 @@ pub mod independence;
 pub mod initial;
 pub mod poses;
 pub mod projection;
+pub(crate) mod reciprocals;
 pub mod tangent;

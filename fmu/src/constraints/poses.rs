@@ -6,6 +6,7 @@ use super::initial::FULFILLED;
 use crate::linalg::least_squares::{Entry, Equations, project};
 use crate::linalg::sparse::Row;
 use crate::machine::Machine;
+use crate::math::Random;
 use crate::model::{Model, State};
 
 /// {Phi} at a state.
@@ -145,31 +146,5 @@ impl Equations for Loops<'_> {
                 entries.push((place, column, value * coordinate.scale / program.constraints[row].scale));
             }
         }
-    }
-}
-
-/// SplitMix64 (Steele, Lea, Flood 2014): random enough for disturbances, and the same everywhere.
-#[derive(Clone, Debug)]
-pub struct Random(u64);
-
-impl Random {
-    /// From a seed.
-    pub fn new(seed: u64) -> Self {
-        Self(seed)
-    }
-
-    /// Between -1 and 1.
-    pub fn symmetric(&mut self) -> f64 {
-        2.0 * self.unit() - 1.0
-    }
-
-    /// Between 0 and 1.
-    pub fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^= z >> 31;
-        (z >> 11) as f64 / (1_u64 << 53) as f64
     }
 }

@@ -3,10 +3,10 @@
 //! The motion is corrected in the metric of the mass matrix (the tapes `project_position` and `project_velocity`); where drivers determine it there is one correction only.
 
 use super::initial::FULFILLED;
+use crate::constraints::reciprocals::is_within;
 use crate::failure::{Failure, Gap};
 use crate::machine::Machine;
 use crate::model::{Model, State};
-use crate::singular::reciprocals::is_within;
 use crate::tape::Tape;
 
 /// What is left alone, relative to the scale of a loop equation.

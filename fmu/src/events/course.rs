@@ -1,7 +1,7 @@
 //! The course of one argument along a step: its extremes, and where a law of it may be steep.
 
-use super::Steep;
 use crate::math::{self, largest_between};
+use crate::program::Steep;
 
 /// Where an argument is looked at, in steps: evenly, and closer and closer to both ends, where a narrow extreme may lie as well.
 pub(super) const PLACES: [f64; 19] = [

@@ -1,10 +1,10 @@
 //! Steep laws along the polynomial of a step.
 
-use super::Steep;
 use super::course::{Course, DEEP, PLACES, ROUGH_PLACES, Suspect, varies};
 use super::switch::first_fall;
 use crate::math;
-use crate::taylor::MAX_ORDER;
+use crate::program::Steep;
+use crate::program::arm_form::MAX_ORDER;
 
 /// Coefficients of one argument.
 const ROOM: usize = MAX_ORDER + 1;

@@ -15,24 +15,9 @@ mod monitor;
 pub(crate) mod sliding;
 pub(crate) mod switch;
 
-use serde::{Deserialize, Serialize};
-
 pub(crate) use layers::Layers;
 pub(crate) use monitor::{Monitor, Objection, Overlooked, Span};
-pub use switch::{Choices, MAX_SWITCHES, Side};
-
-/// How a function is steep.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub enum Steep {
-    /// Constant but for a layer about zero: tanh.
-    Saturating,
-    /// Where its argument is large: exp.
-    Growing,
-    /// Where its argument changes sign: `if`, `min`, `max`, `abs`, `sign`, `floor`.
-    Switching,
-    /// Where its argument is next to nothing of what it is elsewhere: roots, powers, logarithms, divisors.
-    Vanishing,
-}
+pub use switch::{Choices, Side};
 
 /// Half width of the layer about zero outside which a saturating function differs from its limits by no more than a share of them: 1 - tanh a
 /// is 2 exp(-2 a), its first coefficient twice that.

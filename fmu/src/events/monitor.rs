@@ -1,11 +1,12 @@
 //! Steep laws along the dense output of a Runge-Kutta step.
 
 use super::course::{Course, HALVINGS, PLACES, ROUGH_PLACES, varies};
+use super::half_width;
 use super::sliding::pushed;
-use super::{Steep, half_width};
 use crate::machine::Machine;
 use crate::math;
 use crate::model::{Model, State};
+use crate::program::Steep;
 
 /// Switches closer than this, in steps, are one: no root is found better.
 const TOGETHER: f64 = 1e-9;

@@ -6,10 +6,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::math;
-use crate::taylor::MAX_ORDER;
-
-/// Most switching functions of a model.
-pub const MAX_SWITCHES: usize = 64;
+use crate::program::arm_form::MAX_ORDER;
 
 /// Where a switching function is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -83,7 +83,7 @@ impl Instance {
         if self.time() < time.min(end) {
             self.step_to(time.min(end))?;
         }
-        Ok(end <= time && self.now.run.switches())
+        Ok(end <= time && self.now.memory.switches())
     }
 
     /// Makes one step of all parts since the last communication point, before which something had `changed` or not: the future is to depend on that only.

@@ -190,6 +190,6 @@ impl Instance {
         self.computed = Computed { state: self.computed.state, ..Computed::default() };
         let settings = self.settings();
         let Self { model, machine, stepper, now, .. } = self;
-        together::Member { model, machine, stepper, run: &mut now.run, settings }
+        together::Member { model, machine, stepper, run: &mut now.run, memory: &mut now.memory, settings }
     }
 }

@@ -24,21 +24,21 @@ pub use lanes::{Lanes, MOST_LANES, Member};
 pub use snapshot::{Snapshot, TOLERANCES};
 pub use variational::{Variational, Varied};
 
-use crate::constraints::accelerations::Accelerations;
 use crate::constraints::domains::{out_of_range, outside, undefined};
 use crate::constraints::expansion::Expansion;
 use crate::constraints::initial::solve_initial;
 use crate::constraints::tangent::Tangent;
 use crate::context::{Deadline, Settings, Statistics};
 use crate::failure::Failure;
+use crate::integrator::accelerations::Accelerations;
 use crate::integrator::accuracy::Accuracy;
 use crate::integrator::stepping::Stepper;
 use crate::machine::Machine;
 use crate::model::{Model, State};
+use crate::motion::Passage;
 use crate::program::Engine;
 use crate::program::Source;
 use crate::singular::dependence::not_singular;
-use crate::singular::passing::Passage;
 use crossing::Watch;
 use snapshot::Phase;
 
@@ -329,9 +329,11 @@ impl Instance {
         self.solve()?;
         self.now.phase = Phase::Running;
         self.now.run.start(&self.model, &self.now.state);
+        self.now.memory.start();
         self.stepper.forget();
         let settings = self.settings();
-        self.stepper.prepare(&self.model, &mut self.machine, &mut self.now.run, &settings);
+        let run = (&mut self.now.run, &self.now.memory);
+        self.stepper.prepare(&self.model, &mut self.machine, run, &settings);
         Ok(())
     }
 
@@ -374,8 +376,8 @@ impl Instance {
         } else {
             let deadline = Deadline::after(self.model.program().experiment.budget);
             let settings = Settings { deadline, ..self.settings() };
-            let Snapshot { state, run, .. } = &mut self.now;
-            let done = self.stepper.step_to(&self.model, &mut self.machine, state, run, time, &settings);
+            let Snapshot { state, run, memory, .. } = &mut self.now;
+            let done = self.stepper.step_to(&self.model, &mut self.machine, state, (run, memory), time, &settings);
             done.map_err(|failure| self.explained(failure))?;
             self.now.at_start = false;
             self.behind = false;

@@ -3,8 +3,10 @@
 use serde::{Deserialize, Serialize};
 
 use super::InstanceError;
-use crate::integrator::stepping::Run;
+use crate::integrator::memory::{Memory, room};
+use crate::integrator::stepping::beginning;
 use crate::model::{Model, State};
+use crate::motion::Run;
 use crate::program::Engine;
 use crate::program::seal::{Mark, checksum};
 
@@ -34,6 +36,7 @@ pub struct Snapshot {
     pub(super) at_start: bool,
     pub(super) state: State,
     pub(super) run: Run,
+    pub(super) memory: Memory,
     /// Inputs whose derivatives were set at this communication point.
     pub(super) derivatives: Vec<bool>,
     pub(super) stop: Option<f64>,
@@ -46,11 +49,13 @@ impl Snapshot {
     pub(super) fn new(model: &Model) -> Self {
         let experiment = &model.program().experiment;
         let state = model.default_state(experiment.start);
+        let (run, memory) = beginning(model, &state);
         Self {
             model: identity(model),
             phase: Phase::Initial { solved: false },
             at_start: true,
-            run: Run::new(model, &state),
+            run,
+            memory,
             state,
             derivatives: vec![false; model.program().inputs.len()],
             stop: None,
@@ -66,6 +71,7 @@ impl Snapshot {
         self.at_start = other.at_start;
         self.state.copy_from(&other.state);
         self.run.copy_from(&other.run);
+        self.memory.copy_from(&other.memory);
         self.derivatives.clone_from(&other.derivatives);
         self.stop = other.stop;
         self.tolerance = other.tolerance;
@@ -87,7 +93,8 @@ impl Snapshot {
         self.model == identity(model)
             && self.state.belongs_to(model)
             && self.state.is_finite()
-            && self.run.belongs_to(model)
+            && self.run.belongs_to(model, room(model))
+            && self.memory.belongs_to(model)
             && self.derivatives.len() == model.program().inputs.len()
             && self.stop.is_none_or(f64::is_finite)
             && (TOLERANCES[0]..=TOLERANCES[1]).contains(&self.tolerance)

@@ -6,11 +6,11 @@
 
 use std::fmt;
 
-use super::run::Run;
 use crate::context::Context;
 use crate::failure::number;
 use crate::model::Model;
-use crate::singular::passing::Passage;
+use crate::motion::Passage;
+use crate::motion::Run;
 use crate::taylor::Jet;
 
 /// It is measured at the end of the first step, and of every so many.

@@ -1,19 +1,18 @@
 //! The steps of Runge-Kutta methods: proposed, tried, accepted or taken again with another length.
 
-use super::run::Run;
 use crate::constraints::domains::outside_soon;
 use crate::constraints::projection::largest_gap;
 use crate::context::{Context, Settings};
 use crate::events::{Objection, Overlooked};
 use crate::failure::Failure;
+use crate::integrator::range::Range;
 use crate::model::Model;
+use crate::motion::Run;
+use crate::motion::last_step::LONGEST;
 use crate::singular::dependence::{end_of_reach, is_refused};
-use crate::singular::reciprocals::Range;
 
 /// A step that would end at most this much further ends at the limit.
 pub(crate) const STRETCH: f64 = 1.01;
-/// Longest step, for motions that nothing else limits \[s\].
-pub(crate) const LONGEST: f64 = 1e4;
 /// Shortest step, in units of the spacing of floating-point times.
 const SHORTEST: f64 = 16.0;
 /// Times nearer to zero than this are spaced as if they were there \[s\].

@@ -9,7 +9,7 @@ use super::accuracy::{Accuracy, Masses};
 use super::control::Horizon;
 use super::explicit::Explicit;
 use super::implicit::Implicit;
-pub use super::run::Run;
+use super::memory::{Memory, room};
 use super::taylor::Taylor;
 use crate::constraints::domains::{out_of_range, undefined};
 use crate::constraints::projection::Projection;
@@ -18,6 +18,7 @@ use crate::failure::Failure;
 use crate::integrator::stiffness::Engines;
 use crate::machine::Machine;
 use crate::model::{Model, State, motion as range};
+use crate::motion::Run;
 use crate::program::Engine;
 use crate::singular::dependence::is_singular;
 
@@ -36,9 +37,9 @@ pub struct Stepper {
     work: State,
     reprojection: Reprojection,
     /// The run before a step that may fail.
-    pub(super) checkpoint: Run,
+    pub(super) checkpoint: (Run, Memory),
     /// Goes on beyond a communication point to judge what lies before it.
-    probe: Run,
+    probe: (Run, Memory),
     pub(super) statistics: Statistics,
     masses: Option<Masses>,
     accuracy: Accuracy,
@@ -50,7 +51,20 @@ pub struct Stepper {
 #[derive(Clone, Debug)]
 struct Carried {
     run: Run,
+    memory: Memory,
     state: State,
+}
+
+impl Carried {
+    fn new(model: &Model, state: &State) -> Self {
+        let (run, memory) = beginning(model, state);
+        Self { run, memory, state: state.clone() }
+    }
+}
+
+/// The beginning of a run.
+pub(crate) fn beginning(model: &Model, state: &State) -> (Run, Memory) {
+    (Run::new(model, state, room(model)), Memory::new(model))
 }
 
 /// Storage for closing the loops after a change.
@@ -71,9 +85,9 @@ impl Stepper {
             taylor: Taylor::new(model).map(Box::new),
             projection: Projection::new(model),
             reprojection: Reprojection { reached: work.clone(), trial: work.clone() },
-            checkpoint: Run::new(model, &work),
-            probe: Run::new(model, &work),
-            carried: model.is_driven().then(|| Box::new(Carried { run: Run::new(model, &work), state: work.clone() })),
+            carried: model.is_driven().then(|| Box::new(Carried::new(model, &work))),
+            checkpoint: beginning(model, &work),
+            probe: beginning(model, &work),
             work,
             statistics: Statistics::default(),
             masses: Masses::new(model),
@@ -93,11 +107,15 @@ impl Stepper {
         &'a mut self,
         model: &'a Model,
         machine: &'a mut Machine,
+        memory: &'a mut Memory,
         settings: &'a Settings,
     ) -> (Engines<'a>, Context<'a>) {
         let Self { explicit, implicit, taylor, projection, statistics, masses, accuracy, .. } = self;
         let context = Context { model, machine, projection, statistics, settings };
-        (Engines { taylor: taylor.as_deref_mut(), explicit, implicit, masses: masses.as_mut(), accuracy }, context)
+        (
+            Engines { taylor: taylor.as_deref_mut(), explicit, implicit, masses: masses.as_mut(), accuracy, memory },
+            context,
+        )
     }
 
     /// What has been done so far.
@@ -146,7 +164,7 @@ impl Stepper {
         &mut self,
         model: &Model,
         machine: &mut Machine,
-        Carried { run, state: moved }: &mut Carried,
+        Carried { run, memory, state: moved }: &mut Carried,
         state: &mut State,
         settings: &Settings,
     ) -> Result<(), Failure> {
@@ -162,8 +180,9 @@ impl Stepper {
         }
         model.follow(moved.registers_mut());
         run.start(model, moved);
+        memory.start();
         self.forget();
-        self.step_to(model, machine, moved, run, state.time(), settings)?;
+        self.step_to(model, machine, moved, (run, memory), state.time(), settings)?;
         // The rates are those of the inputs' own polynomials.
         machine.load(model, state);
         machine.load_positions(model, moved.positions());
@@ -179,13 +198,19 @@ impl Stepper {
     }
 
     /// Looks at the beginning of a run before its first step, so that the steps need no storage for it.
-    pub fn prepare(&mut self, model: &Model, machine: &mut Machine, run: &mut Run, settings: &Settings) {
+    pub(crate) fn prepare(
+        &mut self,
+        model: &Model,
+        machine: &mut Machine,
+        (run, memory): (&mut Run, &Memory),
+        settings: &Settings,
+    ) {
         let Self { taylor, projection, statistics, .. } = self;
         let context = &mut Context { model, machine, projection, statistics, settings };
         match (settings.engine, taylor) {
             (Engine::Taylor, Some(taylor)) => {
                 context.machine.load(model, &run.signals.origin);
-                taylor.begin(context, run);
+                taylor.prepare(context, run, &memory.taylor);
             }
             _ if is_singular(context, run) => {
                 run.singular.pose = Some(run.last.end_time);
@@ -217,7 +242,7 @@ impl Stepper {
         model: &Model,
         machine: &mut Machine,
         state: &mut State,
-        run: &mut Run,
+        (run, memory): (&mut Run, &mut Memory),
         target: f64,
         settings: &Settings,
     ) -> Result<(), Failure> {
@@ -240,7 +265,7 @@ impl Stepper {
         let exact = run.signals.changed && run.signals.changed_before;
         work.copy_from(state);
         let mut engines =
-            Engines { taylor: taylor.as_deref_mut(), explicit, implicit, masses: masses.as_mut(), accuracy };
+            Engines { taylor: taylor.as_deref_mut(), explicit, implicit, masses: masses.as_mut(), accuracy, memory };
         if run.signals.changed {
             engines.end_at_change(context, run, work);
             // In the zone of a singular pose a projection would take the motion off its branch; the next step begins with one outside.
@@ -254,12 +279,13 @@ impl Stepper {
                 reprojection.close(context, &run.signals.before, work)?;
             }
             run.restart(model, work);
+            engines.memory.forget();
             engines.forget_steps();
         }
         let limit = if exact { target } else { settings.limit().max(target) };
         context.machine.load(model, &run.signals.origin);
         engines.advance(context, run, Horizon { target, limit })?;
-        engines.verify_ahead(context, run, probe)?;
+        engines.verify_ahead(context, run, (&mut probe.0, &mut probe.1))?;
         read(context, run, target, work, |context, run, motion| engines.read(context, run, target, motion))?;
         if !model.is_driven() {
             engines.tighten(context, run, work);

@@ -10,13 +10,14 @@ use super::accuracy::{Accuracy, Masses};
 use super::control::{Horizon, Progress, because, take_step};
 use super::explicit::Explicit;
 use super::implicit::Implicit;
-use super::run::Run;
+use super::memory::Memory;
 use super::taylor::{self, Reading, Taylor, order_for};
 use crate::constraints::domains;
 use crate::context::Context;
 use crate::context::Settings;
 use crate::failure::Failure;
 use crate::model::{Model, State, motion};
+use crate::motion::Run;
 use crate::pace::Pace;
 use crate::program::Engine;
 use crate::program::domain::Limit;
@@ -160,7 +161,7 @@ fn stable(settings: &Settings) -> f64 {
 /// pose.
 fn fallback_step(
     context: &mut Context,
-    taylor: &mut Taylor,
+    (taylor, memory): (&mut Taylor, &mut taylor::Memory),
     explicit: &mut Explicit,
     run: &mut Run,
     (horizon, again): (Horizon, bool),
@@ -180,10 +181,9 @@ fn fallback_step(
     }
     // What is no series may hold no numbers, and the dense output of the explicit method is shorter.
     run.last.dense.fill(0.0);
-    run.taylor = taylor::Memory::default();
+    *memory = taylor::Memory::default();
     context.machine.load(context.model, &run.signals.origin);
     explicit_step(explicit, context, run, horizon)?;
-    run.taylor.series = None;
     context.statistics.fallbacks += 1;
     taylor.forget();
     Ok(())
@@ -231,6 +231,8 @@ pub(crate) struct Engines<'a> {
     /// Where there are no series.
     pub masses: Option<&'a mut Masses>,
     pub accuracy: &'a mut Accuracy,
+    /// What they remember of the run whose steps are taken.
+    pub memory: &'a mut Memory,
 }
 
 impl Engines<'_> {
@@ -247,10 +249,10 @@ impl Engines<'_> {
                 .map_err(|too_many| end_of_reach(context, run).unwrap_or_else(|| because(context, run, too_many)))?;
             context.settings.check_deadline(run.last.end_time)?;
             if context.settings.engine == Engine::Radau {
-                if take_step(self.implicit, context, run, horizon)? == Progress::Declined {
+                if self.implicit_step(context, run, horizon)? == Progress::Declined {
                     return Err(singular_ahead(context, run));
                 }
-            } else if run.stiffness.stiff {
+            } else if self.memory.choice.stiff {
                 self.stiff_step(context, run, horizon)?;
             } else {
                 self.other_step(context, run, horizon)?;
@@ -267,7 +269,7 @@ impl Engines<'_> {
 
     /// After a step by series together with other runs, whose accelerations multiply rounding errors so much where it begins.
     pub fn conclude(&mut self, context: &mut Context, run: &mut Run, amplification: f64) -> Result<(), Failure> {
-        run.radau.forget();
+        self.memory.implicit.forget();
         self.test_for_stiffness(context, run);
         self.accuracy.note(context, run, |_, _| Some((amplification, None)));
         note_end(context, run)
@@ -277,11 +279,17 @@ impl Engines<'_> {
     ///
     /// # Errors
     /// The motion has left its branch.
-    pub fn verify_ahead(&mut self, context: &mut Context, run: &mut Run, probe: &mut Run) -> Result<(), Failure> {
+    pub fn verify_ahead(
+        &mut self,
+        context: &mut Context,
+        run: &mut Run,
+        (probe, own): (&mut Run, &mut Memory),
+    ) -> Result<(), Failure> {
         if !run.is_undecided() {
             return Ok(());
         }
         probe.copy_from(run);
+        own.copy_from(self.memory);
         let (mut verdict, accuracy) = (Ok(()), self.accuracy.clone());
         for _ in 0..FURTHEST {
             if verdict.is_err() || !probe.is_undecided() {
@@ -290,6 +298,7 @@ impl Engines<'_> {
             let next = Horizon { target: probe.last.end_time.next_up(), limit: f64::INFINITY };
             verdict = self.advance(context, probe, next);
         }
+        self.memory.copy_from(own);
         *self.accuracy = accuracy;
         self.forget_steps();
         match verdict {
@@ -314,9 +323,9 @@ impl Engines<'_> {
     /// (q, v) at a target that the last step has reached; says whether they must be projected.
     pub fn read(&mut self, context: &mut Context, run: &Run, target: f64, motion: &mut [f64]) -> bool {
         match (context.settings.engine, &mut self.taylor) {
-            _ if run.radau.is_last() => Implicit::read(run, target, motion),
+            _ if self.memory.implicit.is_last() => Implicit::read(run, target, motion),
             (Engine::Taylor, Some(taylor)) if run.last.order > 0 || run.last.end_time == target => {
-                taylor.read(context, run, target, motion) == Reading::Open
+                taylor.read(context, (run, &self.memory.taylor), target, motion) == Reading::Open
             }
             _ => self.explicit.read(run, target, motion),
         }
@@ -324,10 +333,8 @@ impl Engines<'_> {
 
     /// Corrects what has been read between implicit steps and projected.
     pub fn tighten(&mut self, context: &mut Context, run: &Run, state: &mut State) {
-        if run.radau.is_last() && state.time() != run.last.end_time {
-            self.implicit.prepare(context, run);
-            context.machine.load(context.model, state);
-            self.implicit.tighten(context, run, state.positions_mut());
+        if self.memory.implicit.is_last() && state.time() != run.last.end_time {
+            self.implicit.tighten(context, run, &mut self.memory.implicit, state);
         }
     }
 
@@ -336,12 +343,12 @@ impl Engines<'_> {
     pub fn end_at_change(&mut self, context: &mut Context, run: &mut Run, state: &mut State) {
         let (begin, end, natural) = (run.last.start_time, run.last.end_time, run.last.natural);
         let passes = run.singular.pose.is_some_and(|pose| (begin..=end).contains(&pose));
-        let within = run.radau.is_last() && begin < state.time() && state.time() < end;
+        let within = self.memory.implicit.is_last() && begin < state.time() && state.time() < end;
         if !within || passes {
             return;
         }
         run.shift_poses(begin);
-        run.radau.forget();
+        self.memory.implicit.forget();
         self.implicit.forget();
         context.machine.load(context.model, &run.signals.origin);
         run.last.end_time = begin;
@@ -350,7 +357,7 @@ impl Engines<'_> {
         let horizon = Horizon { target: state.time(), limit: state.time() };
         let mut stepped = true;
         while stepped && run.last.end_time < horizon.target {
-            stepped = matches!(take_step(self.implicit, context, run, horizon), Ok(Progress::Stepped));
+            stepped = matches!(self.implicit_step(context, run, horizon), Ok(Progress::Stepped));
         }
         if stepped && run.last.end_time == horizon.target {
             let motion = motion(context.model.layout());
@@ -361,18 +368,22 @@ impl Engines<'_> {
         run.last.natural = natural;
     }
 
+    fn implicit_step(&mut self, context: &mut Context, run: &mut Run, horizon: Horizon) -> Result<Progress, Failure> {
+        self.implicit.step(context, (run, &mut self.memory.implicit), horizon)
+    }
+
     fn stiff_step(&mut self, context: &mut Context, run: &mut Run, horizon: Horizon) -> Result<(), Failure> {
-        let goes_on = take_step(self.implicit, context, run, horizon)? == Progress::Stepped;
-        run.taylor.series = None;
-        let possible = run.stiffness.held_back.max(stable(context.settings) / self.implicit.rate(context.model));
+        let goes_on = self.implicit_step(context, run, horizon)? == Progress::Stepped;
+        self.memory.taylor.series = None;
+        let possible = self.memory.choice.held_back.max(stable(context.settings) / self.implicit.rate(context.model));
         if !goes_on {
-            run.stiffness = Choice { has_been_stiff: true, passing: true, ..Choice::new() };
+            self.memory.choice = Choice { has_been_stiff: true, passing: true, ..Choice::new() };
         }
         // Steps that a switch has made short say nothing of stiffness, while they grow again.
         let change = run.last.natural / (run.last.end_time - run.last.start_time);
         let settled = (1.0 / RECOVERING..RECOVERING).contains(&change);
         let cheap = settled && run.last.natural < possible * self.cost_ratio(context);
-        if !goes_on || is_regular(run) && run.stiffness.returns(cheap) {
+        if !goes_on || is_regular(run) && self.memory.choice.returns(cheap) {
             // Series find their own step.
             run.last.natural = if context.settings.engine == Engine::Taylor { 0.0 } else { possible };
             self.explicit.forget();
@@ -384,15 +395,15 @@ impl Engines<'_> {
     }
 
     fn other_step(&mut self, context: &mut Context, run: &mut Run, horizon: Horizon) -> Result<(), Failure> {
-        run.radau.forget();
-        if run.stiffness.has_been_stiff && run.singular.ahead > 0.0 && !run.stiffness.passing {
-            run.stiffness.passing = self.share_of_stable(context, run) > HELD_BACK;
+        self.memory.implicit.forget();
+        if self.memory.choice.has_been_stiff && run.singular.ahead > 0.0 && !self.memory.choice.passing {
+            self.memory.choice.passing = self.share_of_stable(context, run) > HELD_BACK;
         }
         // Stiffness keeps the steps so short that they are much better than the tolerance; next to the pose rounding errors are not.
         let asked = context.settings.tolerance;
         let tolerance = match run.following() {
             Some(_) => asked.min(FOLLOWING),
-            None if run.stiffness.passing && !is_regular(run) => asked.max(COARSE),
+            None if self.memory.choice.passing && !is_regular(run) => asked.max(COARSE),
             None => asked,
         };
         let settings = &Settings { tolerance, ..*context.settings };
@@ -401,8 +412,8 @@ impl Engines<'_> {
         match (context.settings.engine, &mut self.taylor) {
             (Engine::Taylor, Some(taylor)) => {
                 let again = run.last.order == 0;
-                if taylor.advance(context, run, horizon)? == Progress::Declined {
-                    fallback_step(context, taylor, self.explicit, run, (horizon, again))?;
+                if taylor.advance(context, (run, &mut self.memory.taylor), horizon)? == Progress::Declined {
+                    fallback_step(context, (taylor, &mut self.memory.taylor), self.explicit, run, (horizon, again))?;
                 }
             }
             _ => {
@@ -418,12 +429,15 @@ impl Engines<'_> {
     fn test_for_stiffness(&mut self, context: &mut Context, run: &mut Run) {
         // Without laws of positions and rates nothing is stiff. The implicit method knows nothing of singular poses.
         let lawful = self.taylor.as_ref().is_none_or(|taylor| taylor.has_laws());
-        if context.settings.automatic && lawful && (is_regular(run) || run.stiffness.is_new()) && run.stiffness.looks()
+        if context.settings.automatic
+            && lawful
+            && (is_regular(run) || self.memory.choice.is_new())
+            && self.memory.choice.looks()
         {
             let share = self.share_of_stable(context, run);
             let least = if context.settings.tolerance >= COARSE { FREE } else { HELD_BACK };
-            run.stiffness.record(share, least);
-            run.stiffness.held_back = run.last.natural;
+            self.memory.choice.record(share, least);
+            self.memory.choice.held_back = run.last.natural;
         }
     }
 

@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::sparse::{Factors, Row, product_with_transposed};
-use crate::constraints::poses::Random;
+use crate::math::Random;
 
 /// Iterations towards one end; each shrinks what lies apart by the ratio of the eigenvalues.
 const ITERATIONS: usize = 30;

@@ -4,6 +4,7 @@
 //! symbol: names for messages, straight-line [`Tape`]s over one register file, and the tables that say which
 //! register is what.
 
+pub mod arm_form;
 pub mod check;
 pub mod domain;
 pub(crate) mod seal;
@@ -13,9 +14,8 @@ use std::collections::BTreeSet;
 
 use serde::{Deserialize, Serialize};
 
-use crate::events::Steep;
 use crate::tape::Tape;
-use crate::taylor::form::ArmForm;
+use arm_form::ArmForm;
 
 /// One mechanism, ready to run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -415,4 +415,17 @@ impl Program {
             self.constraints.len(),
         )
     }
+}
+
+/// How a function is steep.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum Steep {
+    /// Constant but for a layer about zero: tanh.
+    Saturating,
+    /// Where its argument is large: exp.
+    Growing,
+    /// Where its argument changes sign: `if`, `min`, `max`, `abs`, `sign`, `floor`.
+    Switching,
+    /// Where its argument is next to nothing of what it is elsewhere: roots, powers, logarithms, divisors.
+    Vanishing,
 }

@@ -3,11 +3,11 @@
 use crate::constraints::poses::sparse_jacobian;
 use crate::context::Context;
 use crate::failure::Failure;
-use crate::integrator::run::Run;
 use crate::linalg::sparse::independent_rows;
 use crate::machine::Machine;
 use crate::math::maximum;
 use crate::model::Model;
+use crate::motion::Run;
 use crate::singular::detect::dependent;
 
 /// A start closer to a singular pose than this is treated as one in it.

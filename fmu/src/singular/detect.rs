@@ -11,12 +11,12 @@
 
 use nalgebra::DMatrix;
 
-use crate::constraints::poses::{Random, active_rows};
+use crate::constraints::poses::active_rows;
+use crate::constraints::reciprocals::{STEADY, is_jump, is_within};
 use crate::linalg::sparse::Row;
 use crate::linalg::spectrum::{ends, ends_of_many};
-use crate::math;
+use crate::math::{self, Random};
 use crate::model::{Model, State};
-use crate::singular::reciprocals::is_within;
 
 /// A step may bring a row this much closer to the others.
 const NEAREST: f64 = 0.25;
@@ -24,8 +24,6 @@ const NEAREST: f64 = 0.25;
 const FALLS: f64 = 1.05;
 /// A pose further away than so many steps is of no concern.
 pub(crate) const HORIZON: f64 = 12.0;
-/// A row that comes closer or goes away by no more than this factor in one step stays on its branch.
-const STEADY: f64 = 2.0;
 /// A row that has passed a pose has less than this share of its distance about there.
 pub(crate) const HALF: f64 = 0.5;
 /// Steps at this tolerance or a larger one are as long as the way between poses, and may lie across one and show nothing at their ends.
@@ -218,12 +216,6 @@ impl Guard {
         let share = self.share();
         if share < 1.0 { h * share / (1.0 - share) } else { f64::INFINITY }
     }
-}
-
-/// Has a row with these two values of 1 / r^2 come so much closer to the others, or gone so much further from them, that it could have gone over to another
-/// branch? Not a number is a jump too.
-pub(crate) fn is_jump(one: f64, other: f64) -> bool {
-    !(1.0 / (STEADY * STEADY)..STEADY * STEADY).contains(&(other / one))
 }
 
 /// Joints and drivers whose loop equations depend on each other at a state, or do so most, and how far from it they are, relative to how far they are in

@@ -1,9 +1,9 @@
 //! The way out of a singular pose: the state a step later from which the motion comes back to the pose with the rates there.
 
 use crate::context::Context;
-use crate::integrator::run::Run;
 use crate::math;
 use crate::model::Model;
+use crate::motion::Run;
 
 /// Lengths that are tried for the step, each half of the one before.
 const LENGTHS: usize = 12;

@@ -1,134 +1,86 @@
-//! What is reported of a singular pose that the motion has passed.
+//! Singular poses that a run passes: judged by the motion there, and noted.
 
 use std::collections::BTreeSet;
-use std::fmt;
-
-use serde::{Deserialize, Serialize};
 
 use super::crossing::Dependences;
 use crate::constraints::poses::active_rows;
 use crate::math;
 use crate::model::{Model, State};
+use crate::motion::passage::Passage;
+use crate::motion::poses::Follow;
+use crate::motion::run::Run;
 use crate::singular::detect::SHARE;
 
-/// Branches that miss each other by less than this are passed as if they met, whatever the tolerance: next to the pose rounding errors of positions, divided by the
-/// distance from it, are of the order of the distance of the branches, its root.
-const MEET: f64 = 1e-10;
 /// What rounding errors of lengths make of branches that meet, in units of their spacing; those of positions count, for angles grow with every turn.
 const ROUNDING: f64 = 64.0;
-/// More bodies than this are counted.
-const NAMED: usize = 4;
 
-/// A singular pose that the motion has passed.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Passage {
-    /// When [s].
-    pub time: f64,
-    /// Joints and drivers whose loop equations depend on each other there.
-    pub joints: Vec<String>,
-    /// Bodies that turn in these loops; joints, where their angles are the coordinates.
-    pub bodies: Vec<String>,
-    /// How many loop equations follow from the others there.
-    pub freedoms: usize,
-    /// By how much the branches miss each other there, relative to the scales of the loop equations; 0 if it is no more than rounding errors.
-    pub defect: f64,
+/// Judges a singular pose that the next step of a run passes, by the motion there, and notes it. False if the branches do not meet there: the step must
+/// be taken again, following the curve.
+pub(crate) fn note_passage(run: &mut Run, model: &Model, time: f64, pose: &[f64]) -> bool {
+    let passage = passage(run, model, time, pose);
+    if avoids(run, &passage) {
+        return false;
+    }
+    let known = &mut run.singular;
+    known.pose = Some(time);
+    known.passages.push(passage);
+    true
 }
 
-impl Passage {
-    /// Describes the pose of a state.
-    pub fn at(model: &Model, state: &State) -> Self {
-        let mut passage = Self { time: state.time(), joints: Vec::new(), bodies: Vec::new(), freedoms: 0, defect: 0.0 };
-        passage.describe(model, state);
-        passage
+/// Is this a pose where branches come close to each other but do not meet, seen from the motion there? The next steps then follow the curve. If they almost meet it
+/// is passed, and that is to be said.
+pub(crate) fn finds_avoided(run: &mut Run, model: &Model, time: f64, pose: &[f64]) -> bool {
+    let passage = passage(run, model, time, pose);
+    let avoided = avoids(run, &passage);
+    if !avoided && passage.is_inexact() {
+        run.singular.passages.push(passage);
     }
-
-    /// Do the branches only come close to each other?
-    pub fn is_avoided(&self) -> bool {
-        self.defect > MEET
-    }
-
-    /// Was it passed as if the branches met, though they do not?
-    pub fn is_inexact(&self) -> bool {
-        self.defect > 0.0
-    }
-
-    fn describe(&mut self, model: &Model, state: &State) {
-        let program = model.program();
-        let rows = active_rows(model, state);
-        let Some(found) = Dependences::of(&rows) else { return };
-        let combinations = &found.combinations;
-        self.freedoms = combinations.len();
-        let takes_part = |place: usize| combinations.iter().any(|shares| shares[place].abs() > SHARE);
-        let part: Vec<usize> = (0..rows.len()).filter(|&place| takes_part(place)).collect();
-        self.joints = part.iter().map(|&place| program.constraints[model.active()[place]].owner.clone()).collect();
-        self.joints.dedup();
-        let moved: BTreeSet<usize> = part.iter().flat_map(|&place| rows[place].keys().copied()).collect();
-        let turning = moved.iter().filter_map(|&index| program.coordinates[index].name.strip_suffix(".angle"));
-        self.bodies = turning.map(String::from).collect();
-        let defect = found.defect(model, state);
-        let coordinates = program.coordinates.iter().zip(state.positions());
-        let largest = coordinates.fold(1.0, |most, (own, place)| math::maximum(most, place.abs() / own.scale));
-        self.defect = if defect > ROUNDING * f64::EPSILON * largest { defect } else { 0.0 };
-    }
+    avoided
 }
 
-impl fmt::Display for Passage {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(formatter, "t = {:.6} s: ", self.time)?;
-        match (self.joints.as_slice(), self.bodies.as_slice()) {
-            // One loop, whose joints are then on a line.
-            ([_], [_, _, ..]) => write!(formatter, "{} are in line", listed(&self.bodies))?,
-            ([], _) => write!(formatter, "singular pose")?,
-            _ => write!(formatter, "singular pose of the loops at {}", listed(&self.joints))?,
-        }
-        let freedoms = if self.freedoms == 1 { "freedom" } else { "freedoms" };
-        write!(formatter, "; passing with {} {freedoms} gained", self.freedoms)?;
-        match self.is_inexact() {
-            true => write!(
-                formatter,
-                "; it is passed as if the branches of the motion met, but they miss each other by {:.0e} of the lengths",
-                self.defect
-            ),
-            false => Ok(()),
+/// Notes a singular pose that is passed by leaving its zone, unless the step that first passed it has been noted.
+pub(crate) fn note_left(run: &mut Run, model: &Model, [from, pose]: [f64; 2], there: &[f64]) {
+    if pose > from && !run.singular.passages.iter().any(|passage| passage.time > from) {
+        let passage = passage(run, model, pose, there);
+        if !passage.is_avoided() {
+            run.singular.passages.push(passage);
         }
     }
 }
 
-/// Names in backticks, the last ones counted if there are many.
-fn listed(names: &[String]) -> String {
-    let shown = if names.len() > NAMED { NAMED - 1 } else { names.len() };
-    let mut words: Vec<String> = names[..shown].iter().map(|name| format!("`{name}`")).collect();
-    if shown < names.len() {
-        words.push(format!("{} others", names.len() - shown));
+fn avoids(run: &mut Run, passage: &Passage) -> bool {
+    let avoided = passage.is_avoided();
+    if avoided {
+        let ahead = passage.time - run.last.end_time;
+        let known = &mut run.singular;
+        known.follow = Some(Follow::past(passage.time, ahead));
+        (known.ahead, known.pose) = (0.0, None);
     }
-    match words.split_last() {
-        Some((last, [])) => last.clone(),
-        Some((last, others)) => format!("{} and {last}", others.join(", ")),
-        None => String::new(),
-    }
+    avoided
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+fn passage(run: &Run, model: &Model, time: f64, pose: &[f64]) -> Passage {
+    describe(model, &run.state_at(model, time, pose))
+}
 
-    #[test]
-    fn the_message_names_the_bodies_in_line() {
-        let names = |names: &[&str]| names.iter().map(|name| name.to_string()).collect::<Vec<_>>();
-        let mut passage =
-            Passage { time: 3.25, joints: names(&["pin"]), bodies: names(&["crank", "rod"]), freedoms: 1, defect: 0.0 };
-        assert_eq!(passage.to_string(), "t = 3.250000 s: `crank` and `rod` are in line; passing with 1 freedom gained");
-        assert!(!passage.is_inexact() && !passage.is_avoided());
-        passage.defect = 3e-11;
-        assert!(passage.to_string().ends_with("miss each other by 3e-11 of the lengths"));
-        assert!(passage.is_inexact() && !passage.is_avoided());
-        passage.defect = 0.0;
-        passage.bodies = names(&["a", "b", "c", "d", "e"]);
-        assert!(passage.to_string().contains("`a`, `b`, `c` and 2 others are in line"), "{passage}");
-        (passage.joints, passage.freedoms) = (names(&["left", "right"]), 2);
-        assert!(
-            passage.to_string().ends_with("loops at `left` and `right`; passing with 2 freedoms gained"),
-            "{passage}"
-        );
-    }
+/// Describes the pose of a state.
+pub(crate) fn describe(model: &Model, state: &State) -> Passage {
+    let mut passage = Passage { time: state.time(), joints: Vec::new(), bodies: Vec::new(), freedoms: 0, defect: 0.0 };
+    let program = model.program();
+    let rows = active_rows(model, state);
+    let Some(found) = Dependences::of(&rows) else { return passage };
+    let combinations = &found.combinations;
+    passage.freedoms = combinations.len();
+    let takes_part = |place: usize| combinations.iter().any(|shares| shares[place].abs() > SHARE);
+    let part: Vec<usize> = (0..rows.len()).filter(|&place| takes_part(place)).collect();
+    passage.joints = part.iter().map(|&place| program.constraints[model.active()[place]].owner.clone()).collect();
+    passage.joints.dedup();
+    let moved: BTreeSet<usize> = part.iter().flat_map(|&place| rows[place].keys().copied()).collect();
+    let turning = moved.iter().filter_map(|&index| program.coordinates[index].name.strip_suffix(".angle"));
+    passage.bodies = turning.map(String::from).collect();
+    let defect = found.defect(model, state);
+    let coordinates = program.coordinates.iter().zip(state.positions());
+    let largest = coordinates.fold(1.0, |most, (own, place)| math::maximum(most, place.abs() / own.scale));
+    passage.defect = if defect > ROUNDING * f64::EPSILON * largest { defect } else { 0.0 };
+    passage
 }

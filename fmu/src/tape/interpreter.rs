@@ -64,7 +64,7 @@ pub(super) fn sines_and_cosines<F: File + ?Sized>(instructions: &[Instruction], 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::constraints::poses::Random;
+    use crate::math::Random;
 
     /// Among few registers, so that many angles are results of the instructions before.
     #[test]

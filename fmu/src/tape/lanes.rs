@@ -197,7 +197,7 @@ fn chains(slope: Lane, direction: Lane) -> Lane {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::constraints::poses::Random;
+    use crate::math::Random;
 
     const REGISTERS: usize = 7;
 

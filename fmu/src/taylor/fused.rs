@@ -1,9 +1,9 @@
 //! Scalar operations that occur together, found when a model is loaded and run as one: what the law of a spring between two points takes.
 
-use super::ORDERS;
-use super::form::{Operation, SeriesTape, Slot, Source, Step};
 use super::tape::{Numbers, Vectors};
 use crate::linalg::lane::{Lane, WIDTH, ZERO, plus, splat};
+use crate::program::arm_form::ORDERS;
+use crate::program::arm_form::{Operation, SeriesTape, Slot, Source, Step};
 
 /// What is run at each order.
 #[derive(Clone, Debug)]

@@ -1,7 +1,7 @@
 //! Sums of products of the coefficients of series, of one motion or of several at once: what a new order of a law takes.
 
-use super::ORDERS;
 use crate::linalg::many::Number;
+use crate::program::arm_form::ORDERS;
 
 /// Makes a polynomial in t, so many coefficients of each order side by side, one in t - dt.
 pub(super) fn move_start(polynomial: &mut [f64], count: usize, dt: f64) {

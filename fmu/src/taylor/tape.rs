@@ -1,7 +1,5 @@
 //! Scalar series: signals of time and the laws of loads, one order at a time.
 
-use super::ORDERS;
-use super::form::{Given, Operation, SeriesTape, Slot, Source, Step};
 use super::fused::{Task, tasks};
 use super::products::{convolution, inner_square, power, square, tail, weighted, weighted_tail};
 use crate::events::switch::{Choices, Side};
@@ -9,6 +7,8 @@ use crate::linalg::lane::{WIDTH, by_width};
 use crate::math;
 use crate::model::Model;
 use crate::program::FollowerOrder;
+use crate::program::arm_form::ORDERS;
+use crate::program::arm_form::{Given, Operation, SeriesTape, Slot, Source, Step};
 
 /// What linear steps read besides scalar series: the k-th coefficients of arms and unknowns.
 #[derive(Clone, Copy)]

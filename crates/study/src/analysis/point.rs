@@ -2,7 +2,7 @@
 
 use cotree::expr::{Symbol, Values};
 use cotree::lower::symbol_register;
-use cotree_fmu::constraints::accelerations::Accelerations;
+use cotree_fmu::integrator::accelerations::Accelerations;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::{Model, State};
 use cotree_fmu::program::Layout;

@@ -4,11 +4,11 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use super::level::Level;
 use super::{Family, Wanted, column_scale, first, fulfilled};
-use crate::constraints::poses::Random;
 use crate::constraints::projection::largest_gap;
 use crate::failure::{Failure, Gap};
 use crate::linalg::least_squares::{Equations, solve};
 use crate::machine::Machine;
+use crate::math::Random;
 use crate::model::{Model, State};
 use crate::program::Condition;
 

@@ -6,15 +6,15 @@
 mod dop853;
 
 use super::right_hand_side::RightHandSide;
-use super::run::Run;
-use crate::constraints::accelerations::finite;
 use crate::context::{Context, Settings};
 use crate::events::{Monitor, Objection, Span};
 use crate::failure::Failure;
+use crate::integrator::accelerations::finite;
 use crate::integrator::control::{Attempt, Integrator, Trial, because, reach, shortest};
+use crate::integrator::range::{Range, Ranged};
 use crate::math;
 use crate::model::Model;
-use crate::singular::reciprocals::{Range, Ranged};
+use crate::motion::Run;
 use dop853::{Dop853, interpolate, next_step, slope};
 
 /// Share of the tolerance that one step may use: what the user sees is the sum of the errors of many steps.
@@ -198,7 +198,6 @@ impl Explicit {
         self.method.roll();
         self.range.roll();
         run.singular.step_without_poses(run.last.end_time);
-        run.taylor.series = Some(false);
         run.last.end_time = end;
         run.last.end.copy_from_slice(&self.next);
     }

@@ -3,7 +3,8 @@
 use super::radau::evaluate;
 use super::{Implicit, Memory, OVERLOOKED, second_derivative};
 use crate::context::Context;
-use crate::integrator::run::Run;
+use crate::model::State;
+use crate::motion::Run;
 
 /// Where in a step the Jacobian is evaluated, if the motion before says what is there.
 const MIDDLE: f64 = 0.6;
@@ -11,23 +12,17 @@ const MIDDLE: f64 = 0.6;
 const EXTRAPOLATED: f64 = 8.0;
 
 impl Implicit {
-    /// The factors of the last step, if they were lost with a saved state.
-    pub fn prepare(&mut self, context: &mut Context, run: &Run) {
-        if !self.current {
-            self.differentiate(context, run);
-        }
-        if self.radau.factored() != run.radau.step {
-            self.radau.factor(run.radau.step);
-        }
-    }
-
-    /// Puts q, projected between the steps, where stiff springs are as tight as the motion of the step demands: there a small error of the positions
-    /// is a large one of the forces. The state must be in the registers, and
-    /// [`Implicit::prepare`] have been called before.
-    pub fn tighten(&mut self, context: &mut Context, run: &Run, q: &mut [f64]) {
+    /// Puts q at a state between the ends of the last step, projected there, where stiff springs are as tight as the motion of the step demands: a small error of the
+    /// positions is a large one of the forces.
+    pub fn tighten(&mut self, context: &mut Context, run: &Run, memory: &mut Memory, state: &mut State) {
+        std::mem::swap(&mut self.memory, memory);
+        self.restore_factors(context, run);
+        std::mem::swap(&mut self.memory, memory);
         let Context { model, machine, .. } = context;
-        let dt = machine.registers()[model.layout().time()] - run.last.start_time;
+        machine.load(model, state);
         machine.evaluate(&model.program().tapes.acceleration, &mut self.column);
+        let dt = state.time() - run.last.start_time;
+        let q = state.positions_mut();
         for (index, place) in self.column.iter_mut().enumerate() {
             *place -= second_derivative(&run.last.dense, q.len(), index, dt);
         }
@@ -41,13 +36,23 @@ impl Implicit {
         }
     }
 
+    /// The factors of the last step, if they were lost with a saved state.
+    fn restore_factors(&mut self, context: &mut Context, run: &Run) {
+        if !self.current {
+            self.differentiate(context, run);
+        }
+        if self.radau.factored() != self.memory.step {
+            self.radau.factor(self.memory.step);
+        }
+    }
+
     /// Makes a place within the next step, as the motion before promises it, that of the Jacobian: it serves all nodes alike.
     pub(super) fn anchor_ahead(&mut self, context: &mut Context, run: &mut Run) {
         let before = run.last.end_time - run.last.start_time;
-        if !run.radau.smooth || run.last.natural == 0.0 || run.last.natural > EXTRAPOLATED * before {
+        if !self.memory.smooth || run.last.natural == 0.0 || run.last.natural > EXTRAPOLATED * before {
             return self.anchor_at_the_start(context, run);
         }
-        let Memory { anchor, anchored, .. } = &mut run.radau;
+        let Memory { anchor, anchored, .. } = &mut self.memory;
         anchor[0] = run.last.end_time + MIDDLE * run.last.natural;
         evaluate(&run.last.dense, before + MIDDLE * run.last.natural, &mut anchor[1..]);
         *anchored = true;
@@ -56,7 +61,7 @@ impl Implicit {
 
     /// Makes the start of the step the place of the Jacobian, if it is not.
     pub(super) fn anchor_at_the_start(&mut self, context: &mut Context, run: &mut Run) {
-        let Memory { anchor, anchored, .. } = &mut run.radau;
+        let Memory { anchor, anchored, .. } = &mut self.memory;
         if *anchored && anchor[0] == run.last.end_time && self.current {
             return;
         }
@@ -69,7 +74,7 @@ impl Implicit {
     /// The Jacobian at the anchor.
     pub(super) fn differentiate(&mut self, context: &mut Context, run: &Run) {
         let Context { model, machine, .. } = context;
-        let Memory { anchor, .. } = &run.radau;
+        let Memory { anchor, .. } = &self.memory;
         machine.load_signals(model, &run.signals.origin, anchor[0]);
         machine.load_motion(model, &anchor[1..]);
         let (by_q, by_v) = self.radau.jacobian_mut();
@@ -91,15 +96,15 @@ impl Implicit {
         let Implicit { radau, batched, .. } = self;
         let regular =
             radau.linearise(&mut batched.states(context, &run.signals.origin), (run.last.end_time, &run.last.end, h));
-        radau.last_stage((run.last.end_time, h), &mut run.radau.anchor);
-        (run.radau.anchored, self.current) = (true, true);
+        radau.last_stage((run.last.end_time, h), &mut self.memory.anchor);
+        (self.memory.anchored, self.current) = (true, true);
         regular
     }
 
     /// A first guess of the stages.
     pub(super) fn guess(&mut self, run: &Run, h: f64) {
         let before = run.last.end_time - run.last.start_time;
-        if !run.radau.smooth || h > EXTRAPOLATED * before {
+        if !self.memory.smooth || h > EXTRAPOLATED * before {
             return self.radau.guess_nothing();
         }
         self.radau.guess(&run.last.end, |node, motion| {

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::model::Model;
 
 /// What the method knows from the steps before.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Memory {
     /// Time, q and v at which the Jacobian was evaluated.
     pub(super) anchor: Vec<f64>,

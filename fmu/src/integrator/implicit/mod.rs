@@ -14,17 +14,17 @@ mod radau;
 mod rate;
 
 use super::right_hand_side::RightHandSide;
-use super::run::Run;
-use crate::constraints::accelerations::finite;
 use crate::context::{Context, Settings};
 use crate::events::{Monitor, Objection, Span};
 use crate::failure::Failure;
-use crate::integrator::control::{Attempt, Integrator, Trial, because, reach, shortest};
+use crate::integrator::accelerations::finite;
+use crate::integrator::control::{Attempt, Horizon, Integrator, Progress, Trial, because, reach, shortest, take_step};
+use crate::integrator::range::Range;
 use crate::linalg::lane::{Lane, ZERO};
 use crate::math;
 use crate::model::Model;
+use crate::motion::Run;
 use crate::program::Engine;
-use crate::singular::reciprocals::Range;
 use batched::Batched;
 use control::{SAFETY, SHRINK, fourth_root};
 use radau::{DENSE_ORDER, Newton, REAL, Radau, evaluate};
@@ -46,6 +46,8 @@ const OVERLOOKED: f64 = 100.0;
 /// Storage for implicit steps; by default, none.
 #[derive(Clone, Debug, Default)]
 pub struct Implicit {
+    /// That of the run whose step is being taken.
+    memory: Memory,
     radau: Radau,
     batched: Batched,
     next: Vec<f64>,
@@ -78,7 +80,7 @@ impl Integrator for Implicit {
             .map_err(|failure| because(context, run, failure))?;
         if self.radau.has_each() {
             // Each attempt has Jacobians of its own.
-        } else if !run.radau.anchored || run.radau.contraction > FRESH_ENOUGH {
+        } else if !self.memory.anchored || self.memory.contraction > FRESH_ENOUGH {
             self.anchor_ahead(context, run);
         } else if !self.current {
             self.differentiate(context, run);
@@ -101,7 +103,7 @@ impl Integrator for Implicit {
             }
         };
         let Solved { error, iterations, contraction } = solved;
-        let proposed = self.propose(&run.radau, h, error, [f64::from(iterations), contraction], attempt.rejected);
+        let proposed = self.propose(&self.memory, h, error, [f64::from(iterations), contraction], attempt.rejected);
         self.accept(run, attempt.end, error, contraction);
         attempt.accepted(proposed)
     }
@@ -143,6 +145,7 @@ impl Implicit {
         let n = model.coordinates();
         let radau = Radau::new(n);
         Self {
+            memory: Memory::new(model),
             batched: Batched::new(model, radau.has_each()),
             radau,
             next: vec![0.0; 2 * n],
@@ -157,6 +160,19 @@ impl Implicit {
             monitor: Monitor::new(model),
             share: [0.0; 2],
         }
+    }
+
+    /// One step from the end of the last one, unless the method declines it.
+    pub fn step(
+        &mut self,
+        context: &mut Context,
+        (run, memory): (&mut Run, &mut Memory),
+        horizon: Horizon,
+    ) -> Result<Progress, Failure> {
+        std::mem::swap(&mut self.memory, memory);
+        let done = take_step(self, context, run, horizon);
+        std::mem::swap(&mut self.memory, memory);
+        done
     }
 
     /// To be called when the next step does not begin where this method left the last one.
@@ -188,7 +204,7 @@ impl Implicit {
         let error = self.estimate(context, run, attempt);
         let small = error < 1.0;
         if !small {
-            let first = run.radau.step == 0.0;
+            let first = self.memory.step == 0.0;
             let shorter = if first { FIRST_REJECTED } else { (SAFETY / fourth_root(error)).clamp(SHRINK, 0.9) };
             return Err(reject(shorter, None));
         }
@@ -227,7 +243,7 @@ impl Implicit {
     /// The error of the step just solved, in units of the tolerances.
     fn estimate(&mut self, context: &mut Context, run: &Run, attempt: &Attempt) -> f64 {
         let step = (run.last.end_time, run.last.end.as_slice(), attempt.end - run.last.end_time);
-        let again = run.radau.step == 0.0 || attempt.rejected;
+        let again = self.memory.step == 0.0 || attempt.rejected;
         let mut f = RightHandSide::new(context, &run.signals.origin);
         self.radau.error(&mut f, step, &self.tolerances, again)
     }
@@ -296,7 +312,7 @@ impl Implicit {
         run.last.start_time = run.last.end_time;
         run.last.end_time = end;
         run.last.end.copy_from_slice(&self.next);
-        let memory = &mut run.radau;
+        let memory = &mut self.memory;
         (memory.step, memory.error) = (h, error.max(REMEMBERED));
         (memory.contraction, memory.smooth) = (contraction, true);
         self.known = false;

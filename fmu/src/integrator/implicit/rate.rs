@@ -2,10 +2,10 @@
 
 use super::Implicit;
 use crate::context::Context;
-use crate::integrator::run::Run;
 use crate::linalg::lane::ZERO;
 use crate::math;
 use crate::model::Model;
+use crate::motion::Run;
 
 /// Steps of the power method.
 const POWERS: usize = 3;

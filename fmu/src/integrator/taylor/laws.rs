@@ -7,8 +7,8 @@ use crate::events::Choices;
 use crate::events::sliding::pushed;
 use crate::failure::Failure;
 use crate::integrator::control::Progress;
-use crate::integrator::run::Run;
 use crate::math;
+use crate::motion::Run;
 
 /// A smooth branch that is no longer than so many shortest steps is one of several that begin together.
 const FLEETING: f64 = 64.0;
@@ -67,22 +67,22 @@ impl Taylor {
     }
 
     /// Begins the next step on the branches that begin at a switch, so long after the step began; on those of the motion if it ends at none.
-    pub(super) fn enter(&mut self, run: &mut Run, switch: Option<(f64, Choices)>, shortest: f64) {
-        run.taylor.branches = match switch {
+    pub(super) fn enter(&mut self, switch: Option<(f64, Choices)>, shortest: f64) {
+        self.memory.branches = match switch {
             // What has just changed may be zero by rounding still.
-            Some((length, branches)) if length < FLEETING * shortest => self.after(run, branches),
+            Some((length, branches)) if length < FLEETING * shortest => self.after(branches),
             Some((_, branches)) => branches,
             None => Choices::default(),
         };
         if switch.is_some() {
             self.known = Start::Unknown;
-            run.taylor.series = None;
+            self.memory.series = None;
         }
     }
 
     /// A branch that ends before so long ends where it begins. What follows from a switch is told by its value, which is that of the switch's rounding errors yet.
-    pub(super) fn at_once(&self, run: &Run, branches: Choices, shortest: f64) -> f64 {
-        let follows = self.jet.following(run.taylor.branches) & branches.known != 0;
+    pub(super) fn at_once(&self, branches: Choices, shortest: f64) -> f64 {
+        let follows = self.jet.following(self.memory.branches) & branches.known != 0;
         if follows { FLEETING * shortest } else { shortest }
     }
 
@@ -95,28 +95,28 @@ impl Taylor {
         branches: Choices,
     ) -> Result<Progress, Failure> {
         self.known = Start::Unknown;
-        if run.taylor.branches.reversed & branches.known != 0 {
+        if self.memory.branches.reversed & branches.known != 0 {
             let sliding_mode = |coordinate| Failure::SlidingMode { time: run.last.end_time, coordinate };
             return self.pushed(context, run, branches).map_or(Ok(Progress::Declined), |name| Err(sliding_mode(name)));
         }
-        run.taylor.branches = self.after(run, branches);
-        run.taylor.series = None;
+        self.memory.branches = self.after(branches);
+        self.memory.series = None;
         Ok(if branches.known != 0 { Progress::Stepped } else { Progress::Declined })
     }
 
     /// The branches that the step begins on, but for later ones and what follows from those: its values tell.
-    fn after(&self, run: &Run, branches: Choices) -> Choices {
-        run.taylor.branches.without(self.jet.following(branches)).then(branches)
+    fn after(&self, branches: Choices) -> Choices {
+        self.memory.branches.without(self.jet.following(branches)).then(branches)
     }
 
     /// Does the tape of the accelerations demand within a step of length h what its polynomial does? Laws have one meaning, but the series and the tape find it in
     /// different ways; where the sides of a comparison differ by rounding errors for long, the tape decides. Looked at after each switch and now and then.
     pub(super) fn agrees(&mut self, context: &mut Context, run: &mut Run, h: f64, goal: f64) -> bool {
-        let due = run.taylor.series.is_none() || run.taylor.unseen >= SELDOM;
+        let due = self.memory.series.is_none() || self.memory.unseen >= SELDOM;
         if !due || !(self.jet.has_switches() || self.has_laws()) {
             return true;
         }
-        run.taylor.unseen = 0;
+        self.memory.unseen = 0;
         self.jet.evaluate(&run.last.dense, run.last.order as usize, WITHIN * h, &mut self.next);
         let residual = self.residual(context, &run.signals.origin, run.last.end_time + WITHIN * h);
         // What is no number says nothing.
@@ -128,7 +128,7 @@ impl Taylor {
     fn pushed(&mut self, context: &mut Context, run: &Run, branches: Choices) -> Option<String> {
         self.jet.coordinates(2, &mut self.left);
         self.next.copy_from_slice(&run.last.end);
-        self.jet.force(self.after(run, branches));
+        self.jet.force(self.after(branches));
         self.start(context, run, run.last.end_time, false)?;
         let Self { jet, left, next, closed, .. } = self;
         let n = left.len();

@@ -8,12 +8,14 @@ use super::propose::{GROW, goal, is_long, natural, share};
 use super::{Taylor, order_for};
 use crate::context::{Context, Settings};
 use crate::events::{Choices, half_width};
-use crate::integrator::control::{LONGEST, STRETCH, shortest};
-use crate::integrator::run::Run;
+use crate::integrator::control::{STRETCH, shortest};
+use crate::integrator::memory::Memory;
 use crate::linalg::many::{Many, Number};
 use crate::model::Model;
+use crate::motion::Run;
+use crate::motion::last_step::LONGEST;
 use crate::program::Engine;
-use crate::taylor::form::Slot;
+use crate::program::arm_form::Slot;
 use crate::taylor::{Begun, Members};
 
 /// A step of one run.
@@ -28,11 +30,11 @@ pub(crate) struct Proposed {
 
 impl Taylor {
     /// May the next step of this run be found together with those of others?
-    pub fn joins(&self, run: &Run, settings: &Settings) -> bool {
+    pub fn joins(&self, run: &Run, memory: &Memory, settings: &Settings) -> bool {
         let (last, limit) = (&run.last, settings.limit());
         let regular = !is_foreseen(run, last.natural) && run.following().is_none() && !run.in_zone(limit);
-        let series = run.taylor.series == Some(false) && run.taylor.branches == Choices::default();
-        let usual = !run.stiffness.is_other() && !last.undefined;
+        let series = memory.taylor.series == Some(false) && memory.taylor.branches == Choices::default();
+        let usual = !memory.choice.is_other() && !last.undefined;
         let known = last.natural > 0.0 && last.natural <= limit - last.end_time;
         settings.engine == Engine::Taylor && self.jet.joins() && regular && series && usual && known
     }
@@ -71,11 +73,12 @@ impl Taylor {
     pub fn conclude_with(
         &mut self,
         context: &mut Context,
-        run: &mut Run,
+        (run, memory): (&mut Run, &mut Memory),
         step: &Proposed,
         motions: &Motions,
         member: usize,
     ) -> bool {
+        self.memory = memory.taylor;
         motions.reciprocal_pivots(member, &mut self.guard.next);
         let good = motions.openness(member) <= step.goal && motions.defect(member) <= step.goal;
         let passed = run.singular.ahead > 0.0 && self.guard.turned(step.h).is_some();
@@ -87,6 +90,7 @@ impl Taylor {
         self.tight = false;
         context.statistics.evaluations += 1;
         self.accept(context, run, step.end, step.cut);
+        memory.taylor = self.memory;
         true
     }
 }

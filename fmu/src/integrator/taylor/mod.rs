@@ -12,11 +12,11 @@ mod propose;
 mod step;
 
 use super::control::{Horizon, Progress};
-use super::run::Run;
 use crate::context::Context;
 use crate::events::Layers;
 use crate::failure::Failure;
 use crate::model::Model;
+use crate::motion::Run;
 use crate::singular::dependence::begins_near;
 use crate::singular::detect::Guard;
 use crate::taylor::Jet;
@@ -42,6 +42,8 @@ pub struct Taylor {
     known: Start,
     /// Has it been begun with the loops closed tightly?
     tight: bool,
+    /// That of the run whose step is being taken.
+    memory: Memory,
 }
 
 /// Whether there is a series at the end of the last step.
@@ -80,6 +82,7 @@ impl Taylor {
             guard,
             known: Start::Unknown,
             tight: false,
+            memory: Memory::default(),
         })
     }
 
@@ -116,7 +119,19 @@ impl Taylor {
     }
 
     /// Takes one step, or declines it where there is no series to step along.
-    pub fn advance(&mut self, context: &mut Context, run: &mut Run, horizon: Horizon) -> Result<Progress, Failure> {
+    pub fn advance(
+        &mut self,
+        context: &mut Context,
+        (run, memory): (&mut Run, &mut Memory),
+        horizon: Horizon,
+    ) -> Result<Progress, Failure> {
+        self.memory = *memory;
+        let done = self.go_on(context, run, horizon);
+        *memory = self.memory;
+        done
+    }
+
+    fn go_on(&mut self, context: &mut Context, run: &mut Run, horizon: Horizon) -> Result<Progress, Failure> {
         self.begin(context, run);
         match self.known {
             Start::Singular => self.leave(context, run),
@@ -125,7 +140,7 @@ impl Taylor {
             Start::Near => self.leave(context, run).or_else(|_| {
                 // Too slow to be left: it is followed like any other motion.
                 self.next.copy_from_slice(&run.last.end);
-                self.jet.force(run.taylor.branches);
+                self.jet.force(self.memory.branches);
                 let begun = self.start(context, run, run.last.end_time, true);
                 self.known = begun.map_or(Start::Singular, |_| Start::Regular);
                 self.guard.roll();
@@ -136,13 +151,19 @@ impl Taylor {
     }
 
     /// (q, v) at the target, from the end of the last step or from its polynomial.
-    pub fn read(&mut self, context: &mut Context, run: &Run, target: f64, motion: &mut [f64]) -> Reading {
+    pub fn read(
+        &mut self,
+        context: &mut Context,
+        (run, memory): (&Run, &Memory),
+        target: f64,
+        motion: &mut [f64],
+    ) -> Reading {
         if run.last.end_time == target {
             if self.jet.is_open() {
                 motion.copy_from_slice(&run.last.end);
                 return Reading::Closed;
             }
-            self.begin(context, run);
+            self.prepare(context, run, memory);
             let regular = matches!(self.known, Start::Regular | Start::Near);
             motion.copy_from_slice(if regular { &self.closed } else { &run.last.end });
             return if regular { Reading::Closed } else { Reading::Open };
@@ -157,14 +178,19 @@ impl Taylor {
     }
 
     /// Begins a series at the end of the last step, on the loops, if that has not been done.
-    pub(crate) fn begin(&mut self, context: &mut Context, run: &Run) {
+    pub(crate) fn prepare(&mut self, context: &mut Context, run: &Run, memory: &Memory) {
+        self.memory = *memory;
+        self.begin(context, run);
+    }
+
+    fn begin(&mut self, context: &mut Context, run: &Run) {
         if self.known == Start::Unknown {
             self.next.copy_from_slice(&run.last.end);
-            self.jet.force(run.taylor.branches);
+            self.jet.force(self.memory.branches);
             // Only what the run remembers counts: what the guard holds may come from another run.
             self.guard.start.fill(0.0);
-            self.known = match self.start(context, run, run.last.end_time, run.taylor.series == Some(true)) {
-                Some(_) if run.taylor.series.is_none() && begins_near(context, run) => Start::Near,
+            self.known = match self.start(context, run, run.last.end_time, self.memory.series == Some(true)) {
+                Some(_) if self.memory.series.is_none() && begins_near(context, run) => Start::Near,
                 Some(_) => Start::Regular,
                 None => Start::Singular,
             };

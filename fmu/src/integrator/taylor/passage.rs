@@ -6,12 +6,13 @@ use crate::context::Context;
 use crate::events::{Choices, half_width};
 use crate::failure::Failure;
 use crate::integrator::control::{Progress, shortest};
-use crate::integrator::run::Run;
 use crate::math;
 use crate::model::State;
+use crate::motion::Run;
 use crate::singular::dependence::{not_passed, undecided};
 use crate::singular::detect::{HALF, LANDING, leapt_over, locate, refine};
 use crate::singular::leaving::{CORRECTIONS, Search, Verdict};
+use crate::singular::passing::{finds_avoided, note_left, note_passage};
 
 /// A pose predicted no further ahead than so many natural steps is located: a row that has just begun to fall falls faster and faster.
 const FORESEEN: f64 = 3.0;
@@ -56,6 +57,9 @@ impl Taylor {
 
     /// Has a step leapt over a pose that nothing had announced, and where branches do not meet? Where they do, the motion goes straight on as it has.
     pub(super) fn has_leapt(&mut self, context: &mut Context, run: &mut Run, end: f64) -> bool {
+        if self.guard.start.is_empty() {
+            return false;
+        }
         let (h, share, known) = (end - run.last.end_time, self.guard.share(), run.singular.ahead);
         let mut looked = false;
         let found = leapt_over(h, share, context.settings.tolerance, |time| {
@@ -113,8 +117,8 @@ impl Taylor {
             self.jet.move_start(&mut run.last.dense, order, -search.h);
             self.depart(context, run, [pose, length]);
             run.last.natural = run.last.natural.max(search.h);
-            self.enter(run, switch, shortest);
-            (self.known, run.taylor.series) = (Start::Unknown, None);
+            self.enter(switch, shortest);
+            (self.known, self.memory.series) = (Start::Unknown, None);
             return Ok(Progress::Stepped);
         }
         Err(if run.in_zone(time) { not_passed(context, run) } else { undecided(context, run) })
@@ -128,7 +132,7 @@ impl Taylor {
         self.jet.evaluate(&run.last.dense, order, length, &mut run.last.end);
         (run.last.start_time, run.last.end_time) = (start, start + length);
         if pose <= run.last.end_time {
-            run.note_left(context.model, [start, pose], &there);
+            note_left(run, context.model, [start, pose], &there);
         }
         (run.singular.ahead, run.singular.pose) = (f64::max(pose - run.last.end_time, 0.0), Some(pose));
         context.statistics.steps += 1;
@@ -138,7 +142,7 @@ impl Taylor {
     fn choose(&mut self, context: &mut Context, run: &Run) {
         let Context { model, machine, .. } = context;
         machine.load_signals(model, &run.signals.origin, run.last.end_time);
-        self.jet.force(run.taylor.branches);
+        self.jet.force(self.memory.branches);
         let choices = self.jet.choices_at(model, machine.registers(), &run.last.end);
         self.jet.force(choices);
     }
@@ -181,7 +185,7 @@ impl Taylor {
     /// Notes that the step from the start of the step passes a singular pose; false if the branches do not meet there.
     pub(super) fn note_passage(&mut self, context: &mut Context, run: &mut Run, end: f64) -> bool {
         let pose = self.follow_to_pose(context, run, end - run.last.end_time);
-        let meets = run.note_passage(context.model, pose, &self.next);
+        let meets = note_passage(run, context.model, pose, &self.next);
         if meets {
             self.restore_end(context, run, end);
         } else {
@@ -219,7 +223,7 @@ impl Taylor {
     pub(super) fn finds_avoided(&mut self, context: &mut Context, run: &mut Run, h: f64) -> bool {
         let pose = self.follow_to_pose(context, run, h);
         self.known = Start::Unknown;
-        run.finds_avoided(context.model, pose, &self.next)
+        finds_avoided(run, context.model, pose, &self.next)
     }
 
     /// The time of the pose ahead within a step of length h; the motion there is then in `next`.

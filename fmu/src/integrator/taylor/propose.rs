@@ -4,12 +4,13 @@ use super::Taylor;
 use super::step::PREDICTED;
 use crate::context::Context;
 use crate::events::{Choices, half_width};
-use crate::integrator::control::{Horizon, LONGEST, STRETCH, shortest};
-use crate::integrator::run::Run;
+use crate::integrator::control::{Horizon, STRETCH, shortest};
 use crate::math;
 use crate::model::Model;
+use crate::motion::Run;
+use crate::motion::last_step::LONGEST;
+use crate::program::arm_form::MAX_ORDER;
 use crate::singular::detect::{HORIZON, Plan, plan};
-use crate::taylor::MAX_ORDER;
 
 /// Share of the tolerance that one step may use: what the user sees is the sum of the errors of many steps.
 const SHARE_OF_TOLERANCE: f64 = 0.03;
@@ -115,9 +116,7 @@ impl Taylor {
         self.follow_laws(order);
         let sighted = self.jet.sighted(order, room.min(REACH * natural), tolerance);
         let switch = self.jet.end_of_piece(order, 0.0, sighted);
-        if let Some((_, branches)) =
-            switch.filter(|(length, branches)| *length < self.at_once(run, *branches, shortest))
-        {
+        if let Some((_, branches)) = switch.filter(|(length, branches)| *length < self.at_once(*branches, shortest)) {
             return Proposal::Switch(branches);
         }
         let cut = self.layers.first_cut(natural.min(room), half_width(tolerance));

@@ -6,7 +6,7 @@ use crate::context::Context;
 use crate::events::Choices;
 use crate::failure::Failure;
 use crate::integrator::control::{Horizon, Progress};
-use crate::integrator::run::Run;
+use crate::motion::Run;
 use crate::singular::dependence::{STOPPED, end_of_reach, is_singular, not_passed};
 
 /// A step shorter than this share of its natural length needs no test at its end if there are no loops to be closed there, and no laws of the
@@ -180,7 +180,7 @@ impl Taylor {
         let cut = end == step.limit || falls || switch.is_some() || step.most.is_finite();
         self.accept(context, run, end, cut);
         run.singular.ahead = left.unwrap_or(run.singular.ahead);
-        self.enter(run, switch, step.shortest);
+        self.enter(switch, step.shortest);
     }
 
     /// The end of the step becomes that of the run.
@@ -189,13 +189,13 @@ impl Taylor {
         run.singular.ahead = self.guard.ahead(h);
         run.singular.follow_on(self.guard.arrival(h));
         self.guard.roll();
-        run.taylor.series = Some(self.tight);
+        self.memory.series = Some(self.tight);
         let last = &mut run.last;
         // A step cut short says nothing against the natural length.
         last.natural = if cut { h.max(last.natural) } else { h };
         (last.start_time, last.end_time) = (last.end_time, end);
         last.end.copy_from_slice(&self.next);
-        run.taylor.unseen = run.taylor.unseen.saturating_add(1);
+        self.memory.unseen = self.memory.unseen.saturating_add(1);
         context.statistics.steps += 1;
     }
 }

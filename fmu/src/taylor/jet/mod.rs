@@ -25,9 +25,9 @@ use crate::linalg::matrix::{FOUR_AT_ONCE, Matrix};
 use crate::linalg::tree::{Limb, Recursion};
 use crate::machine::Machine;
 use crate::model::Model;
-use crate::taylor::ORDERS;
+use crate::program::arm_form::ORDERS;
+use crate::program::arm_form::{ArmForm, Factor, Link, Load, Row, Slot};
 use crate::taylor::coupling::Coupling;
-use crate::taylor::form::{ArmForm, Factor, Link, Load, Place, Row, Slot};
 use crate::taylor::tape::{Scalars, Vectors};
 pub(crate) use members::{Begun, DIRECTIONS, Members, Tangents, Variations, variations};
 use response::Response;
@@ -283,7 +283,7 @@ impl Jet {
             pushes: Loads::of_pushes(&form, &shape),
             loads: Loads::of_arms(&form, &shape),
             applied: [vec![ZERO; all], vec![ZERO; all]],
-            chain: chain(&form),
+            chain: form.chain(),
             x: orders(all),
             y: orders(all),
             omega: orders(shape.lanes[0]),
@@ -436,7 +436,7 @@ fn turned_by(form: &ArmForm) -> Vec<Option<usize>> {
 impl ArmForm {
     /// Is every arm a frame whose angle is an unknown of its own, and does no loop equation depend on signals?
     fn has_only_frames(&self) -> bool {
-        let own = |(index, frame): (usize, &super::form::Frame)| {
+        let own = |(index, frame): (usize, &crate::program::arm_form::Frame)| {
             frame.unknown == Some(index as u32) && frame.signal.is_none()
         };
         self.products.is_empty()
@@ -507,8 +507,9 @@ fn row_scales(model: &Model, form: &ArmForm) -> Vec<f64> {
 
 /// Places of the unknowns: angles, then displacements.
 fn unknowns(form: &ArmForm, shape: &Shape) -> Vec<usize> {
-    let own =
-        |(index, frame): (usize, &super::form::Frame)| (frame.unknown == Some(index as u32)).then_some(index as u32);
+    let own = |(index, frame): (usize, &crate::program::arm_form::Frame)| {
+        (frame.unknown == Some(index as u32)).then_some(index as u32)
+    };
     let frames = form.frames.iter().enumerate().filter_map(own);
     let products = form.products.iter().map(|product| product.factor);
     let lengths = products.chain(form.world.iter().copied()).enumerate();
@@ -528,31 +529,4 @@ fn present(shape: &Shape) -> Vec<Lane> {
 fn scales(model: &Model, shape: &Shape) -> Vec<Lane> {
     let frames = shape.lanes[0];
     (0..shape.all()).map(|lane| splat(if lane < frames { 1.0 } else { model.program().length })).collect()
-}
-
-/// Coordinates, what carries an angle before what it carries.
-pub(super) fn chain(form: &ArmForm) -> Vec<usize> {
-    let mut known = vec![false; form.frames.len()];
-    let mut rest: Vec<usize> = (0..form.coordinates.len()).collect();
-    let mut chain = Vec::new();
-    while !rest.is_empty() {
-        let before = rest.len();
-        rest.retain(|&index| {
-            let ready = match form.coordinates[index] {
-                Place::Angle { parent: Some(parent), .. } => known[parent as usize],
-                _ => true,
-            };
-            if let (true, Place::Angle { arm, .. }) = (ready, form.coordinates[index]) {
-                known[arm as usize] = true;
-            }
-            if ready {
-                chain.push(index);
-            }
-            !ready
-        });
-        if rest.len() == before {
-            break;
-        }
-    }
-    chain
 }

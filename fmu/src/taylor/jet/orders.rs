@@ -2,7 +2,7 @@
 
 use super::{Jet, Loads, ORDERS, Scatter, Series, at, back, flat, frames, series, vectors};
 use crate::linalg::lane::{Lane, WIDTH, ZERO, add, by_width, minus, multiply, plus, splat, subtract};
-use crate::taylor::form::Factor;
+use crate::program::arm_form::Factor;
 use crate::taylor::tape::Scalars;
 
 impl Jet {

@@ -8,7 +8,7 @@
 use super::terms::{Plan, Slope};
 use crate::linalg::lane::Lane;
 use crate::linalg::matrix::{Entries, Places};
-use crate::taylor::form::ArmForm;
+use crate::program::arm_form::ArmForm;
 
 /// All of them.
 #[derive(Clone, Debug, Default)]

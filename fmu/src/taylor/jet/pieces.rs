@@ -2,7 +2,7 @@
 
 use super::{Jet, vectors};
 use crate::events::switch::{Choices, Side, first_fall, known};
-use crate::taylor::form::Slot;
+use crate::program::arm_form::Slot;
 use crate::taylor::products::move_start;
 
 /// A switching function that is zero within this share of a step after the end of a piece changes there too.
@@ -54,7 +54,7 @@ impl Jet {
                     Side::Below => -1.0,
                     Side::Equal => return Some(0.0),
                 };
-            let mut towards = [0.0; crate::taylor::MAX_ORDER + 1];
+            let mut towards = [0.0; crate::program::arm_form::MAX_ORDER + 1];
             let towards = &mut towards[..series.len()];
             towards.iter_mut().zip(series).for_each(|(place, value)| *place = sign * value);
             if begin != 0.0 {

@@ -7,7 +7,7 @@ use crate::linalg::matrix::Matrix;
 use crate::linalg::turn::cosine_and_sine;
 use crate::math;
 use crate::model::Model;
-use crate::taylor::form::{Auxiliary, Factor, Place, Rod, Slot};
+use crate::program::arm_form::{Auxiliary, Factor, Place, Rod, Slot};
 
 /// Loops that are open less than this, relative to their scales, are left alone.
 pub(super) const CLOSED: f64 = 1e-13;

@@ -4,8 +4,8 @@ use super::{Jet, Shape};
 use crate::linalg::lane::{Lane, WIDTH, ZERO, add, by_width, larger, largest, multiply, plus, splat, subtract};
 use crate::linalg::many::Number;
 use crate::math;
-use crate::taylor::MAX_ORDER;
-use crate::taylor::form::{ArmForm, Place};
+use crate::program::arm_form::MAX_ORDER;
+use crate::program::arm_form::{ArmForm, Place};
 use crate::taylor::products::move_start;
 
 /// Where the value of a coordinate lies.

@@ -7,7 +7,7 @@ use crate::linalg::inverse::Inverse;
 use crate::linalg::lane::{Lane, WIDTH, minus, multiply, plus, splat};
 use crate::linalg::many::Number;
 use crate::linalg::matrix::{Entries, Places};
-use crate::taylor::form::{ArmForm, Factor};
+use crate::program::arm_form::{ArmForm, Factor};
 
 /// Masses that differ by more than this factor ask for a search for pivots.
 const ALIKE: f64 = 1e4;

@@ -6,7 +6,7 @@
 
 use super::{Arm, Members};
 use crate::linalg::many::{Elementary, Number};
-use crate::taylor::ORDERS;
+use crate::program::arm_form::ORDERS;
 
 /// With more frames the full matrix costs more than the equations one after the other.
 const MOST_FRAMES: usize = 4;

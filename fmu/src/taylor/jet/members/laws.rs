@@ -4,8 +4,8 @@ use super::{Arm, Series};
 use crate::linalg::dual::Dual;
 use crate::linalg::many::{Elementary, Many, Number};
 use crate::model::Model;
-use crate::taylor::ORDERS;
-use crate::taylor::form::{Given, Operation, SeriesTape, Slot, Source, Step};
+use crate::program::arm_form::ORDERS;
+use crate::program::arm_form::{Given, Operation, SeriesTape, Slot, Source, Step};
 use crate::taylor::products::{convolution, inner_square, power, square, tail, weighted, weighted_tail};
 use crate::taylor::tape::polynomial;
 

@@ -14,12 +14,12 @@ mod variation;
 
 use super::step::Read;
 use super::terms::{Plan, Terms};
-use super::{Jet, Loads, Shape, chain, groups, row_scales, turned_by, unknowns};
+use super::{Jet, Loads, Shape, groups, row_scales, turned_by, unknowns};
 use crate::linalg::factors::{Factors, Pattern};
 use crate::linalg::many::{Elementary, Many, Number};
 use crate::model::Model;
-use crate::taylor::ORDERS;
-use crate::taylor::form::{ArmForm, Factor, Slot};
+use crate::program::arm_form::ORDERS;
+use crate::program::arm_form::{ArmForm, Factor, Slot};
 use laws::Laws;
 use sparse::{Complex, Pairs};
 pub(crate) use start::Begun;
@@ -151,7 +151,7 @@ impl<N: Elementary> Members<N> {
             frames: 0,
             response: Vec::new(),
             reads: form.coordinates.iter().map(|&coordinate| Read::new(&shape, coordinate)).collect(),
-            chain: chain(&form),
+            chain: form.chain(),
             least_rates: unknowns.iter().map(least_rate).collect(),
             stored: unknowns.iter().map(|arm| padded.place(*arm as u32)).collect(),
             stride: padded.places(),

@@ -3,8 +3,8 @@
 use super::{Members, Slide, Turn};
 use crate::linalg::lane::by_width;
 use crate::linalg::many::{Elementary, Many};
-use crate::taylor::ORDERS;
-use crate::taylor::form::Factor;
+use crate::program::arm_form::Factor;
+use crate::program::arm_form::ORDERS;
 
 impl Members<Many> {
     by_width! {

@@ -5,7 +5,7 @@ use super::{Members, Slide, Turn};
 use crate::linalg::inverse::LEFT;
 use crate::linalg::lane::{WIDTH, by_width};
 use crate::linalg::many::{Elementary, Many, Number, Which};
-use crate::taylor::form::{Factor, Place};
+use crate::program::arm_form::{Factor, Place};
 
 /// What is known of the start of a step.
 #[derive(Clone, Copy, Debug)]

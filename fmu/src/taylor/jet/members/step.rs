@@ -5,7 +5,7 @@ use super::Members;
 use crate::linalg::lane::{Lane, WIDTH, by_width, splat};
 use crate::linalg::many::{Elementary, Many, Number};
 use crate::math;
-use crate::taylor::MAX_ORDER;
+use crate::program::arm_form::MAX_ORDER;
 
 impl Members<Many> {
     by_width! {

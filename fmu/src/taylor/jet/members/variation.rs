@@ -7,7 +7,7 @@ use crate::linalg::lane::{Lane, WIDTH, by_width};
 use crate::linalg::many::Number;
 use crate::math;
 use crate::model::Model;
-use crate::taylor::ORDERS;
+use crate::program::arm_form::ORDERS;
 
 /// So many directions at once, at most.
 pub(crate) const DIRECTIONS: usize = 8;

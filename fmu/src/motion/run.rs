@@ -1,37 +1,36 @@
-//! What a run remembers between communication points, each part with its owner.
+//! What is known of a run between communication points: signals, the last step, singular poses.
 
 use serde::{Deserialize, Serialize};
 
-use super::implicit;
 use super::last_step::LastStep;
+use super::passage::Passage;
+use super::poses::SingularPoses;
 use super::signals::Signals;
-use super::stiffness::Choice;
-use super::taylor;
 use crate::model::{Model, State, motion};
-use crate::singular::passing::Passage;
-use crate::singular::supervisor::Supervisor;
 
-/// Together with the [`State`] it determines the rest of the run bit for bit.
+/// Series that begin anew next to a pose, converge no further than this share of the way to it, and less and less far, do not pass it: after so many steps they do
+/// not go on until rounding errors choose the branch.
+const CREEPING: f64 = 0.25;
+const SHRINKING: f64 = 0.95;
+const CREPT: u32 = 6;
+/// Nothing is evaluated so near to a singular pose, in units of a usual step.
+const ZONE: f64 = 0.2;
+
+/// Together with the [`State`] and what the methods remember it determines the rest of the run bit for bit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Run {
     pub(crate) signals: Signals,
     pub(crate) last: LastStep,
-    pub(crate) singular: Supervisor,
-    pub(crate) taylor: taylor::Memory,
-    pub(crate) radau: implicit::Memory,
-    pub(crate) stiffness: Choice,
+    pub(crate) singular: SingularPoses,
 }
 
 impl Run {
-    /// The beginning of a run.
-    pub fn new(model: &Model, state: &State) -> Self {
+    /// The beginning of a run, with room for so long a dense output of a step.
+    pub fn new(model: &Model, state: &State, room: usize) -> Self {
         Self {
             signals: Signals::new(state),
-            last: LastStep::new(model, state),
-            singular: Supervisor::new(model),
-            taylor: taylor::Memory::default(),
-            radau: implicit::Memory::new(model),
-            stiffness: Choice::new(),
+            last: LastStep::new(model, state, room),
+            singular: SingularPoses::new(model),
         }
     }
 
@@ -40,7 +39,6 @@ impl Run {
         self.restart(model, state);
         (self.last.start_time, self.last.natural) = (state.time(), 0.0);
         self.singular.start();
-        self.stiffness = Choice::new();
         (self.signals.changed, self.signals.changed_before) = (false, false);
     }
 
@@ -56,12 +54,10 @@ impl Run {
 
     /// Forgets the step that went beyond a state; the run goes on from that state.
     pub(crate) fn restart(&mut self, model: &Model, state: &State) {
-        self.taylor = taylor::Memory::default();
         self.signals.origin.copy_from(state);
         self.shift_poses(state.time());
         self.last.end_at(model, state);
         self.singular.restart();
-        self.radau.forget();
     }
 
     /// To be called before an input or parameter of the state changes.
@@ -82,11 +78,6 @@ impl Run {
     /// End of the last step of the integrator.
     pub(crate) fn step_end(&self) -> f64 {
         self.last.end_time
-    }
-
-    /// Does a law change over to another piece at the end of the last step?
-    pub(crate) fn switches(&self) -> bool {
-        self.taylor.branches.known != 0
     }
 
     /// Does the last step end so soon after a singular pose that nobody knows yet whether the motion has left its branch there?
@@ -143,22 +134,61 @@ impl Run {
         self.singular.take_passages(time)
     }
 
+    /// Does the next step pass a singular pose if it ends at this time, as far as is known?
+    pub(crate) fn passes(&self, end: f64) -> bool {
+        self.singular.ahead > 0.0 && self.last.end_time + self.singular.ahead < end
+    }
+
+    /// Is the curve followed by short steps, and how long may the next one be?
+    pub(crate) fn following(&self) -> Option<f64> {
+        self.singular.follow.filter(|follow| self.last.end_time < follow.until).map(|follow| follow.most)
+    }
+
+    /// When the singular pose is in whose zone the last step ends; its end if there is none.
+    pub(crate) fn pose_here(&self) -> f64 {
+        self.singular.pose.filter(|_| self.in_zone(self.last.end_time)).unwrap_or(self.last.end_time)
+    }
+
+    /// Do all steps since the last change, of which one more has been taken, creep up to a pose that they do not pass?
+    pub(crate) fn creeps(&mut self) -> bool {
+        let (natural, ahead) = (self.last.natural, self.singular.ahead);
+        let follows = self.following().is_some();
+        let creeps = |before: f64| !follows && natural < CREEPING * ahead && natural < SHRINKING * before;
+        let creeping = self.singular.creeping.filter(|(_, before)| creeps(*before));
+        self.singular.creeping = creeping.map(|(count, _)| (count + 1, natural));
+        creeping.is_some_and(|(count, _)| count + 1 >= CREPT)
+    }
+
+    /// Is this time so close to a singular pose that nothing may be evaluated?
+    pub(crate) fn in_zone(&self, time: f64) -> bool {
+        self.in_zone_of(time, self.last.natural)
+    }
+
+    /// The same for steps that are usually so long.
+    pub(crate) fn in_zone_of(&self, time: f64, usual: f64) -> bool {
+        self.singular.pose.is_some_and(|pose| (pose - time).abs() < ZONE * usual)
+    }
+
+    /// The next step begins at this time, earlier or later than the last one ended.
+    pub(crate) fn shift_poses(&mut self, now: f64) {
+        if self.singular.ahead > 0.0 {
+            self.singular.ahead = f64::max(self.singular.ahead + self.last.end_time - now, 0.0);
+        }
+        // In the zone of a pose the next step passes it again.
+        if !self.in_zone(now) {
+            self.singular.passages.retain(|passage| passage.time <= now);
+        }
+    }
+
     /// Copies another run of the same model without allocating.
     pub fn copy_from(&mut self, other: &Self) {
         self.signals.copy_from(&other.signals);
         self.last.copy_from(&other.last);
         self.singular.copy_from(&other.singular);
-        self.taylor = other.taylor;
-        self.radau.copy_from(&other.radau);
-        self.stiffness = other.stiffness;
     }
 
     /// Is this a run of that model, with nothing in it that a run would not write?
-    pub fn belongs_to(&self, model: &Model) -> bool {
-        self.signals.belongs_to(model)
-            && self.last.belongs_to(model)
-            && self.singular.belongs_to(model)
-            && self.radau.belongs_to(model)
-            && self.stiffness.is_sound()
+    pub fn belongs_to(&self, model: &Model, room: usize) -> bool {
+        self.signals.belongs_to(model) && self.last.belongs_to(model, room) && self.singular.belongs_to(model)
     }
 }

@@ -1,7 +1,6 @@
 //! What must hold for an arm form, so that finding series cannot fail.
 
-use super::form::{ArmForm, Factor, Frame, Given, Operation, Place, Slot, Source, Step};
-use crate::events::switch::MAX_SWITCHES;
+use super::{ArmForm, Factor, Frame, Given, MAX_SWITCHES, Operation, Place, Slot, Source, Step};
 use crate::program::Program;
 
 /// Holds, or what does not.
@@ -129,7 +128,7 @@ impl ArmForm {
             let length = (rod.length as usize) < self.coefficients.results.len();
             holds(turning && rows && length && carry(rod.frame), "a rod")?;
         }
-        holds(super::jet::chain(self).len() == coordinates, "the chain of angles")
+        holds(self.chain().len() == coordinates, "the chain of angles")
     }
 
     /// Is a series given, or does it follow from what is given?

@@ -1,23 +1,11 @@
-//! How close the loop equations come to depending on each other: 1 / r^2 of each, where r is how far its row is from the others, as the kernel of the
-//! accelerations leaves it in the registers.
+//! The range over a step of how close the loop equations come to depending on each other.
 
-use super::detect::is_jump;
-use crate::integrator::right_hand_side::{Derivative, RightHandSide};
+use super::right_hand_side::{Derivative, RightHandSide};
+use crate::constraints::reciprocals::{is_jump, read};
 use crate::linalg::lane::Lane;
 use crate::machine::Machine;
 use crate::math;
 use crate::model::Model;
-
-/// 1 / r^2 where the accelerations have just been evaluated.
-pub(crate) fn read(model: &Model, machine: &Machine, values: &mut [f64]) {
-    let rows = model.program().tapes.reciprocal_pivots.iter();
-    values.iter_mut().zip(rows).for_each(|(value, &register)| *value = machine.registers()[register as usize].abs());
-}
-
-/// Is a loop equation with this 1 / r^2 so close to the others?
-pub(crate) fn is_within(reciprocal: f64, distance: f64) -> bool {
-    reciprocal.abs() > 1.0 / (distance * distance)
-}
 
 /// Rounding errors of 1 / r^2, relative to the largest: of a body without mass it is nothing else (a four-bar with a massless coupler: 1e-16).
 const ROUNDING: f64 = 1e-12;

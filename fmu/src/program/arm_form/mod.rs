@@ -1,4 +1,4 @@
-//! The arm form of a mechanism, as data: what [`super::Jet`] needs to find the Taylor series of a motion.
+//! The arm form of a mechanism, as data: what is needed to find the Taylor series of a motion.
 //!
 //! Every position is a constant combination of *arms*: products b = sigma e of a scalar (1, a displacement, a signal of time) and
 //! the unit vector e = (cos, sin) of a turning frame (or of the world). The unknowns are the frames' own angles and the
@@ -7,12 +7,21 @@
 //!
 //! Coefficients are named by their place among the results of [`ArmForm::coefficients`], so that they follow the parameters.
 
+mod check;
+
 use std::collections::BTreeSet;
 
 use serde::{Deserialize, Serialize};
 
-use crate::events::Steep;
+use super::Steep;
 use crate::tape::Tape;
+
+/// The highest order of the series of positions.
+pub const MAX_ORDER: usize = 28;
+/// Coefficients of a series.
+pub(crate) const ORDERS: usize = MAX_ORDER + 1;
+/// Most switching functions of a model: a set of them is one word.
+pub const MAX_SWITCHES: usize = 64;
 
 /// Place of a coefficient among the results of [`ArmForm::coefficients`].
 pub type Coefficient = u32;
@@ -205,11 +214,38 @@ pub struct SeriesTape {
     pub rates: Vec<Step>,
     /// Terms of the linear steps.
     pub terms: Vec<Term>,
-    /// Switching functions: series whose signs choose between others, at most [`crate::events::switch::MAX_SWITCHES`].
+    /// Switching functions: series whose signs choose between others, at most [`MAX_SWITCHES`].
     pub switches: Vec<Slot>,
 }
 
 impl ArmForm {
+    /// Coordinates, what carries an angle before what it carries.
+    pub(crate) fn chain(&self) -> Vec<usize> {
+        let mut known = vec![false; self.frames.len()];
+        let mut rest: Vec<usize> = (0..self.coordinates.len()).collect();
+        let mut chain = Vec::new();
+        while !rest.is_empty() {
+            let before = rest.len();
+            rest.retain(|&index| {
+                let ready = match self.coordinates[index] {
+                    Place::Angle { parent: Some(parent), .. } => known[parent as usize],
+                    _ => true,
+                };
+                if let (true, Place::Angle { arm, .. }) = (ready, self.coordinates[index]) {
+                    known[arm as usize] = true;
+                }
+                if ready {
+                    chain.push(index);
+                }
+                !ready
+            });
+            if rest.len() == before {
+                break;
+            }
+        }
+        chain
+    }
+
     /// How many rows repeat others.
     pub fn repeating(&self) -> usize {
         self.rows.iter().filter(|row| row.repeats).count()

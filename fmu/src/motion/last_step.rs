@@ -2,9 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::explicit::Explicit;
-use super::taylor::Taylor;
 use crate::model::{Model, State, motion};
+use crate::program::arm_form::MAX_ORDER;
+
+/// Longest step, for motions that nothing else limits \[s\].
+pub(crate) const LONGEST: f64 = 1e4;
 
 /// The last step of a run, by whichever method; the next one begins at its end.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -24,13 +26,13 @@ pub(crate) struct LastStep {
 }
 
 impl LastStep {
-    /// Of length zero, at a state.
-    pub fn new(model: &Model, state: &State) -> Self {
+    /// Of length zero, at a state, with room for so long a dense output.
+    pub fn new(model: &Model, state: &State, room: usize) -> Self {
         Self {
             start_time: state.time(),
             end_time: state.time(),
             end: state.registers()[motion(model.layout())].to_vec(),
-            dense: vec![0.0; dense_length(model)],
+            dense: vec![0.0; room],
             order: 0,
             natural: 0.0,
             undefined: false,
@@ -56,18 +58,12 @@ impl LastStep {
     }
 
     /// Could a run of that model have written it?
-    pub fn belongs_to(&self, model: &Model) -> bool {
+    pub fn belongs_to(&self, model: &Model, room: usize) -> bool {
         self.end.len() == 2 * model.coordinates()
-            && self.dense.len() == dense_length(model)
-            && self.order as usize <= crate::taylor::MAX_ORDER
+            && self.dense.len() == room
+            && self.order as usize <= MAX_ORDER
             && self.end.iter().chain(&self.dense).all(|value| value.is_finite())
             && [self.start_time, self.end_time, self.natural].into_iter().all(f64::is_finite)
             && self.natural >= 0.0
     }
-}
-
-/// Room for the dense output of any method.
-fn dense_length(model: &Model) -> usize {
-    let explicit = Explicit::dense_length(model);
-    if model.program().arms.is_some() { explicit.max(Taylor::dense_length(model)) } else { explicit }
 }

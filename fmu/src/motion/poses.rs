@@ -2,20 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::branch::Trail;
-use super::passing::Passage;
-use crate::integrator::control::LONGEST;
-use crate::integrator::run::Run;
+use super::last_step::LONGEST;
+use super::passage::Passage;
+use super::trail::Trail;
 use crate::math;
 use crate::model::Model;
 
-/// Series that begin anew next to a pose, converge no further than this share of the way to it, and less and less far, do not pass it: after so many steps they do
-/// not go on until rounding errors choose the branch.
-const CREEPING: f64 = 0.25;
-const SHRINKING: f64 = 0.95;
-const CREPT: u32 = 6;
-/// Nothing is evaluated so near to a singular pose, in units of a usual step.
-const ZONE: f64 = 0.2;
 /// A step that follows a curve goes this share of the way to where branches would meet.
 const SHARE: f64 = 0.3;
 /// The curve is followed for so many times its distance from there.
@@ -33,9 +25,16 @@ pub(crate) struct Follow {
     pub most: f64,
 }
 
+impl Follow {
+    /// Where branches would meet at this time, which is so long after a step.
+    pub fn past(time: f64, ahead: f64) -> Self {
+        Self { until: time + AFTER * ahead, most: SHARE * ahead }
+    }
+}
+
 /// What a run remembers of singular poses.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Supervisor {
+pub(crate) struct SingularPoses {
     /// How long after the last step a singular pose will come, as far as is known; 0 for none [s].
     pub ahead: f64,
     /// When the last singular pose was found, past or to come [s].
@@ -53,7 +52,7 @@ pub(crate) struct Supervisor {
     pub passages: Vec<Passage>,
 }
 
-impl Supervisor {
+impl SingularPoses {
     pub fn new(model: &Model) -> Self {
         Self {
             ahead: 0.0,
@@ -144,103 +143,5 @@ impl Supervisor {
             && self.passages.iter().all(|passage| passage.time.is_finite())
             && self.smallest.len() == model.program().tapes.reciprocal_pivots.len()
             && self.smallest.iter().all(|value| value.is_finite())
-    }
-}
-
-/// Singular poses as seen from the end of the last step.
-impl Run {
-    /// Judges a singular pose that the next step passes, by the motion there, and notes it. False if the branches do not meet there: the step must
-    /// be taken again, following the curve.
-    pub(crate) fn note_passage(&mut self, model: &Model, time: f64, pose: &[f64]) -> bool {
-        let passage = self.passage(model, time, pose);
-        if self.avoids(&passage) {
-            return false;
-        }
-        let known = &mut self.singular;
-        known.pose = Some(time);
-        known.passages.push(passage);
-        true
-    }
-
-    /// Is this a pose where branches come close to each other but do not meet, seen from the motion there? The next steps then follow the curve. If they almost meet it
-    /// is passed, and that is to be said.
-    pub(crate) fn finds_avoided(&mut self, model: &Model, time: f64, pose: &[f64]) -> bool {
-        let passage = self.passage(model, time, pose);
-        let avoided = self.avoids(&passage);
-        if !avoided && passage.is_inexact() {
-            self.singular.passages.push(passage);
-        }
-        avoided
-    }
-
-    fn avoids(&mut self, passage: &Passage) -> bool {
-        let avoided = passage.is_avoided();
-        if avoided {
-            let ahead = passage.time - self.last.end_time;
-            let known = &mut self.singular;
-            known.follow = Some(Follow { until: passage.time + AFTER * ahead, most: SHARE * ahead });
-            (known.ahead, known.pose) = (0.0, None);
-        }
-        avoided
-    }
-
-    /// Notes a singular pose that is passed by leaving its zone, unless the step that first passed it has been noted.
-    pub(crate) fn note_left(&mut self, model: &Model, [from, pose]: [f64; 2], there: &[f64]) {
-        if pose > from && !self.singular.passages.iter().any(|passage| passage.time > from) {
-            let passage = self.passage(model, pose, there);
-            if !passage.is_avoided() {
-                self.singular.passages.push(passage);
-            }
-        }
-    }
-
-    fn passage(&self, model: &Model, time: f64, pose: &[f64]) -> Passage {
-        Passage::at(model, &self.state_at(model, time, pose))
-    }
-
-    /// Does the next step pass a singular pose if it ends at this time, as far as is known?
-    pub(crate) fn passes(&self, end: f64) -> bool {
-        self.singular.ahead > 0.0 && self.last.end_time + self.singular.ahead < end
-    }
-
-    /// Is the curve followed by short steps, and how long may the next one be?
-    pub(crate) fn following(&self) -> Option<f64> {
-        self.singular.follow.filter(|follow| self.last.end_time < follow.until).map(|follow| follow.most)
-    }
-
-    /// When the singular pose is in whose zone the last step ends; its end if there is none.
-    pub(crate) fn pose_here(&self) -> f64 {
-        self.singular.pose.filter(|_| self.in_zone(self.last.end_time)).unwrap_or(self.last.end_time)
-    }
-
-    /// Do all steps since the last change, of which one more has been taken, creep up to a pose that they do not pass?
-    pub(crate) fn creeps(&mut self) -> bool {
-        let (natural, ahead) = (self.last.natural, self.singular.ahead);
-        let follows = self.following().is_some();
-        let creeps = |before: f64| !follows && natural < CREEPING * ahead && natural < SHRINKING * before;
-        let creeping = self.singular.creeping.filter(|(_, before)| creeps(*before));
-        self.singular.creeping = creeping.map(|(count, _)| (count + 1, natural));
-        creeping.is_some_and(|(count, _)| count + 1 >= CREPT)
-    }
-
-    /// Is this time so close to a singular pose that nothing may be evaluated?
-    pub(crate) fn in_zone(&self, time: f64) -> bool {
-        self.in_zone_of(time, self.last.natural)
-    }
-
-    /// The same for steps that are usually so long.
-    pub(crate) fn in_zone_of(&self, time: f64, usual: f64) -> bool {
-        self.singular.pose.is_some_and(|pose| (pose - time).abs() < ZONE * usual)
-    }
-
-    /// The next step begins at this time, earlier or later than the last one ended.
-    pub(crate) fn shift_poses(&mut self, now: f64) {
-        if self.singular.ahead > 0.0 {
-            self.singular.ahead = f64::max(self.singular.ahead + self.last.end_time - now, 0.0);
-        }
-        // In the zone of a pose the next step passes it again.
-        if !self.in_zone(now) {
-            self.singular.passages.retain(|passage| passage.time <= now);
-        }
     }
 }

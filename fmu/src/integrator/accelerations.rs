@@ -1,6 +1,6 @@
 //! Accelerations and reactions at a state, Eq. (22); where drivers determine the motion they follow from Eqs. (21) and (14).
 
-use super::domains::outside;
+use crate::constraints::domains::outside;
 use crate::failure::Failure;
 use crate::machine::Machine;
 use crate::model::Model;
