@@ -40,7 +40,7 @@ pub(crate) fn sparse_jacobian(model: &Model, state: &State) -> Vec<Row> {
 }
 
 /// The coordinates of a state in units of their scales.
-pub(super) fn scaled(model: &Model, state: &State) -> Vec<f64> {
+pub(crate) fn scaled(model: &Model, state: &State) -> Vec<f64> {
     let coordinates = state.positions().iter().zip(&model.program().coordinates);
     coordinates.map(|(q, coordinate)| q / coordinate.scale).collect()
 }
@@ -92,7 +92,7 @@ fn moved(
 }
 
 /// Loop equations with q as the unknown, all of them unless only some are named.
-pub(super) struct Loops<'a> {
+pub(crate) struct Loops<'a> {
     pub model: &'a Model,
     pub machine: &'a mut Machine,
     pub state: &'a mut State,

@@ -5,12 +5,15 @@
 //! a distance of about the root of d, if it is not. A motion that is known to a tolerance comes by somewhere near, where what is left may have any value. So
 //! Newton's method goes to the saddle first; time is one of its unknowns, for drivers have a part in where it is.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::constraints::poses::{active_rows, constraint};
+use crate::constraints::poses::{Loops, scaled};
+use crate::linalg::lane::{Lane, WIDTH, ZERO};
+use crate::linalg::least_squares::Equations;
 use crate::linalg::sparse::{Factors, Row, columns, independent_rows, product_with_transposed};
+use crate::machine::Machine;
 use crate::math;
 use crate::model::{Model, State};
 
@@ -19,11 +22,12 @@ use crate::model::{Model, State};
 const NEW: [f64; 3] = [0.02, 0.1, 0.3];
 /// At most so many steps of Newton's method lead to the saddle.
 const CORRECTIONS: usize = 8;
-/// It is reached where a step is this small, in units of the scales: what is left changes with the square only.
-const NEAR: f64 = 1e-7;
+/// It is as good as reached where a step is this small, in units of the scales: what is left there follows from the first and second derivatives but for the cube of
+/// the step.
+const NEAR: f64 = 1e-5;
 /// A step longer than this leads elsewhere.
 const FAR: f64 = 0.3;
-/// For derivatives, in units of the scales, and in time [s].
+/// For derivatives by time [s].
 const DIFFERENCE: f64 = 1e-5;
 /// Directions in which the saddle bends by less than this share of the most do not matter for where it is.
 const FLAT: f64 = 1e-4;
@@ -76,72 +80,10 @@ impl Dependences {
 
     /// By how much branches miss each other near a state, relative to the scales of the loop equations.
     pub fn defect(&self, model: &Model, state: &State) -> f64 {
-        let defects = (0..self.combinations.len()).map(|place| self.defect_of(model, state, place).abs());
+        let mut study = Study::new(model);
+        let Some(mut here) = study.at(&self.independent, state) else { return 0.0 };
+        let defects = (0..self.combinations.len()).map(|place| study.defect(&mut here, place).abs());
         defects.fold(0.0, math::maximum)
-    }
-
-    /// What is left of one of the combinations in its saddle.
-    fn defect_of(&self, model: &Model, state: &State, place: usize) -> f64 {
-        let mut pose = state.clone();
-        for _ in 0..CORRECTIONS {
-            let Some(step) = self.to_the_saddle(model, &pose, place) else { break };
-            let length = step.values().fold(0.0, |most, part| math::maximum(most, part.abs()));
-            // Written so that NaN leads elsewhere too.
-            let near = length <= FAR;
-            if !near {
-                break;
-            }
-            pose = moved(model, &pose, &step, 1.0);
-            if length < NEAR {
-                break;
-            }
-        }
-        let (rows, open) = loops(model, &pose);
-        let found = Self::with(self.independent.clone(), &rows);
-        found.map_or(0.0, |found| found.combinations[place].iter().zip(open).map(|(share, open)| share * open).sum())
-    }
-
-    /// One step of Newton's method to where the independent equations hold and a combination does not change along them.
-    fn to_the_saddle(&self, model: &Model, pose: &State, place: usize) -> Option<Row> {
-        let (rows, open) = loops(model, pose);
-        let found = Self::with(self.independent.clone(), &rows)?;
-        let combination = &found.combinations[place];
-        let taking_part = rows.iter().zip(combination).filter(|(_, share)| share.abs() > SMALLEST);
-        let columns: Vec<usize> =
-            taking_part.flat_map(|(row, _)| row.keys().copied()).collect::<BTreeSet<_>>().into_iter().collect();
-        let size = columns.len();
-        let slope_at = |rows: &[Row]| {
-            let entries = |&column: &usize| {
-                rows.iter()
-                    .zip(combination)
-                    .map(move |(row, share)| share * row.get(&column).copied().unwrap_or_default())
-                    .sum()
-            };
-            DVector::from_iterator(size, columns.iter().map(entries))
-        };
-        let bends: Vec<DVector<f64>> = columns
-            .iter()
-            .map(|&column| {
-                let [after, before] = [DIFFERENCE, -DIFFERENCE]
-                    .map(|shift| slope_at(&loops(model, &moved(model, pose, &Row::from([(column, 1.0)]), shift)).0));
-                (after - before) / (2.0 * DIFFERENCE)
-            })
-            .collect();
-        let bend = DMatrix::from_columns(&bends);
-        let free: Vec<Row> = columns.iter().map(|&column| found.along_the_loops(&rows, column)).collect();
-        let projected =
-            DMatrix::from_fn(size, size, |row, column| free[column].get(&columns[row]).copied().unwrap_or_default());
-        let mut step = found.shortest(&rows, &open);
-        step.values_mut().for_each(|part| *part = -*part);
-        let closing =
-            DVector::from_iterator(size, columns.iter().map(|column| step.get(column).copied().unwrap_or_default()));
-        let slope = &projected * (slope_at(&rows) + &bend * closing);
-        let svd = (&projected * bend * &projected).svd(true, true);
-        let weights = svd.solve(&slope, FLAT * svd.singular_values.max()).ok()?;
-        for (direction, weight) in free.iter().zip(&weights) {
-            direction.iter().for_each(|(&column, part)| *step.entry(column).or_default() -= weight * part);
-        }
-        Some(step)
     }
 
     /// What the independent equations leave of a change of one coordinate.
@@ -165,22 +107,196 @@ impl Dependences {
     }
 }
 
-/// The active loop equations at a pose, and their rows, in units of the scales; the column after those of the coordinates is that of time.
-fn loops(model: &Model, pose: &State) -> (Vec<Row>, Vec<f64>) {
-    let program = model.program();
-    let open = |pose: &State| -> Vec<f64> {
-        let values = constraint(model, pose);
-        model.active().iter().map(|&row| values[row] / program.constraints[row].scale).collect()
-    };
-    let mut rows = active_rows(model, pose);
-    let time = Row::from([(model.coordinates(), 1.0)]);
-    let [after, before] = [DIFFERENCE, -DIFFERENCE].map(|shift| open(&moved(model, pose, &time, shift)));
-    for (row, (after, before)) in
-        rows.iter_mut().zip(after.iter().zip(before)).filter(|(_, (after, before))| **after != *before)
-    {
-        row.insert(model.coordinates(), (after - before) / (2.0 * DIFFERENCE));
+/// A pose: its active loop equations in units of the scales, and what follows from their rows. The column after those of the coordinates is that of time.
+struct Pose {
+    state: State,
+    rows: Vec<Row>,
+    open: Vec<f64>,
+    found: Dependences,
+    /// What the independent equations leave of changes of single coordinates, as far as that has been asked for.
+    free: BTreeMap<usize, Row>,
+}
+
+impl Pose {
+    /// What the independent equations leave of a change of a coordinate.
+    fn free(&mut self, column: usize) -> &Row {
+        let Self { rows, found, free, .. } = self;
+        free.entry(column).or_insert_with(|| found.along_the_loops(rows, column))
     }
-    (rows, open(pose))
+
+    /// What is left of a combination.
+    fn value(&self, place: usize) -> f64 {
+        self.found.combinations[place].iter().zip(&self.open).map(|(share, open)| share * open).sum()
+    }
+}
+
+/// The storage for studying the poses of a model.
+struct Study<'a> {
+    model: &'a Model,
+    machine: Machine,
+    tangents: Vec<Lane>,
+}
+
+impl<'a> Study<'a> {
+    fn new(model: &'a Model) -> Self {
+        Self { model, machine: Machine::new(model), tangents: vec![ZERO; model.program().registers as usize] }
+    }
+
+    /// Evaluates a pose; none if its independent rows are not.
+    fn at(&mut self, independent: &[usize], state: &State) -> Option<Pose> {
+        let (model, mut state) = (self.model, state.clone());
+        let x = scaled(model, &state);
+        let mut loops = Loops { model, machine: &mut self.machine, state: &mut state, only: Some(model.active()) };
+        let (mut rows, mut open) = (loops.rows(&x), Vec::new());
+        loops.residuals(&x, &mut open);
+        for (row, [before, _, after]) in rows.iter_mut().zip(self.around(&state)).filter(|(_, [a, _, b])| a != b) {
+            row.insert(model.coordinates(), (after - before) / (2.0 * DIFFERENCE));
+        }
+        let found = Dependences::with(independent.to_vec(), &rows)?;
+        Some(Pose { state, rows, open, found, free: BTreeMap::new() })
+    }
+
+    /// The loop equations a little before a time, at it, and a little after, the pose the same.
+    fn around(&mut self, state: &State) -> Vec<[f64; 3]> {
+        let model = self.model;
+        let mut values = vec![[0.0; 3]; model.active().len()];
+        let (x, mut open) = (scaled(model, state), Vec::new());
+        for (place, shift) in [-DIFFERENCE, 0.0, DIFFERENCE].into_iter().enumerate() {
+            let mut moved = moved(model, state, &Row::from([(model.coordinates(), 1.0)]), shift);
+            Loops { model, machine: &mut self.machine, state: &mut moved, only: Some(model.active()) }
+                .residuals(&x, &mut open);
+            values.iter_mut().zip(&open).for_each(|(values, open)| values[place] = *open);
+        }
+        values
+    }
+
+    /// What is left of one of the combinations in its saddle.
+    fn defect(&mut self, here: &mut Pose, place: usize) -> f64 {
+        let Some((mut step, mut left)) = self.to_the_saddle(here, place) else { return here.value(place) };
+        let mut moved_on: Option<Pose> = None;
+        for _ in 0..CORRECTIONS {
+            let length = step.values().fold(0.0, |most, part| math::maximum(most, part.abs()));
+            if length < NEAR {
+                return left;
+            }
+            let pose = moved_on.as_ref().unwrap_or(here);
+            // Written so that NaN leads elsewhere too.
+            let near = length <= FAR;
+            if !near {
+                return pose.value(place);
+            }
+            let next = moved(self.model, &pose.state, &step, 1.0);
+            let Some(mut next) = self.at(&here.found.independent, &next) else { return 0.0 };
+            let Some(found) = self.to_the_saddle(&mut next, place) else { return next.value(place) };
+            (step, left) = found;
+            moved_on = Some(next);
+        }
+        moved_on.as_ref().unwrap_or(here).value(place)
+    }
+
+    /// One step of Newton's method to where the independent equations hold and a combination does not change along them, and what is left of it there up to second
+    /// order: with the multipliers of the pose the combination is stationary in the saddle (Nocedal and Wright, Numerical Optimization, 2006, 18.1).
+    fn to_the_saddle(&mut self, pose: &mut Pose, place: usize) -> Option<(Row, f64)> {
+        let combination = pose.found.combinations[place].clone();
+        let mut slopes = Row::new();
+        for (row, share) in pose.rows.iter().zip(&combination).filter(|(_, share)| share.abs() > SMALLEST) {
+            row.iter().for_each(|(&column, entry)| *slopes.entry(column).or_default() += share * entry);
+        }
+        let columns: Vec<usize> = slopes.keys().copied().collect();
+        let size = columns.len();
+        let slope = DVector::from_iterator(size, slopes.into_values());
+        let bend = self.bend(pose, &combination, &columns);
+        if !bend.iter().all(|entry| entry.is_finite()) {
+            return None;
+        }
+        let on_columns = |row: &Row| {
+            DVector::from_iterator(size, columns.iter().map(|column| row.get(column).copied().unwrap_or_default()))
+        };
+        let free: Vec<Row> = columns.iter().map(|&column| pose.free(column).clone()).collect();
+        let projected =
+            DMatrix::from_fn(size, size, |row, column| free[column].get(&columns[row]).copied().unwrap_or_default());
+        let mut step = pose.found.shortest(&pose.rows, &pose.open);
+        step.values_mut().for_each(|part| *part = -*part);
+        let sloping = &projected * (&slope + &bend * on_columns(&step));
+        let svd = (&projected * &bend * &projected).svd(true, true);
+        let weights = svd.solve(&sloping, FLAT * svd.singular_values.max()).ok()?;
+        for (direction, weight) in free.iter().zip(&weights) {
+            direction.iter().for_each(|(&column, part)| *step.entry(column).or_default() -= weight * part);
+        }
+        let way = on_columns(&step);
+        let left = pose.value(place) + slope.dot(&way) + 0.5 * way.dot(&(&bend * &way));
+        Some((step, left))
+    }
+
+    /// Second derivatives of a combination of the loop equations, its shares fixed, by some columns: those by the coordinates are exact.
+    fn bend(&mut self, pose: &Pose, combination: &[f64], columns: &[usize]) -> DMatrix<f64> {
+        let (model, n) = (self.model, self.model.coordinates());
+        let mut bend = DMatrix::zeros(columns.len(), columns.len());
+        let slopes =
+            self.slopes_along(&pose.state, combination, &columns[..columns.partition_point(|column| *column < n)]);
+        for (place, slope) in slopes.iter().enumerate() {
+            columns
+                .iter()
+                .enumerate()
+                .for_each(|(row, column)| bend[(row, place)] = slope.get(column).copied().unwrap_or_default());
+        }
+        if columns.last() == Some(&n) {
+            let last = columns.len() - 1;
+            let time = Row::from([(n, 1.0)]);
+            let [before, after] = [-DIFFERENCE, DIFFERENCE].map(|shift| {
+                let mut moved = moved(model, &pose.state, &time, shift);
+                let x = scaled(model, &moved);
+                let rows =
+                    Loops { model, machine: &mut self.machine, state: &mut moved, only: Some(model.active()) }.rows(&x);
+                move |column: &usize| -> f64 {
+                    rows.iter()
+                        .zip(combination)
+                        .map(|(row, share)| share * row.get(column).copied().unwrap_or_default())
+                        .sum()
+                }
+            });
+            for (row, column) in columns[..last].iter().enumerate() {
+                let mixed = (after(column) - before(column)) / (2.0 * DIFFERENCE);
+                (bend[(row, last)], bend[(last, row)]) = (mixed, mixed);
+            }
+            let second = |[before, now, after]: [f64; 3]| (before - 2.0 * now + after) / (DIFFERENCE * DIFFERENCE);
+            bend[(last, last)] = self
+                .around(&pose.state)
+                .into_iter()
+                .zip(combination)
+                .map(|(values, share)| share * second(values))
+                .sum();
+        }
+        bend
+    }
+
+    /// How the row of a combination changes along some coordinates, four at a time.
+    fn slopes_along(&mut self, state: &State, combination: &[f64], columns: &[usize]) -> Vec<Row> {
+        let (model, program) = (self.model, self.model.program());
+        let (jacobian, first) = (&program.tapes.jacobian, model.layout().positions());
+        let mut slopes = vec![Row::new(); columns.len()];
+        let scale = |column: usize| program.coordinates[column].scale;
+        for (four, slopes) in columns.chunks(WIDTH).zip(slopes.chunks_mut(WIDTH)) {
+            self.machine.load(model, state);
+            self.tangents.fill(ZERO);
+            for (lane, &column) in four.iter().enumerate() {
+                self.tangents[first + column][lane] = scale(column);
+            }
+            self.machine.run_tangents(&jacobian.tape, &mut self.tangents);
+            for (&(row, column), &result) in jacobian.entries.iter().zip(&jacobian.tape.results) {
+                let (row, column) = (row as usize, column as usize);
+                let Ok(place) = model.active().binary_search(&row) else { continue };
+                if column >= program.coordinates.len() || combination[place].abs() <= SMALLEST {
+                    continue;
+                }
+                let factor = combination[place] * scale(column) / program.constraints[row].scale;
+                for (slope, change) in slopes.iter_mut().zip(self.tangents[result as usize]) {
+                    *slope.entry(column).or_default() += factor * change;
+                }
+            }
+        }
+        slopes
+    }
 }
 
 /// A pose so many times a way further, in units of the scales and in time.
