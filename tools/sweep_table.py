@@ -37,12 +37,12 @@ def report(name, workers, runs, seconds, angle, exact):
     print(f"| {name} | {workers} | {runs} | {runs / seconds:.0f} | {error} |", flush=True)
 
 
-def cotree(program, runs, threads, folder, lanes=8):
+def cotree(program, runs, threads, folder):
     """Sweeps in a process of its own: the largest memory of all such processes so far [MB]."""
     out = folder / "sweep.csv"
     out.unlink(missing_ok=True)
     varied = f"crank_length={CRANKS[0]}..{CRANKS[1]}:{runs}"
-    options = ["--step", "0.1", "--threads", str(threads), "--lanes", str(lanes), "--output", "crank.angle", "-o", out]
+    options = ["--step", "0.1", "--threads", str(threads), "--output", "crank.angle", "-o", out]
     command = [*program, "sweep", SCENE, "--set", varied, *options]
     _, seconds = measured(lambda: subprocess.run(list(map(str, command)), check=True, capture_output=True))
     assert sum(1 for _ in out.open()) == runs + 1
@@ -212,11 +212,11 @@ def main(program, runs=100_000):
                 library.append(sympy_in_c(folder))
             return c_pool(library[0], count, workers)
 
-        def swept(lanes):
-            return lambda count, workers: (last(program), cotree(program, count, workers, folder, lanes)[0])
+        def swept(count, workers):
+            return last(program), cotree(program, count, workers, folder)[0]
 
         peers = {
-            **{f"cotree sweep, lanes: {lanes}": (4000, swept(lanes)) for lanes in (1, 2, 4, 8)},
+            "cotree sweep": (4000, swept),
             "its FMU, fmpy": (4000, lambda count, workers: fmpy_pool(program, folder, count, workers)),
             "MuJoCo, RK4 of 1 ms": (30, mujoco_threads),
             "SymPy in C, RK4 of 1 ms": (1000, in_c),

@@ -1,13 +1,10 @@
 //! Speed, as the tables of `docs/performance.md`: `cargo bench --bench performance -- [FILE]` writes them to a file, or shows them.
 //!
-//! With `--lanes` it shows the table of many runs side by side only.
-//!
 //! With `COTREE_PEERS` set to a folder that holds a runner of other programs, `run.sh SCENE PEER...`, what it prints becomes the last section;
 //! `COTREE_PEERS_SCENES="S1 S2"` names the scenes, if not all.
 #![allow(missing_docs, reason = "a program, not a library")]
 
 mod compiled;
-mod lanes;
 mod parts;
 mod scenes;
 mod targets;
@@ -41,15 +38,9 @@ fn main() -> Result<(), Failure> {
         return repeat(program, runs.parse()?);
     }
     let mut text = heading();
-    if arguments.first().is_some_and(|only| only == "--lanes") {
-        lanes::write(&mut text)?;
-        print!("{text}");
-        return Ok(());
-    }
     targets::write(&mut text)?;
     motions(&mut text)?;
     parts::write(&mut text)?;
-    lanes::write(&mut text)?;
     kernels(&mut text)?;
     communication(&mut text)?;
     export(&mut text)?;

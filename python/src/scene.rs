@@ -12,7 +12,6 @@ use cotree::output::statistics::Accumulator;
 use cotree::scene::Text;
 use cotree::simulate::{Ended, Ensemble, Measure, Run, points};
 use cotree::{Compiled, Scene};
-use cotree_fmu::instance::MOST_LANES;
 use cotree_fmu::model::Model;
 use cotree_study::analysis::report::Report;
 use cotree_study::analysis::{At, Sensitivities, Study};
@@ -411,9 +410,7 @@ impl Core {
         let stop = AtomicBool::new(false);
         let table = inputs.as_ref().map(|(table, variables)| (table, variables.clone()));
         let run = Run { description, experiment, settings, inputs: table, reported };
-        // One run is a simulation like any other.
-        let lanes = if names.is_empty() { 0 } else { MOST_LANES };
-        let ensemble = Ensemble::new(run, Arc::clone(&ready.model), (threads, lanes), &stop).map_err(file_error)?;
+        let ensemble = Ensemble::new(run, Arc::clone(&ready.model), threads, &stop).map_err(file_error)?;
         let ended = py.detach(|| {
             std::thread::scope(|scope| {
                 let (send, receive) = mpsc::channel();

@@ -4,7 +4,6 @@ use std::io;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use cotree_fmu::instance::MOST_LANES;
 use cotree_fmu::model::Model;
 
 use super::{Ensemble, Results, Run, RunError, Settings, SimulateError, settings};
@@ -13,11 +12,9 @@ use crate::diagnostic::every;
 use crate::scene::Scene;
 
 impl Compiled {
-    /// Runs the experiment of the scene for many values at once: on all processors, and side by side in the vector instructions of each. A member names parameters,
-    /// constant inputs and initial values \[SI\]; the rest is the scene's.
+    /// Runs the experiment of the scene for many values, on all processors. A member names parameters, constant inputs and initial values \[SI\]; the rest is the scene's.
     ///
-    /// Its results have the same bits whatever the other members are and however many processors there are, and are those of a single run within the tolerance. A member
-    /// that fails leaves the others alone.
+    /// Its results have the bits of a single run. A member that fails leaves the others alone.
     ///
     /// # Errors
     /// Every name that is unknown and every value that is not permitted; a program that the runtime refuses. What is wrong with a single motion is with its results.
@@ -28,7 +25,7 @@ impl Compiled {
         let experiment = description.experiment;
         let run = Run { description, experiment, settings: Vec::new(), inputs: None, reported };
         let stop = AtomicBool::new(false);
-        let ensemble = Ensemble::new(run, model, (0, MOST_LANES), &stop);
+        let ensemble = Ensemble::new(run, model, 0, &stop);
         let ensemble = ensemble.map_err(|error| RunError::from(io::Error::other(error)))?;
         let empty = Results::of(self);
         let ended = ensemble.run(&settings, || empty.clone(), Results::push);

@@ -5,7 +5,6 @@ mod measure;
 mod members;
 mod results;
 pub mod settings;
-mod simulation;
 
 use std::sync::Arc;
 
@@ -19,7 +18,6 @@ use crate::output::csv::Table;
 pub use many::{Ended, Ensemble, Settings};
 pub use measure::Measure;
 pub use results::{Column, Results, SimulateError};
-use simulation::Simulation;
 
 /// What to simulate.
 #[derive(Clone, Debug)]
@@ -57,13 +55,37 @@ impl Run<'_> {
     pub fn start(
         &self,
         model: Arc<Model>,
-        report: impl FnMut(f64, &[f64]) -> std::io::Result<()>,
+        mut report: impl FnMut(f64, &[f64]) -> std::io::Result<()>,
     ) -> Result<Option<Inaccuracy>, RunError> {
-        let mut simulation = Simulation::new(self, model, report)?;
-        while simulation.next_time().is_some() {
-            simulation.advance()?;
+        let mut instance = self.begin(model)?;
+        let (mut knots, mut values) = (self.knots().into_iter().peekable(), vec![0.0; self.reported.len()]);
+        for time in points(self.experiment) {
+            while let Some(knot) = knots.next_if(|knot| *knot <= time) {
+                instance.step_to(knot)?;
+                self.set_inputs(&mut instance, knot)?;
+            }
+            if time > instance.time() {
+                instance.step_to(time)?;
+            }
+            for (value, &variable) in values.iter_mut().zip(&self.reported) {
+                *value = instance.get(variable)?;
+            }
+            report(time, &values)?;
         }
-        Ok(simulation.instance.take_inaccuracy())
+        Ok(instance.take_inaccuracy())
+    }
+
+    /// The initial state.
+    fn begin(&self, model: Arc<Model>) -> Result<Instance, RunError> {
+        let Experiment { start, stop, tolerance, .. } = self.experiment;
+        let mut instance = Instance::new(model);
+        instance.setup(start, Some(stop), Some(tolerance))?;
+        for &(variable, value) in &self.settings {
+            instance.set(variable, value)?;
+        }
+        self.set_inputs(&mut instance, start)?;
+        instance.initialise()?;
+        Ok(instance)
     }
 
     /// Sets the inputs and their rates to the table's. They are constant until the next row, so this is done at the rows only

@@ -26,7 +26,6 @@ FIXED = {
     ("integrator/implicit/passage.rs", "MIDDLE"): "a place on a passage, in a constant",
     ("integrator/implicit/radau/output.rs", "DENSE_ORDER"): "the order of the method",
     ("integrator/implicit/watch.rs", "POWERS"): "a length of an array",
-    ("integrator/taylor/member.rs", "MOST_LANES"): "a length of an array",
     ("integrator/taylor/member.rs", "FEW"): "a width that is compiled",
     ("linalg/inverse.rs", "GROUP"): "a length of an array",
     ("linalg/lane.rs", "WIDTH"): "a length of an array",

@@ -13,7 +13,6 @@ use std::time::Instant;
 use cotree::compile::compile;
 use cotree::scene::Scene;
 use cotree::simulate::{Ensemble, Run, Settings};
-use cotree_fmu::instance::MOST_LANES;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::Engine;
 use cotree_fmu::tuning::{self, NAMES};
@@ -259,7 +258,7 @@ fn ensemble(name: &str) -> Item {
         let experiment = cotree::mechanism::Experiment { stop, step: stop / 10.0, tolerance, ..description.experiment };
         let run = Run { description, experiment, settings: Vec::new(), inputs: None, reported: compiled.reported() };
         let stop = AtomicBool::new(false);
-        let ensemble = Ensemble::new(run, model.clone(), (1, MOST_LANES), &stop).map_err(|error| error.to_string())?;
+        let ensemble = Ensemble::new(run, model.clone(), 1, &stop).map_err(|error| error.to_string())?;
         let collect = |all: &mut Vec<f64>, _: f64, values: &[f64]| all.extend_from_slice(values);
         let mut values = Vec::new();
         for (own, ended) in ensemble.run(&vec![Settings::new(); 5], Vec::new, collect) {

@@ -11,7 +11,6 @@ use cotree::files;
 use cotree::scene::Scene;
 use cotree::simulate::Measure;
 use cotree_draw::study::sweep::Picture;
-use cotree_fmu::instance::MOST_LANES;
 use cotree_study::sweep::{self, Design, Factor, Inaccurate, Kind, Record, RecordError};
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 use signal_hook::consts::SIGINT;
@@ -26,7 +25,7 @@ const LARGEST_TABLE: u64 = 1 << 30;
 
 /// Run a scene with many values: a table with a few numbers of each run
 ///
-/// Runs are spread over all processors and over the lanes of each; a run has the same bits whatever their number. The table is CSV: the number of the run, what was set, what was
+/// Runs are spread over all processors; a run has the bits of a simulation by itself. The table is CSV: the number of the run, what was set, what was
 /// measured, and why a run failed if it did. With -o it is kept in FILE.part until the sweep is done: Ctrl-C loses nothing, and --resume goes on.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
@@ -72,9 +71,6 @@ pub struct Sweep {
     /// How many runs at a time [default: one for each processor]
     #[arg(long, value_name = "COUNT", default_value_t = 0, hide_default_value = true)]
     threads: usize,
-    /// How many runs side by side in each of them; the results are the same
-    #[arg(long, value_name = "COUNT", default_value_t = MOST_LANES as u64, value_parser = clap::value_parser!(u64).range(1..=MOST_LANES as u64))]
-    lanes: u64,
     #[command(flatten)]
     times: Times,
 }
@@ -134,11 +130,6 @@ impl Sweep {
         }
     }
 
-    /// Threads, and lanes in each.
-    fn threads(&self) -> (usize, usize) {
-        (self.threads, self.lanes as usize)
-    }
-
     /// That rounding errors are larger than the tolerance in some runs.
     fn warn(&self, sweep: &sweep::Sweep, inaccurate: Option<&Inaccurate>, format: MessageFormat) {
         if let Some(Inaccurate { runs, first }) = inaccurate {
@@ -180,7 +171,7 @@ impl Sweep {
         }
         let bar = bar(sweep.design.len(), record.done());
         let mut failed = 0;
-        let ended = sweep.run(record.done(), self.threads(), stop, |first, outcomes| {
+        let ended = sweep.run(record.done(), self.threads, stop, |first, outcomes| {
             failed += outcomes.iter().filter(|outcome| outcome.is_err()).count();
             picture.iter_mut().for_each(|picture| picture.add(&outcomes));
             bar.set_position((first + outcomes.len()) as u64);
@@ -207,7 +198,7 @@ impl Sweep {
         let mut out = std::io::stdout().lock();
         sweep::begin(&mut out, sweep)?;
         let mut done = 0;
-        let inaccurate = sweep.run(0, self.threads(), stop, |first, outcomes| {
+        let inaccurate = sweep.run(0, self.threads, stop, |first, outcomes| {
             done = first + outcomes.len();
             picture.iter_mut().for_each(|picture| picture.add(&outcomes));
             sweep::write(&mut out, sweep, first, &outcomes)

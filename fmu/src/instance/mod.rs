@@ -9,7 +9,6 @@ mod derivatives;
 mod error;
 mod exchange;
 mod inputs;
-mod lanes;
 mod snapshot;
 mod variational;
 
@@ -20,7 +19,6 @@ pub use crate::integrator::accuracy::Inaccuracy;
 pub use crossing::Crossing;
 pub use derivatives::DERIVATIVE_ORDER;
 pub use error::InstanceError;
-pub use lanes::{Lanes, MOST_LANES, Member};
 pub use snapshot::{Snapshot, TOLERANCES};
 pub use variational::{Variational, Varied};
 

@@ -3,7 +3,6 @@
 //! * [`stepping`]: from one communication point to the next.
 //! * `taylor`, `explicit` (DOP853), `implicit` (Radau IIA): the methods, each with what it remembers between steps.
 //! * `control`: bounds of the length of a step; `stiffness`: which method takes the next step.
-//! * `together`: steps of several runs at once.
 //! * `accuracy`: how accurate rounding errors let a motion be.
 //! * `memory`: what the methods remember of a run between steps.
 //! * `right_hand_side`, `range`: the equations of motion, as the Runge-Kutta methods see them; [`accelerations`]: at a state.
@@ -19,4 +18,3 @@ pub(crate) mod right_hand_side;
 pub mod stepping;
 pub(crate) mod stiffness;
 pub(crate) mod taylor;
-pub(crate) mod together;

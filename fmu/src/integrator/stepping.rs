@@ -32,15 +32,13 @@ const SHORTEST_PART: f64 = 1e-4;
 pub struct Stepper {
     explicit: Explicit,
     implicit: Implicit,
-    pub(super) taylor: Option<Box<Taylor>>,
-    pub(super) projection: Projection,
+    taylor: Option<Box<Taylor>>,
+    projection: Projection,
     work: State,
     reprojection: Reprojection,
-    /// The run before a step that may fail.
-    pub(super) checkpoint: (Run, Memory),
     /// Goes on beyond a communication point to judge what lies before it.
     probe: (Run, Memory),
-    pub(super) statistics: Statistics,
+    statistics: Statistics,
     masses: Option<Masses>,
     accuracy: Accuracy,
     /// For the motion of a driven mechanism between times that somebody else chooses.
@@ -86,7 +84,6 @@ impl Stepper {
             projection: Projection::new(model),
             reprojection: Reprojection { reached: work.clone(), trial: work.clone() },
             carried: model.is_driven().then(|| Box::new(Carried::new(model, &work))),
-            checkpoint: beginning(model, &work),
             probe: beginning(model, &work),
             work,
             statistics: Statistics::default(),
@@ -100,22 +97,6 @@ impl Stepper {
         if !self.implicit.is_allocated(model) {
             self.implicit = Implicit::allocate(model);
         }
-    }
-
-    /// The engines, and what they work on.
-    pub(super) fn parts<'a>(
-        &'a mut self,
-        model: &'a Model,
-        machine: &'a mut Machine,
-        memory: &'a mut Memory,
-        settings: &'a Settings,
-    ) -> (Engines<'a>, Context<'a>) {
-        let Self { explicit, implicit, taylor, projection, statistics, masses, accuracy, .. } = self;
-        let context = Context { model, machine, projection, statistics, settings };
-        (
-            Engines { taylor: taylor.as_deref_mut(), explicit, implicit, masses: masses.as_mut(), accuracy, memory },
-            context,
-        )
     }
 
     /// What has been done so far.

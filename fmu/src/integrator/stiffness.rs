@@ -97,11 +97,6 @@ impl Choice {
         self.patience == FIRST_LOOK
     }
 
-    /// Does another method than the one that the settings name take the steps?
-    pub fn is_other(&self) -> bool {
-        self.stiff
-    }
-
     /// Is it one that a run would write?
     pub fn is_sound(&self) -> bool {
         self.held_back.is_finite()
@@ -265,14 +260,6 @@ impl Engines<'_> {
             note_end(context, run)?;
         }
         Ok(())
-    }
-
-    /// After a step by series together with other runs, whose accelerations multiply rounding errors so much where it begins.
-    pub fn conclude(&mut self, context: &mut Context, run: &mut Run, amplification: f64) -> Result<(), Failure> {
-        self.memory.implicit.forget();
-        self.test_for_stiffness(context, run);
-        self.accuracy.note(context, run, |_, _| Some((amplification, None)));
-        note_end(context, run)
     }
 
     /// Whether short steps have left the branch in a singular pose shows some way behind it only: what is read before that is judged by steps beyond it.

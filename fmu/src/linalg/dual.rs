@@ -5,7 +5,7 @@
 use std::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 
 use super::lane::{Lane, WIDTH, ZERO, add, at_each, multiply, splat, subtract};
-use super::many::{Elementary, Number};
+use super::number::{Elementary, Number};
 use crate::math;
 
 /// A value, in every place of a lane so that it meets each tangent without being moved, and its derivatives along `D` directions: whole lanes.
@@ -100,10 +100,7 @@ impl<const D: usize> SubAssign for Dual<D> {
 }
 
 impl<const D: usize> Number for Dual<D> {
-    // In 1 to 8 directions the sparse factors were as fast or up to a tenth faster.
-    const FULL: bool = false;
     const ZERO: Self = Self { value: ZERO, tangents: [0.0; D] };
-    type Which = bool;
 
     #[inline(always)]
     fn all(value: f64) -> Self {
@@ -142,17 +139,6 @@ impl<const D: usize> Number for Dual<D> {
     #[inline(always)]
     fn exceeds(self, bound: Self) -> bool {
         self.value() > bound.value()
-    }
-
-    /// Never: derivatives have no natural size.
-    #[inline(always)]
-    fn is_below(self, _: f64) -> bool {
-        false
-    }
-
-    #[inline(always)]
-    fn unless(self, which: bool) -> Self {
-        if which { Self::ZERO } else { self }
     }
 }
 
@@ -199,7 +185,7 @@ mod tests {
 
     type Operation = fn(Dual, Dual) -> Dual;
 
-    const OPERATIONS: [(&str, Operation); 18] = [
+    const OPERATIONS: [(&str, Operation); 17] = [
         ("a + b", |a, b| a + b),
         ("a - b", |a, b| a - b),
         ("a b", |a, b| a * b),
@@ -217,7 +203,6 @@ mod tests {
         ("|a|", |a, _| a.magnitude()),
         ("3 a", |a, _| a.times(3.0)),
         ("larger", Number::larger),
-        ("unless", |a, _| a.unless(false)),
         ("root", |a, _| a.magnitude().root()),
         ("log", |a, _| a.magnitude().logarithm()),
         ("a^b", |a, b| a.magnitude().power(b)),

@@ -6,8 +6,8 @@
 use std::collections::BTreeSet;
 
 use super::SINGULAR;
-use super::many::{Number, Which};
 use super::matrix::{Entries, Places, most};
+use super::number::Number;
 
 /// The order of elimination and the entries that are not zero: columns of L, each from its diagonal down.
 #[derive(Clone, Debug)]
@@ -202,10 +202,9 @@ impl<N: Number> Factors<N> {
         self.entries.fill(N::ZERO);
     }
 
-    /// Replaces the matrix by its factors. Says of which motions it has some.
+    /// Replaces the matrix by its factors; has it some?
     #[inline(always)]
-    pub fn factor(&mut self) -> N::Which {
-        let mut regular = N::Which::ALL;
+    pub fn factor(&mut self) -> bool {
         for (size, entry) in self.sizes.iter_mut().zip(&self.diagonal) {
             *size = entry.magnitude();
         }
@@ -213,9 +212,9 @@ impl<N: Number> Factors<N> {
         for column in 0..self.diagonal.len() {
             let pivot = self.diagonal[column];
             // Not a number is singular too.
-            regular = regular.and(pivot.magnitude().exceeds(self.sizes[column].times(SINGULAR)));
-            if regular.is_none() {
-                return regular;
+            let regular = pivot.magnitude().exceeds(self.sizes[column].times(SINGULAR));
+            if !regular {
+                return false;
             }
             let inverse = pivot.reciprocal();
             self.diagonal[column] = inverse;
@@ -242,7 +241,7 @@ impl<N: Number> Factors<N> {
             *factor = self.entries[entry as usize];
         }
         self.invert();
-        regular
+        true
     }
 
     /// The inverse where the factors have entries, from the last column to the first (Takahashi, Fagan and Chin, 1973).

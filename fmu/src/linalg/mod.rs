@@ -5,7 +5,7 @@
 //! * `inverse`, `matrix`: the matrix of a pose, as a whole or by its entries.
 //! * `chain`, `tree`, `columns`: open chains of frames, trees of arms, and sparse constants by columns.
 //! * `least_squares`, `spectrum`: minimum-norm solutions, and the ends of a spectrum.
-//! * `lane`, `turn`: four numbers and four angles at a time; `many`: the same number of several motions.
+//! * `lane`, `turn`: four numbers and four angles at a time; `number`, `dual`: numbers alone, and with their derivatives.
 
 pub(crate) mod chain;
 pub(crate) mod columns;
@@ -15,8 +15,8 @@ pub(crate) mod factors;
 pub(crate) mod inverse;
 pub(crate) mod lane;
 pub(crate) mod least_squares;
-pub(crate) mod many;
 pub(crate) mod matrix;
+pub(crate) mod number;
 pub(crate) mod sparse;
 pub(crate) mod spectrum;
 pub(crate) mod tree;

@@ -127,11 +127,6 @@ impl Trail {
         true
     }
 
-    /// May the next state decide whether the motion has left its branch?
-    pub fn decides(&self) -> bool {
-        self.count + 1 >= WINDOW
-    }
-
     pub fn state(&self, place: usize) -> &[f64] {
         let size = self.states.len() / WINDOW;
         &self.states[place * size..][..size]

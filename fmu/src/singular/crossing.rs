@@ -172,7 +172,7 @@ impl<'a> Study<'a> {
 
     /// What is left of one of the combinations in its saddle.
     fn defect(&mut self, here: &mut Pose, place: usize) -> f64 {
-        let Some((mut step, mut left)) = self.to_the_saddle(here, place) else { return here.value(place) };
+        let Some((mut step, mut left)) = self.newton_step(here, place) else { return here.value(place) };
         let mut moved_on: Option<Pose> = None;
         for _ in 0..CORRECTIONS {
             let length = step.values().fold(0.0, |most, part| math::maximum(most, part.abs()));
@@ -187,7 +187,7 @@ impl<'a> Study<'a> {
             }
             let next = moved(self.model, &pose.state, &step, 1.0);
             let Some(mut next) = self.at(&here.found.independent, &next) else { return 0.0 };
-            let Some(found) = self.to_the_saddle(&mut next, place) else { return next.value(place) };
+            let Some(found) = self.newton_step(&mut next, place) else { return next.value(place) };
             (step, left) = found;
             moved_on = Some(next);
         }
@@ -196,7 +196,7 @@ impl<'a> Study<'a> {
 
     /// One step of Newton's method to where the independent equations hold and a combination does not change along them, and what is left of it there up to second
     /// order: with the multipliers of the pose the combination is stationary in the saddle (Nocedal and Wright, Numerical Optimization, 2006, 18.1).
-    fn to_the_saddle(&mut self, pose: &mut Pose, place: usize) -> Option<(Row, f64)> {
+    fn newton_step(&mut self, pose: &mut Pose, place: usize) -> Option<(Row, f64)> {
         let combination = pose.found.combinations[place].clone();
         let mut slopes = Row::new();
         for (row, share) in pose.rows.iter().zip(&combination).filter(|(_, share)| share.abs() > SMALLEST) {

@@ -10,5 +10,5 @@ mod jet;
 mod products;
 mod tape;
 
-pub(crate) use jet::{Begun, DIRECTIONS, Members, Tangents, Variations, variations};
+pub(crate) use jet::{DIRECTIONS, Tangents, Variations, variations};
 pub use jet::{Jet, Singular};

@@ -1,6 +1,6 @@
 //! Sums of products of the coefficients of series, of one motion or of several at once: what a new order of a law takes.
 
-use crate::linalg::many::Number;
+use crate::linalg::number::Number;
 use crate::program::arm_form::ORDERS;
 
 /// Makes a polynomial in t, so many coefficients of each order side by side, one in t - dt.

@@ -95,7 +95,7 @@ impl Sweep {
     pub fn run(
         &self,
         first: usize,
-        threads: (usize, usize),
+        threads: usize,
         stop: &AtomicBool,
         mut report: impl FnMut(usize, Vec<Outcome>) -> io::Result<()>,
     ) -> Result<Option<Inaccurate>, RunError> {

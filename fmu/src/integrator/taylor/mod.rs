@@ -5,7 +5,6 @@
 //! that is not analytic at this very state), the step is declined, and another method takes it.
 
 mod laws;
-mod member;
 mod memory;
 mod passage;
 mod propose;
@@ -20,8 +19,6 @@ use crate::motion::Run;
 use crate::singular::dependence::begins_near;
 use crate::singular::detect::Guard;
 use crate::taylor::Jet;
-pub use member::MOST_LANES;
-pub(crate) use member::{Each, Motions, Proposed};
 pub(crate) use memory::Memory;
 pub(crate) use propose::{order_for, share};
 

@@ -8,8 +8,8 @@
 //! and the loop equations are constant combinations of the b_k themselves. At every order the newest coefficients enter linearly, with the
 //! matrix \[M J^T; J 0\] of the start: see McPhee's Eq. (22).
 
+mod by_arm;
 mod frames;
-mod members;
 mod orders;
 mod pairs;
 mod pieces;
@@ -29,7 +29,7 @@ use crate::program::arm_form::ORDERS;
 use crate::program::arm_form::{ArmForm, Factor, Link, Load, Row, Slot};
 use crate::taylor::coupling::Coupling;
 use crate::taylor::tape::{Scalars, Vectors};
-pub(crate) use members::{Begun, DIRECTIONS, Members, Tangents, Variations, variations};
+pub(crate) use by_arm::{DIRECTIONS, Tangents, Variations, variations};
 use response::Response;
 use step::Read;
 use terms::{Plan, Terms};

@@ -2,7 +2,7 @@
 
 use super::{Jet, Shape};
 use crate::linalg::lane::{Lane, WIDTH, ZERO, add, by_width, larger, largest, multiply, plus, splat, subtract};
-use crate::linalg::many::Number;
+use crate::linalg::number::Number;
 use crate::math;
 use crate::program::arm_form::MAX_ORDER;
 use crate::program::arm_form::{ArmForm, Place};

@@ -5,8 +5,8 @@ use super::pairs::{Pairs, candidates};
 use crate::linalg::columns::Columns;
 use crate::linalg::inverse::Inverse;
 use crate::linalg::lane::{Lane, WIDTH, minus, multiply, plus, splat};
-use crate::linalg::many::Number;
 use crate::linalg::matrix::{Entries, Places};
+use crate::linalg::number::Number;
 use crate::program::arm_form::{ArmForm, Factor};
 
 /// Masses that differ by more than this factor ask for a search for pivots.

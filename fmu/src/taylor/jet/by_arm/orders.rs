@@ -1,19 +1,12 @@
-//! One order after the other, of several motions.
+//! One order after the other.
 
-use super::{Members, Slide, Turn};
-use crate::linalg::lane::by_width;
-use crate::linalg::many::{Elementary, Many};
+use super::{ByArm, Slide, Turn};
+use crate::linalg::number::Elementary;
 use crate::program::arm_form::Factor;
 use crate::program::arm_form::ORDERS;
 
-impl Members<Many> {
-    by_width! {
-        /// Orders k of accelerations from the first to the last, orders k + 2 of positions; all lower ones are known.
-        pub fn advance(&mut self: Members<Many>, first: usize, last: usize) = advance_all
-    }
-}
-
-impl<N: Elementary> Members<N> {
+impl<N: Elementary> ByArm<N> {
+    /// Orders k of accelerations from the first to the last, orders k + 2 of positions; all lower ones are known.
     #[inline(always)]
     pub(super) fn advance_all(&mut self, first: usize, last: usize) {
         let lawful = !self.laws.are_none();
@@ -21,25 +14,15 @@ impl<N: Elementary> Members<N> {
             if lawful {
                 self.laws.rates(&self.coefficients, k, &self.arms);
             }
-            if N::FULL && self.frames > 0 {
-                self.load_arms(k);
-                self.advance_few(k);
-            } else {
-                self.advance_one_by_one(k);
-            }
+            self.predict(k);
+            self.load_arms(k);
+            self.balance(k);
+            self.factors.solve_by_rows(&self.vector, &mut self.solution);
+            self.correct(k);
             if lawful {
                 self.laws.positions(&self.coefficients, k + 2, &self.arms);
             }
         }
-    }
-
-    #[inline(always)]
-    fn advance_one_by_one(&mut self, k: usize) {
-        self.predict(k);
-        self.load_arms(k);
-        self.balance(k);
-        self.factors.solve_by_rows(&self.vector, &mut self.solution);
-        self.correct(k);
     }
 
     /// Second derivatives of the arms without the new accelerations, and moments without the new forces.

@@ -1,8 +1,8 @@
-//! Scalar series of several motions: signals of time and the laws of loads, as [`crate::taylor::tape`] has them of one.
+//! Scalar series of a motion in any kind of numbers: signals of time and the laws of loads, as [`crate::taylor::tape`] has them.
 
 use super::{Arm, Series};
 use crate::linalg::dual::Dual;
-use crate::linalg::many::{Elementary, Many, Number};
+use crate::linalg::number::{Elementary, Number};
 use crate::model::Model;
 use crate::program::arm_form::ORDERS;
 use crate::program::arm_form::{Given, Operation, SeriesTape, Slot, Source, Step};
@@ -26,27 +26,6 @@ fn read<N: Number>(arms: &[Arm<N>], source: Source, k: usize) -> N {
 pub(super) struct Laws<N> {
     tape: SeriesTape,
     series: Vec<Series<N>>,
-}
-
-impl Laws<Many> {
-    /// The given series of one member at a start.
-    pub fn give(&mut self, member: usize, model: &Model, registers: &[f64]) {
-        for &(slot, given) in &self.tape.given {
-            let series = &mut self.series[slot as usize];
-            for (place, value) in series.iter_mut().zip(polynomial(model, registers, given)) {
-                place.0[member] = value;
-            }
-        }
-    }
-
-    /// One member has the given series of another one.
-    pub fn follow(&mut self, member: usize, other: usize) {
-        for &(slot, _) in &self.tape.given {
-            for place in &mut self.series[slot as usize] {
-                place.0[member] = place.0[other];
-            }
-        }
-    }
 }
 
 impl<const D: usize> Laws<Dual<D>> {

@@ -1,10 +1,10 @@
 //! The series of one motion and of its derivatives by parameters: the same operations in dual numbers, so that the variational equations need no equations of
 //! their own (Barrio, *SIAM J. Sci. Comput.* 27(6), 2006).
 
-use super::{Arm, Members};
+use super::{Arm, ByArm};
 use crate::linalg::dual::Dual;
 use crate::linalg::lane::{Lane, WIDTH, by_width};
-use crate::linalg::many::Number;
+use crate::linalg::number::Number;
 use crate::math;
 use crate::model::Model;
 use crate::program::arm_form::ORDERS;
@@ -56,14 +56,14 @@ pub(crate) fn variations(model: &Model, directions: usize) -> Option<Box<dyn Var
 /// A motion with its derivatives.
 #[derive(Debug)]
 struct Motion<const D: usize> {
-    series: Members<Dual<D>>,
+    series: ByArm<Dual<D>>,
     /// (q, v)
     state: Vec<Dual<D>>,
 }
 
 impl<const D: usize> Motion<D> {
     fn new(model: &Model) -> Option<Self> {
-        Some(Self { series: Members::new(model)?, state: vec![Dual::ZERO; 2 * model.coordinates()] })
+        Some(Self { series: ByArm::new(model)?, state: vec![Dual::ZERO; 2 * model.coordinates()] })
     }
 
     fn load(&mut self, model: &Model, registers: &[f64], tangents: &Tangents) {
@@ -98,7 +98,7 @@ macro_rules! with_directions {
 
         impl Variations for Motion<$directions> {
             fn enter(&mut self, registers: &[f64], tangents: &Tangents) {
-                let Members { form, coefficients, .. } = &mut self.series;
+                let ByArm { form, coefficients, .. } = &mut self.series;
                 for (place, &register) in coefficients.iter_mut().zip(&form.coefficients.results) {
                     let register = register as usize;
                     *place = Dual::new(registers[register], along(tangents, register));
@@ -134,7 +134,7 @@ with_directions!(8);
 impl<const D: usize> Motion<D> {
     #[inline(always)]
     fn begin_any(&mut self, order: usize) -> bool {
-        self.series.begin_any(order, &self.state).regular
+        self.series.begin_any(order, &self.state)
     }
 
     /// All orders. Are they finite?

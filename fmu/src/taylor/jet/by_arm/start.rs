@@ -1,58 +1,14 @@
-//! The start of a step of several motions: their poses, matrices, and the motions put back on the loops.
+//! The start of a step: pose, matrix, and the motion put back on the loops.
 
-use super::super::start::CLOSED;
-use super::{Members, Slide, Turn};
+use super::{ByArm, Slide, Turn};
 use crate::linalg::inverse::LEFT;
-use crate::linalg::lane::{WIDTH, by_width};
-use crate::linalg::many::{Elementary, Many, Number, Which};
+use crate::linalg::number::Elementary;
 use crate::program::arm_form::{Factor, Place};
 
-/// What is known of the start of a step.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Begun<N: Number> {
-    /// How far the loops were open, relative to their scales.
-    pub open: N,
-    /// Which motions have a series that needs no pivots.
-    pub regular: N::Which,
-    /// How many times the accelerations multiply rounding errors of the masses and forces.
-    pub amplification: N,
-}
-
-impl Members<Many> {
-    /// Begins at (q, v) of several members, as [`super::Jet::begin`] does for one.
-    pub(crate) fn begin(&mut self, order: usize, motion: &[Many]) -> Begun<Many> {
-        let begun = self.begin_at(order, motion);
-        self.advance(0, 0);
-        begun
-    }
-
-    by_width! {
-        fn begin_at(&mut self: Members<Many>, order: usize, motion: &[Many]) -> Begun<Many> = begin_any
-    }
-
-    /// As [`super::Jet::reciprocal_pivots`], of one member.
-    pub fn reciprocal_pivots(&self, member: usize, values: &mut [f64]) {
-        values.fill(0.0);
-        for ((row, scale), group) in self.row_scales.iter().enumerate().zip(&self.groups) {
-            let own = self.factors.diagonal(self.unknowns.len() + row).0[member].abs();
-            values[*group] += scale * scale * own;
-        }
-    }
-
-    /// Which motions are finite where the step begins?
-    pub fn finite(&self) -> [bool; WIDTH] {
-        let mut sum = Many::ZERO;
-        for &arm in &self.unknowns {
-            sum += (self.arms[arm].value[0] + self.arms[arm].value[1]).times(0.0);
-        }
-        sum.0.map(|sum| sum == 0.0)
-    }
-}
-
-impl<N: Elementary> Members<N> {
-    /// Everything but the first order of accelerations.
+impl<N: Elementary> ByArm<N> {
+    /// Everything but the first order of accelerations. Is there a series that needs no pivots?
     #[inline(always)]
-    pub(super) fn begin_any(&mut self, order: usize, motion: &[N]) -> Begun<N> {
+    pub(super) fn begin_any(&mut self, order: usize, motion: &[N]) -> bool {
         self.laws.begin(&self.coefficients, order);
         let (positions, rates) = motion.split_at(self.form.coordinates.len());
         self.load(0, positions);
@@ -60,16 +16,15 @@ impl<N: Elementary> Members<N> {
         let regular = self.factor();
         let amplification = self.amplification();
         self.load(1, rates);
-        let open = self.close(0);
+        self.close(0);
         self.turn_rates();
         self.close(1);
         self.weigh();
-        self.respond();
         for k in 0..2 {
             self.laws.positions(&self.coefficients, k, &self.arms);
         }
         // Not a number is not alike.
-        Begun { open, regular: regular.and(N::all(1.0 / LEFT).exceeds(amplification)), amplification }
+        regular && N::all(1.0 / LEFT).exceeds(amplification)
     }
 
     /// The unknowns of coordinates.
@@ -166,37 +121,23 @@ impl<N: Elementary> Members<N> {
         }
     }
 
-    /// One Newton step of positions or rates onto the loops, in the metric of the masses, for those that are open. Returns how far they were.
+    /// One Newton step of positions or rates onto the loops, in the metric of the masses.
     #[inline(always)]
-    fn close(&mut self, order: usize) -> N {
+    fn close(&mut self, order: usize) {
         if self.gaps.is_empty() {
-            return N::ZERO;
+            return;
         }
         self.gap(order);
-        let mut open = N::ZERO;
-        for (gap, scale) in self.gaps.iter().zip(&self.row_scales) {
-            open = open.larger(gap.over(N::all(*scale)));
-        }
-        // Not a number is not closed.
-        let closed = open.is_below(CLOSED);
-        if closed.is_all() {
-            return open;
-        }
         let unknowns = self.unknowns.len();
         self.vector[..unknowns].fill(N::ZERO);
         for (place, gap) in self.vector[unknowns..].iter_mut().zip(&self.gaps) {
-            *place = (-*gap).unless(closed);
+            *place = -*gap;
         }
         self.factors.solve_by_rows(&self.vector, &mut self.solution);
         for (change, &arm) in self.solution.iter().zip(&self.unknowns) {
             self.arms[arm].value[order] += *change;
         }
-        if order == 0 {
-            self.turn()
-        } else {
-            self.turn_rates()
-        }
-        open
+        if order == 0 { self.turn() } else { self.turn_rates() }
     }
 
     /// What counts of each unknown: the reciprocal of its rate, or of the least that counts relative to itself.
@@ -208,9 +149,9 @@ impl<N: Elementary> Members<N> {
         }
     }
 
-    /// Factors the matrices of the poses; says which have factors.
+    /// Factors the matrix of the pose; has it factors?
     #[inline(always)]
-    fn factor(&mut self) -> N::Which {
+    fn factor(&mut self) -> bool {
         let [dx, dy] = &mut self.derivatives;
         for ((dx, dy), arm) in dx.iter_mut().zip(&mut *dy).zip(&self.arms) {
             (*dx, *dy) = (-arm.y[0], arm.x[0]);

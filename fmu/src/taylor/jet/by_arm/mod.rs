@@ -1,10 +1,8 @@
-//! The series of several motions of one mechanism at once, each with its own parameters, pose and step: the members of an ensemble.
+//! The series of a motion in any kind of numbers, such as numbers that bring their derivatives by parameters.
 //!
-//! What [`super::orders`] does for four arms of one motion is done here for one arm of several motions, by the same operations for every member, so that its bits do
-//! not depend on its neighbours. Mechanisms whose laws are steep or in pieces, whose loop equations turn, or that need pivots or chains, are not taken: their
-//! members run one by one.
+//! What [`super::orders`] does for four arms at a time in plain numbers is done here for one arm. Mechanisms whose laws are steep or in pieces, whose loop equations
+//! turn or repeat others, or that are trees of many arms, are not taken.
 
-mod frames;
 mod laws;
 mod orders;
 mod sparse;
@@ -14,19 +12,15 @@ mod variation;
 
 use super::step::Read;
 use super::terms::{Plan, Terms};
-use super::{Jet, Loads, Shape, groups, row_scales, turned_by, unknowns};
+use super::{Loads, Shape, turned_by, unknowns};
 use crate::linalg::factors::{Factors, Pattern};
-use crate::linalg::many::{Elementary, Many, Number};
+use crate::linalg::number::{Elementary, Number};
 use crate::model::Model;
 use crate::program::arm_form::ORDERS;
 use crate::program::arm_form::{ArmForm, Factor, Slot};
 use laws::Laws;
 use sparse::{Complex, Pairs};
-pub(crate) use start::Begun;
 pub(crate) use variation::{DIRECTIONS, Tangents, Variations, variations};
-
-/// More equations are served as well by the four arms of one motion.
-const MOST_EQUATIONS: usize = 64;
 
 /// The coefficients of one function of time.
 type Series<N> = [N; ORDERS];
@@ -86,28 +80,18 @@ struct Slide {
     frame: Option<usize>,
 }
 
-/// The series of several motions.
+/// The series of a motion.
 #[derive(Clone, Debug)]
-pub(crate) struct Members<N> {
+pub(crate) struct ByArm<N> {
     form: ArmForm,
-    /// Frames, if there is nothing else and few of them, and how their pose responds.
-    frames: usize,
-    response: Vec<N>,
     /// Coordinates, what carries an angle before what it carries.
     chain: Vec<usize>,
     reads: Vec<Read>,
-    /// The arm of each unknown, in the order of their equations, with the least of its rates that counts relative to itself, and its place in a
-    /// polynomial.
+    /// The arm of each unknown, in the order of their equations, with the least of its rates that counts relative to itself.
     unknowns: Vec<usize>,
     least_rates: Vec<f64>,
-    stored: Vec<usize>,
-    /// Numbers of one order of a polynomial.
-    stride: usize,
     turns: Vec<Turn>,
     slides: Vec<Slide>,
-    /// The joint and the scale of each loop equation.
-    groups: Vec<usize>,
-    row_scales: Vec<f64>,
     terms: Terms,
     pushes: Loads,
     loads: Loads,
@@ -125,15 +109,15 @@ pub(crate) struct Members<N> {
     derivatives: [Vec<N>; 2],
 }
 
-impl<N: Elementary> Members<N> {
-    /// Storage for a model whose motions can be found together.
+impl<N: Elementary> ByArm<N> {
+    /// Storage for a model, if the series of its motions are of this kind.
     pub fn new(model: &Model) -> Option<Self> {
         let form = model.program().arms.as_ref().filter(|form| serves(form))?.clone();
         let (shape, turned_by) = (Shape::plain(&form), turned_by(&form));
         let plan = Plan::new(&form, &shape, &turned_by, &unknowns(&form, &shape));
         let (mut terms, unknowns) = (Terms::new(&plan), plan.unknowns.clone());
         let size = unknowns.len() + form.rows.len();
-        if size > MOST_EQUATIONS || unknowns.is_empty() {
+        if unknowns.is_empty() {
             return None;
         }
         let pattern = Pattern::new(size, unknowns.len(), terms.entries());
@@ -144,21 +128,15 @@ impl<N: Elementary> Members<N> {
         let rows = form.rows.iter().enumerate();
         let rows = rows.flat_map(|(row, data)| data.arms.iter().map(move |&(arm, p)| (row, arm as usize, p)));
         let (coupling, rows): (Vec<_>, Vec<_>) = (coupling.collect(), rows.collect());
-        let (padded, arms) = (Shape::new(&form), shape.places());
+        let arms = shape.places();
         let scale = |arm: usize| if arm < form.frames.len() { 1.0 } else { model.program().length };
         let least_rate = |arm: &usize| model.least_rate(None) * scale(*arm);
-        let mut members = Self {
-            frames: 0,
-            response: Vec::new(),
+        let series = Self {
             reads: form.coordinates.iter().map(|&coordinate| Read::new(&shape, coordinate)).collect(),
             chain: form.chain(),
             least_rates: unknowns.iter().map(least_rate).collect(),
-            stored: unknowns.iter().map(|arm| padded.place(*arm as u32)).collect(),
-            stride: padded.places(),
             turns: turns(&form, &turned_by),
             slides: slides(&form),
-            groups: groups(model, &form),
-            row_scales: row_scales(model, &form),
             pushes: Loads::of_pushes(&form, &shape),
             loads: Loads::of_arms(&form, &shape),
             coupling: Complex::new(arms, &coupling, &zero),
@@ -175,58 +153,7 @@ impl<N: Elementary> Members<N> {
             unknowns,
             form,
         };
-        members.frames = members.few_frames();
-        members.response = Self::room(members.frames);
-        Some(members)
-    }
-}
-
-impl Members<Many> {
-    /// Takes the coefficients of one member over from its registers, after the parameter stage ran.
-    pub fn enter(&mut self, member: usize, registers: &[f64]) {
-        for (place, value) in self.coefficients.iter_mut().zip(self.form.coefficients.results(registers)) {
-            place.0[member] = value;
-        }
-    }
-
-    /// One member has what another one has.
-    pub fn follow_member(&mut self, member: usize, other: usize) {
-        for place in &mut self.coefficients {
-            place.0[member] = place.0[other];
-        }
-        self.laws.follow(member, other);
-    }
-
-    /// Are there signals of time, which each start of a series needs from the registers?
-    pub fn has_signals(&self) -> bool {
-        !self.form.tape.given.is_empty()
-    }
-
-    /// Takes the signals of one member at the start of its series over from its registers.
-    pub fn signal(&mut self, member: usize, model: &Model, registers: &[f64]) {
-        self.laws.give(member, model, registers);
-    }
-
-    /// The first coefficients of a scalar series of one member.
-    pub fn scalar(&self, member: usize, slot: Slot, series: &mut [f64]) {
-        for (k, place) in series.iter_mut().enumerate() {
-            *place = self.laws.get(slot, k).0[member];
-        }
-    }
-
-    /// The polynomial of one member, as [`Jet::polynomial`].
-    pub fn polynomial(&self, member: usize, order: usize, polynomial: &mut [f64]) {
-        for (&arm, &place) in self.unknowns.iter().zip(&self.stored) {
-            let orders = polynomial[place..].iter_mut().step_by(self.stride);
-            orders.zip(&self.arms[arm].value[..=order]).for_each(|(place, value)| *place = value.0[member]);
-        }
-    }
-}
-
-impl Jet {
-    /// May this motion be one of several that are found together, with its present parameters?
-    pub fn joins(&self) -> bool {
-        self.layout.is_some_and(|layout| layout.alike && !layout.chained)
+        Some(series)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Sparse constants between arms, without those that are zero whatever the parameters are.
 
 use super::Arm;
-use crate::linalg::many::Number;
+use crate::linalg::number::Number;
 
 /// Row, column, components.
 pub(super) type Entry = (usize, usize, [u32; 2]);
