@@ -7,7 +7,7 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, DVectorViewMut};
 
 use crate::constraints::poses::{Loops, scaled};
 use crate::linalg::lane::{Lane, WIDTH, ZERO};
@@ -130,6 +130,31 @@ impl Pose {
     }
 }
 
+/// A step of Newton's method to a saddle.
+struct Step {
+    /// The columns of the equations that take part.
+    columns: Vec<usize>,
+    /// What closes the independent equations, and weights of changes along them.
+    closing: Row,
+    weights: DVector<f64>,
+    /// The step in these columns.
+    way: DVector<f64>,
+    /// What is left of the combination in the saddle, up to second order: with the multipliers of the pose it is stationary there (Nocedal and Wright, Numerical
+    /// Optimization, 2006, 18.1).
+    left: f64,
+}
+
+impl Step {
+    /// The step in all columns.
+    fn whole(&self, pose: &mut Pose) -> Row {
+        let mut step = self.closing.clone();
+        for (&column, weight) in self.columns.iter().zip(&self.weights) {
+            pose.free(column).iter().for_each(|(&column, part)| *step.entry(column).or_default() -= weight * part);
+        }
+        step
+    }
+}
+
 /// The storage for studying the poses of a model.
 struct Study<'a> {
     model: &'a Model,
@@ -172,60 +197,68 @@ impl<'a> Study<'a> {
 
     /// What is left of one of the combinations in its saddle.
     fn defect(&mut self, here: &mut Pose, place: usize) -> f64 {
-        let Some((mut step, mut left)) = self.newton_step(here, place) else { return here.value(place) };
+        let Some(mut step) = self.newton_step(here, place) else { return here.value(place) };
         let mut moved_on: Option<Pose> = None;
         for _ in 0..CORRECTIONS {
-            let length = step.values().fold(0.0, |most, part| math::maximum(most, part.abs()));
+            let pose = moved_on.as_mut().unwrap_or(here);
+            let length = step.way.amax();
             if length < NEAR {
-                return left;
+                return step.left;
             }
-            let pose = moved_on.as_ref().unwrap_or(here);
             // Written so that NaN leads elsewhere too.
             let near = length <= FAR;
             if !near {
                 return pose.value(place);
             }
-            let next = moved(self.model, &pose.state, &step, 1.0);
+            let way = step.whole(pose);
+            let next = moved(self.model, &pose.state, &way, 1.0);
             let Some(mut next) = self.at(&here.found.independent, &next) else { return 0.0 };
             let Some(found) = self.newton_step(&mut next, place) else { return next.value(place) };
-            (step, left) = found;
+            step = found;
             moved_on = Some(next);
         }
         moved_on.as_ref().unwrap_or(here).value(place)
     }
 
-    /// One step of Newton's method to where the independent equations hold and a combination does not change along them, and what is left of it there up to second
-    /// order: with the multipliers of the pose the combination is stationary in the saddle (Nocedal and Wright, Numerical Optimization, 2006, 18.1).
-    fn newton_step(&mut self, pose: &mut Pose, place: usize) -> Option<(Row, f64)> {
+    /// One step of Newton's method to where the independent equations hold and a combination does not change along them.
+    fn newton_step(&mut self, pose: &mut Pose, place: usize) -> Option<Step> {
         let combination = pose.found.combinations[place].clone();
         let mut slopes = Row::new();
         for (row, share) in pose.rows.iter().zip(&combination).filter(|(_, share)| share.abs() > SMALLEST) {
             row.iter().for_each(|(&column, entry)| *slopes.entry(column).or_default() += share * entry);
         }
         let columns: Vec<usize> = slopes.keys().copied().collect();
-        let size = columns.len();
-        let slope = DVector::from_iterator(size, slopes.into_values());
+        let (size, slope) = (columns.len(), DVector::from_iterator(columns.len(), slopes.into_values()));
         let bend = self.bend(pose, &combination, &columns);
         if !bend.iter().all(|entry| entry.is_finite()) {
             return None;
         }
-        let on_columns = |row: &Row| {
-            DVector::from_iterator(size, columns.iter().map(|column| row.get(column).copied().unwrap_or_default()))
+        let mut places = vec![None; self.model.coordinates() + 1];
+        columns.iter().enumerate().for_each(|(place, &column)| places[column] = Some(place));
+        let on_columns = |row: &Row, mut into: DVectorViewMut<f64>| {
+            row.iter().for_each(|(&column, value)| {
+                if let Some(place) = places[column] {
+                    into[place] = *value
+                }
+            });
         };
-        let free: Vec<Row> = columns.iter().map(|&column| pose.free(column).clone()).collect();
-        let projected =
-            DMatrix::from_fn(size, size, |row, column| free[column].get(&columns[row]).copied().unwrap_or_default());
-        let mut step = pose.found.shortest(&pose.rows, &pose.open);
-        step.values_mut().for_each(|part| *part = -*part);
-        let sloping = &projected * (&slope + &bend * on_columns(&step));
-        let svd = (&projected * &bend * &projected).svd(true, true);
-        let weights = svd.solve(&sloping, FLAT * svd.singular_values.max()).ok()?;
-        for (direction, weight) in free.iter().zip(&weights) {
-            direction.iter().for_each(|(&column, part)| *step.entry(column).or_default() -= weight * part);
+        let mut projected = DMatrix::zeros(size, size);
+        for (place, &column) in columns.iter().enumerate() {
+            on_columns(pose.free(column), projected.column_mut(place));
         }
-        let way = on_columns(&step);
+        let mut closing = pose.found.shortest(&pose.rows, &pose.open);
+        closing.values_mut().for_each(|part| *part = -*part);
+        let mut way = DVector::zeros(size);
+        on_columns(&closing, way.as_view_mut());
+        let sloping = &projected * (&slope + &bend * &way);
+        // A projection and second derivatives are symmetric.
+        let eigen = (&projected * &bend * &projected).symmetric_eigen();
+        let least = FLAT * eigen.eigenvalues.amax();
+        let inverse = eigen.eigenvalues.map(|value| if value.abs() > least { 1.0 / value } else { 0.0 });
+        let weights = &eigen.eigenvectors * eigen.eigenvectors.tr_mul(&sloping).component_mul(&inverse);
+        way -= &projected * &weights;
         let left = pose.value(place) + slope.dot(&way) + 0.5 * way.dot(&(&bend * &way));
-        Some((step, left))
+        Some(Step { columns, closing, weights, way, left })
     }
 
     /// Second derivatives of a combination of the loop equations, its shares fixed, by some columns: those by the coordinates are exact.
