@@ -37,14 +37,14 @@ pub struct Compiled {
 /// # Errors
 /// Everything that is wrong with the scene.
 pub fn compile(scene: &Scene) -> Result<Compiled, Faults> {
-    compile_with(scene, |_| ()).map(|(compiled, ())| compiled)
+    compile_with_equations(scene).map(|(compiled, _)| compiled)
 }
 
-/// As [`compile`], with what is made of the equations before they go.
+/// As [`compile`], with the equations.
 ///
 /// # Errors
 /// Everything that is wrong with the scene.
-pub fn compile_with<T>(scene: &Scene, make: impl FnOnce(&mut Formulated) -> T) -> Result<(Compiled, T), Faults> {
+pub fn compile_with_equations(scene: &Scene) -> Result<(Compiled, Formulated), Faults> {
     let Resolved { mechanism, mut warnings } = scene.resolve()?;
     let faults = |list: Vec<Fault>| Faults::new(scene.source.clone(), list);
     let mut formulated = formulate(&mechanism).map_err(faults)?;
@@ -59,7 +59,7 @@ pub fn compile_with<T>(scene: &Scene, make: impl FnOnce(&mut Formulated) -> T) -
         source: scene.source.clone(),
         program,
     };
-    Ok((compiled, make(&mut formulated)))
+    Ok((compiled, formulated))
 }
 
 /// The scene with every variable that can be computed among its outputs, and warnings that say which cannot, and why.
@@ -176,7 +176,7 @@ impl Scene {
     /// # Errors
     /// Everything that is wrong with the scene.
     pub fn summary(&self) -> Result<Summary, Faults> {
-        Ok(compile_with(self, |formulated| summarise(formulated))?.1)
+        Ok(summarise(&compile_with_equations(self)?.1))
     }
 }
 

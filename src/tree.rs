@@ -117,7 +117,7 @@ fn ordered<D, K: Ord>(graph: &LinearGraph<D>, rank: impl Fn(&ElementId) -> K) ->
 
 /// How far each joint is from the ground, counted in joints; joints of what is not connected to the ground come last.
 fn depths(system: &System) -> Vec<usize> {
-    let mechanism = system.mechanism;
+    let mechanism = &system.mechanism;
     let body_of = |joint: usize, side: usize| mechanism.joints[joint].between[side].body();
     let mut at: HashMap<_, Vec<usize>> = HashMap::new();
     // What only couples is no way from body to body.

@@ -16,7 +16,7 @@ fn resolve(scene: &Scene) -> Mechanism {
     sound(scene.resolve()).mechanism
 }
 
-fn formulated(mechanism: &Mechanism) -> Formulated<'_> {
+fn formulated(mechanism: &Mechanism) -> Formulated {
     formulate(mechanism).unwrap_or_else(|faults| panic!("{}: {}", mechanism.name, faults[0].message))
 }
 

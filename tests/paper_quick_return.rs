@@ -17,7 +17,7 @@ fn mechanism() -> Mechanism {
     Scene::read(&path).and_then(|scene| scene.resolve()).unwrap().mechanism
 }
 
-fn equations(mechanism: &Mechanism) -> Equations<'_> {
+fn equations(mechanism: &Mechanism) -> Equations {
     let system = System::new(mechanism);
     let trees = Trees::select(&system, &mechanism.coordinates).unwrap();
     Equations::new(system, trees)
@@ -44,7 +44,7 @@ fn point() -> impl Strategy<Value = Point> {
 
 impl Point {
     fn evaluate(&self, equations: &Equations, expr: Expr) -> f64 {
-        let mechanism = equations.system.mechanism;
+        let mechanism = &equations.system.mechanism;
         let value = |symbol: Symbol| match symbol {
             Symbol::Coordinate(i, Order::Position) => self.th[i],
             Symbol::Coordinate(i, Order::Velocity) => self.w[i],

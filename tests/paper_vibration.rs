@@ -33,7 +33,7 @@ fn mechanism(text: &str) -> Mechanism {
     Scene::from_toml(text).and_then(|scene| scene.resolve()).unwrap().mechanism
 }
 
-fn equations(mechanism: &Mechanism) -> Equations<'_> {
+fn equations(mechanism: &Mechanism) -> Equations {
     let system = System::new(mechanism);
     let trees = Trees::select(&system, &mechanism.coordinates).unwrap();
     Equations::new(system, trees)
@@ -98,7 +98,7 @@ fn product(equations: &Equations, elements: &[(String, f64)]) -> DMatrix<f64> {
 
 /// Names and constants of masses, dampers and springs.
 fn constants(equations: &mut Equations) -> [Vec<(String, f64)>; 3] {
-    let mechanism = equations.system.mechanism;
+    let mechanism = &*equations.system.mechanism.clone();
     let mut number = |formula| {
         let expr = equations.system.value(formula);
         equations.system.arena.as_constant(expr).unwrap()

@@ -52,7 +52,7 @@ impl Random {
 }
 
 fn points(formulated: &Formulated, seed: u64) -> Vec<Point> {
-    let mechanism = formulated.equations.system.mechanism;
+    let mechanism = &formulated.equations.system.mechanism;
     let mut random = Random(seed);
     let state = &formulated.state;
     (0..POINTS)

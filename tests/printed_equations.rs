@@ -189,7 +189,7 @@ fn check_values(title: &str, equations: &mut Equations) -> usize {
     }
     exact.extend(slides(equations));
     if json["dynamic"] == true {
-        let mechanism = equations.system.mechanism;
+        let mechanism = &*equations.system.mechanism.clone();
         let efforts = mechanism.driver_efforts().into_iter().chain(mechanism.joint_reactions());
         exact.extend(efforts.map(|effort| (mechanism.variable_name(effort), equations.variable(effort))));
     }
@@ -211,7 +211,7 @@ fn check_values(title: &str, equations: &mut Equations) -> usize {
 /// The displacements of what slides without being a coordinate: of prismatic joints, pins in slots and rolling discs.
 fn slides(equations: &mut Equations) -> Vec<(String, Expr)> {
     let mut slides = Vec::new();
-    for (index, joint) in equations.system.mechanism.joints.iter().enumerate() {
+    for (index, joint) in equations.system.mechanism.clone().joints.iter().enumerate() {
         let name = format!("{}.s", joint.name);
         let slides_freely = ["prismatic", "slot", "rolling"].contains(&joint.kind);
         if slides_freely && equations.coordinates.iter().all(|coordinate| coordinate.name.position != name) {

@@ -1,6 +1,6 @@
 //! Slips that leave a scene right and its motion not what was meant: `check` says so, with the name.
 
-use cotree::compile::{compile, compile_with};
+use cotree::compile::{compile, compile_with_equations};
 use cotree::scene::Scene;
 use cotree_text::assumptions::assumptions;
 
@@ -61,7 +61,7 @@ fn a_search_for_trees_that_is_gone() {
 /// What is assumed of a scene.
 fn assumed(scene: &str) -> Vec<String> {
     let scene = Scene::from_toml(scene).unwrap();
-    compile_with(&scene, |formulated| assumptions(formulated, &scene)).unwrap().1
+    assumptions(&mut compile_with_equations(&scene).unwrap().1, &scene)
 }
 
 #[test]

@@ -5,8 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
-use cotree::compile::compile_with;
-use cotree::formulate::Formulated;
+use cotree::compile::compile_with_equations;
 use cotree::output::figures::summarise;
 use cotree::scene::{Faults, Scene};
 use cotree_draw::pose::draw;
@@ -67,11 +66,11 @@ impl Target for Scenes {
             true => Scene::from_json(&text),
             false => Scene::from_toml(&text),
         };
-        let show = |formulated: &mut Formulated| (draw(formulated).svg(), summarise(formulated).to_string());
-        let compiled = match scene.and_then(|scene| compile_with(&scene, show)) {
-            Ok((compiled, _)) => compiled,
+        let (compiled, mut formulated) = match scene.and_then(|scene| compile_with_equations(&scene)) {
+            Ok(made) => made,
             Err(faults) => return tell(&faults),
         };
+        let _ = (draw(&mut formulated).svg(), summarise(&formulated).to_string());
         compiled.warnings.as_ref().map(tell);
         let Ok(model) = Model::new(compiled.program) else { panic!("the program of a compiled scene is refused") };
         move_a_little(Arc::new(model));

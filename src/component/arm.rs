@@ -6,7 +6,7 @@ use crate::graph::TNode;
 use crate::mechanism::{BodyId, Place};
 
 pub(super) fn of_body(system: &mut System, body: BodyId, point: usize) -> Element {
-    let owner = &system.mechanism.bodies[body.0];
+    let owner = &system.mechanism.clone().bodies[body.0];
     let known = Known::Fixed(Some(body), system.values(&owner.points[point].at));
     let name = format!("{}.{}", owner.name, owner.points[point].name);
     let ends = [Place::Centre(body), Place::Point(body, point)].map(|place| system.t_node(place));
@@ -14,7 +14,7 @@ pub(super) fn of_body(system: &mut System, body: BodyId, point: usize) -> Elemen
 }
 
 pub(super) fn of_ground(system: &mut System, point: usize) -> Element {
-    let owner = &system.mechanism.ground[point];
+    let owner = &system.mechanism.clone().ground[point];
     let known = Known::Fixed(None, system.values(&owner.at));
     let ends = [TNode::DATUM, system.t_node(Place::Ground(point))];
     arm(system.label("R", ""), format!("ground.{}", owner.name), Origin::GroundVector(point), ends, known)

@@ -39,7 +39,7 @@ pub const VARIABLES: &[Q] = &[Q::X, Q::Y, Q::Angle, Q::Vx, Q::Vy, Q::Omega, Q::A
 pub const POINT_VARIABLES: &[Q] = &[Q::X, Q::Y, Q::Vx, Q::Vy, Q::Ax, Q::Ay];
 
 pub(super) fn element(system: &mut System, id: BodyId) -> Element {
-    let name = &system.mechanism.bodies[id.0].name;
+    let name = &system.mechanism.clone().bodies[id.0].name;
     let plane = system.mechanism.dimension == Dimension::Two;
     let mut motion = vec![(Direction::X, CoordinateName::new(name, ["x", "vx", "ax"]))];
     if plane {

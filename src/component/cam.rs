@@ -97,7 +97,7 @@ fn placed(placed: &mut Placed<'_>) {
 }
 
 fn rows(part: &Part, system: &mut System) -> Rows {
-    let mechanism = system.mechanism;
+    let mechanism = &*system.mechanism.clone();
     // The check has refused other joints.
     let Ok(mounting) = Mounting::of(part, mechanism) else { return Rows { letter: "j", ..Rows::default() } };
     let base = system.value(part.formula("base"));

@@ -16,7 +16,7 @@ pub struct CoupledEdge<D> {
     pub ends: [Node<D>; 2],
 }
 
-impl System<'_> {
+impl System {
     /// The function that an element couples by, and between which bodies.
     pub fn curve(&self, id: ElementId) -> Option<([RNode; 2], Curve)> {
         let terms = self.element(id).coupling.iter().flat_map(|coupling| &coupling.terms);

@@ -1,6 +1,7 @@
 //! All elements of a mechanism and the two graphs that they form.
 
 use std::collections::{BTreeSet, HashMap, HashSet};
+use std::sync::Arc;
 
 use petgraph::unionfind::UnionFind;
 
@@ -13,9 +14,9 @@ use crate::mechanism::{BodyId, DriverId, Formula, InputId, Mechanism, Motion, Ow
 
 /// The elements of a mechanism, its translational and its rotational graph, and the expressions in their terminal equations.
 #[derive(Clone, Debug)]
-pub struct System<'m> {
+pub struct System {
     /// What the elements come from.
-    pub mechanism: &'m Mechanism,
+    pub mechanism: Arc<Mechanism>,
     /// Owns every expression of the equations.
     pub arena: Arena,
     /// Elements in the paper's order: bodies, ground vectors, arms, joints, drivers, loads.
@@ -35,15 +36,18 @@ pub struct System<'m> {
     r_nodes: HashMap<BodyId, RNode>,
     origins: HashMap<Origin, ElementId>,
     /// Names of the scene, which are the labels of nothing else, and the labels so far.
-    names: HashSet<&'m str>,
+    names: HashSet<String>,
     labels: HashSet<String>,
 }
 
-impl<'m> System<'m> {
+impl System {
     /// Builds both graphs.
-    pub fn new(mechanism: &'m Mechanism) -> Self {
+    pub fn new(mechanism: &Mechanism) -> Self {
+        Self::of(Arc::new(mechanism.clone()))
+    }
+
+    fn of(mechanism: Arc<Mechanism>) -> Self {
         let mut system = System {
-            mechanism,
             arena: Arena::default(),
             elements: Vec::new(),
             translation: LinearGraph::default(),
@@ -55,11 +59,13 @@ impl<'m> System<'m> {
             t_nodes: HashMap::from([(Place::Origin, TNode::DATUM)]),
             r_nodes: HashMap::new(),
             origins: HashMap::new(),
-            names: names(mechanism),
+            names: names(&mechanism),
             labels: HashSet::new(),
+            mechanism,
         };
         system.add_nodes();
         system.add_bodies_and_arms();
+        let mechanism = Arc::clone(&system.mechanism);
         for part in mechanism.parts() {
             system.add_part(part);
         }
@@ -84,7 +90,7 @@ impl<'m> System<'m> {
     /// The same with expressions of its own.
     #[must_use]
     pub fn anew(&self) -> Self {
-        System::new(self.mechanism).implying(&self.implied)
+        Self::of(Arc::clone(&self.mechanism)).implying(&self.implied)
     }
 
     pub fn element(&self, id: ElementId) -> &Element {
@@ -98,7 +104,7 @@ impl<'m> System<'m> {
 
     /// Where an element comes from in the scene's text.
     pub fn span(&self, id: ElementId) -> Span {
-        let mechanism = self.mechanism;
+        let mechanism = &self.mechanism;
         match self.element(id).origin {
             Origin::Body(body) => mechanism.bodies[body.0].span,
             Origin::Arm(body, point) => mechanism.bodies[body.0].points[point].span,
@@ -252,12 +258,12 @@ fn is_label(name: &str) -> bool {
 }
 
 /// The names of bodies and parts.
-fn names(mechanism: &Mechanism) -> HashSet<&str> {
-    let bodies = mechanism.bodies.iter().map(|body| &*body.name);
-    bodies.chain(mechanism.parts().map(|part| &*part.name)).collect()
+fn names(mechanism: &Mechanism) -> HashSet<String> {
+    let bodies = mechanism.bodies.iter().map(|body| body.name.clone());
+    bodies.chain(mechanism.parts().map(|part| part.name.clone())).collect()
 }
 
-impl System<'_> {
+impl System {
     /// Is a body's angle held to the ground's by prismatic joints and welds?
     pub fn cannot_turn(&self, body: BodyId) -> bool {
         self.held.equiv(RNode::DATUM.index(), self.r_node(Some(body)).index())

@@ -31,7 +31,7 @@ impl Centred {
     }
 }
 
-impl Equations<'_> {
+impl Equations {
     /// The force of an element, if it is one of these.
     pub fn centred(&mut self, id: ElementId) -> Option<Centred> {
         let element = self.system.element(id);

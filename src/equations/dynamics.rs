@@ -337,7 +337,7 @@ fn shared_force(system: &mut System, kinematics: &Kinematics, laws: &Laws, id: E
 fn inertia_force(system: &mut System, acceleration: &Form<Vector>, body: BodyId, falls: bool) -> Form<Vector> {
     let mass = mass(system, body);
     let weightless = system.mechanism.bodies[body.0].weightless;
-    let gravity = system.mechanism.gravity.each_ref().map(|component| system.value(component));
+    let gravity = system.mechanism.clone().gravity.each_ref().map(|component| system.value(component));
     let arena = &mut system.arena;
     let minus_mass = arena.negate(mass);
     let mut force = acceleration.scaled(arena, minus_mass);

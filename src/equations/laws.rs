@@ -9,7 +9,7 @@ use crate::graph::{ElementId, TNode};
 use crate::mechanism::Formula;
 use crate::mechanism::translate::translate;
 
-impl Equations<'_> {
+impl Equations {
     /// Evaluates the terminal equations of all force and torque actuators.
     pub(super) fn evaluate_laws(&mut self) {
         for index in 0..self.system.elements.len() {

@@ -44,9 +44,9 @@ pub struct Coordinate {
 }
 
 #[derive(Clone, Debug)]
-pub struct Equations<'m> {
+pub struct Equations {
     /// Elements, graphs and the arena of all expressions.
-    pub system: System<'m>,
+    pub system: System,
     pub trees: Trees,
     /// {q}: those of the translational tree first.
     pub coordinates: Vec<Coordinate>,
@@ -64,9 +64,9 @@ pub struct Equations<'m> {
     first: HashMap<(ElementId, bool), usize>,
 }
 
-impl<'m> Equations<'m> {
+impl Equations {
     /// Steps 2 and 3: the kinematics. Step 1 is evaluated lazily ([`Equations::dynamics`]).
-    pub fn new(mut system: System<'m>, trees: Trees) -> Self {
+    pub fn new(mut system: System, trees: Trees) -> Self {
         let translation = Topology::new(&system.translation, &trees.translation);
         let rotation = Topology::new(&system.rotation, &trees.rotation);
         let (coordinates, t_first, r_first) = coordinates(&system, &trees);

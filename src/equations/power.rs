@@ -6,7 +6,7 @@ use crate::component::{Direction, Force, Origin, RotationalRow, Torque, Translat
 use crate::expr::Expr;
 use crate::graph::ElementId;
 
-impl Equations<'_> {
+impl Equations {
     pub(super) fn power(&mut self, id: ElementId) -> Expr {
         let element = self.system.element(id);
         let (translation, rotation) = (element.translation.clone(), element.rotation.clone());

@@ -34,7 +34,7 @@ impl Laws {
     }
 }
 
-impl Equations<'_> {
+impl Equations {
     /// {Q} in parts; those that are zero are left out.
     pub fn load_shares(&mut self) -> Vec<(Share, Vec<Expr>)> {
         let all = [Share::Applied, Share::Gravity, Share::Velocity, Share::Elastic, Share::Resistance];
@@ -53,7 +53,7 @@ impl Equations<'_> {
 
     /// Does the law of a load belong to a part?
     fn acts(&self, id: ElementId, share: Share) -> bool {
-        let mechanism = self.system.mechanism;
+        let mechanism = &self.system.mechanism;
         let stores =
             matches!(self.system.element(id).origin, Origin::Load(load) if mechanism.loads[load.0].energy.is_some());
         match share {

@@ -10,7 +10,7 @@ use crate::expr::{Expr, Node, Order, Symbol};
 use crate::graph::TNode;
 use crate::mechanism::{BodyId, Place};
 
-impl Equations<'_> {
+impl Equations {
     /// The position or rate that a coordinate of other trees of the same mechanism has.
     pub fn value_of(&mut self, coordinate: &Coordinate, order: Order) -> Expr {
         if let Some(index) = self.own(coordinate) {

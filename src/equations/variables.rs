@@ -13,7 +13,7 @@ use crate::mechanism::{BodyId, Dimension, DriverId, JointId, LoadId, Owner, Plac
 /// Ends are together where the square of their distance is no more than a few of the smallest numbers, so that its root has lost digits.
 const LEAST_LENGTH: f64 = 1e-150;
 
-impl Equations<'_> {
+impl Equations {
     /// The expression of a variable; zero if its owner has no such quantity (the scene refuses that).
     pub fn variable(&mut self, variable: Variable) -> Expr {
         if let Some(&expr) = self.known.get(&variable) {
@@ -220,7 +220,7 @@ impl Equations<'_> {
             return Expr::ZERO;
         };
         let mut total = self.force_along(id, normal);
-        for (index, driver) in self.system.mechanism.drivers.iter().enumerate() {
+        for (index, driver) in self.system.mechanism.clone().drivers.iter().enumerate() {
             if driver.joint() == Some(joint)
                 && let Some(beside) = self.system.find(Origin::Driver(DriverId(index)))
             {
@@ -373,7 +373,7 @@ impl Equations<'_> {
 
     /// Gravity (zero at the origin), and the energy stored in components.
     fn potential_energy(&mut self) -> Expr {
-        let mechanism = self.system.mechanism;
+        let mechanism = &*self.system.mechanism.clone();
         let gravity = mechanism.gravity.each_ref().map(|component| self.system.value(component));
         let mut total = Expr::ZERO;
         for index in 0..mechanism.bodies.len() {

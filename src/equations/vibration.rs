@@ -31,7 +31,7 @@ struct Share {
     force: Expr,
 }
 
-impl Equations<'_> {
+impl Equations {
     /// The matrices of Eq. (33) for these trees, for masses on a line with linear loads.
     pub fn vibration(&mut self) -> Option<Vibration> {
         self.linear()?.ok()
@@ -70,7 +70,7 @@ impl Equations<'_> {
     }
 
     fn share(&mut self, element: ElementId) -> Result<Share, String> {
-        let mechanism = self.system.mechanism;
+        let mechanism = &*self.system.mechanism.clone();
         let [position, rate, acceleration] = self.prescribed(element);
         let mut share = Share { mass: Expr::ZERO, damping: Expr::ZERO, stiffness: Expr::ZERO, force: Expr::ZERO };
         match self.system.element(element).origin {

@@ -13,7 +13,7 @@ use crate::mechanism::{Mechanism, identifier};
 
 /// The description of a formulated scene.
 pub fn describe(formulated: &Formulated, guid: &str) -> Description {
-    let mechanism = formulated.equations.system.mechanism;
+    let mechanism = &formulated.equations.system.mechanism;
     let program = &formulated.lowered.program;
     let rows = &formulated.lowered.table.rows;
     let mut changing = Changing { rows, known: HashMap::new() };

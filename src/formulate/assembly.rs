@@ -183,7 +183,7 @@ fn causes(equations: &mut Equations, model: &Model, names: &[String], velocity: 
 
 /// Is a variable given by drivers alone, without any coordinate?
 fn is_prescribed(equations: &mut Equations, name: &str) -> bool {
-    let mechanism = equations.system.mechanism;
+    let mechanism = &equations.system.mechanism;
     let variable = mechanism.initial.iter().map(|initial| initial.variable);
     let Some(variable) = variable.into_iter().find(|variable| mechanism.variable_name(*variable) == name) else {
         return false;
@@ -311,7 +311,7 @@ pub fn owner_span(equations: &Equations, name: &str) -> Span {
 }
 
 fn condition_span(equations: &Equations, name: &str) -> Span {
-    let mechanism = equations.system.mechanism;
+    let mechanism = &equations.system.mechanism;
     let initial = mechanism.initial.iter().find(|initial| mechanism.variable_name(initial.variable) == name);
     initial.map_or_else(Span::default, |initial| initial.span)
 }

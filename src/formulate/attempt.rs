@@ -11,13 +11,13 @@ use crate::mechanism::Mechanism;
 
 /// Where the bodies are when no search brings them closer together.
 #[derive(Debug)]
-pub struct Attempt<'m> {
-    pub equations: Equations<'m>,
+pub struct Attempt {
+    pub equations: Equations,
     pub state: State,
 }
 
 /// The best attempt, if it is the loops that cannot be closed.
-pub fn attempt(mechanism: &Mechanism) -> Option<Attempt<'_>> {
+pub fn attempt(mechanism: &Mechanism) -> Option<Attempt> {
     let mut equations = equations(mechanism, &mechanism.coordinates).ok()?;
     let length = typical_length(&mut equations);
     let model = Model::of_positions(lower::positions(&mut equations, length)).ok()?;

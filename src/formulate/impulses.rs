@@ -16,7 +16,7 @@ pub(super) fn trees(equations: &Equations, jumps: &[Jump]) -> Option<Trees> {
     let jumping = |id: ElementId| match system.element(id).origin {
         Origin::Driver(driver) => {
             let jumps = jumps.iter().any(|jump| jump.of_rate && jump.driver == driver.0);
-            jumps || set_by(system.mechanism, &system.mechanism.drivers[driver.0]).is_some()
+            jumps || set_by(&system.mechanism, &system.mechanism.drivers[driver.0]).is_some()
         }
         _ => false,
     };
@@ -28,7 +28,7 @@ pub(super) fn trees(equations: &Equations, jumps: &[Jump]) -> Option<Trees> {
 
 /// Which drivers' laws jump, or may, and what becomes of the impulses.
 pub(super) fn warnings(equations: &Equations, jumps: &[Jump]) -> Vec<Fault> {
-    let mechanism = equations.system.mechanism;
+    let mechanism = &equations.system.mechanism;
     let laws = jumps.iter().map(|jump| {
         let part = &mechanism.drivers[jump.driver];
         let help = if !jump.of_rate || is_branch(equations, jump.driver) {

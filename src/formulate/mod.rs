@@ -32,8 +32,8 @@ use crate::tree::Trees;
 
 /// A mechanism with its equations, assembled at its initial state and lowered.
 #[derive(Clone, Debug)]
-pub struct Formulated<'m> {
-    pub equations: Equations<'m>,
+pub struct Formulated {
+    pub equations: Equations,
     pub lowered: Lowered,
     /// The consistent initial state at default parameters and inputs.
     pub state: State,
@@ -41,7 +41,7 @@ pub struct Formulated<'m> {
     pub warnings: Vec<Fault>,
 }
 
-impl Formulated<'_> {
+impl Formulated {
     pub fn mobility(&self) -> usize {
         let independent = self.equations.constraints.len() - self.redundant.len();
         self.equations.coordinates.len().saturating_sub(independent)
@@ -52,7 +52,7 @@ impl Formulated<'_> {
 ///
 /// # Errors
 /// Wrong trees, contradictions, loops that cannot be closed, masses that are missing where motion needs them.
-pub fn formulate(mechanism: &Mechanism) -> Result<Formulated<'_>, Vec<Fault>> {
+pub fn formulate(mechanism: &Mechanism) -> Result<Formulated, Vec<Fault>> {
     formulate_with(equations(mechanism, &mechanism.coordinates)?)
 }
 
@@ -60,7 +60,7 @@ pub fn formulate(mechanism: &Mechanism) -> Result<Formulated<'_>, Vec<Fault>> {
 ///
 /// # Errors
 /// As there, or equations that are too large to be written.
-pub fn formulate_written(mechanism: &Mechanism) -> Result<Formulated<'_>, Vec<Fault>> {
+pub fn formulate_written(mechanism: &Mechanism) -> Result<Formulated, Vec<Fault>> {
     let formulated = formulate(mechanism)?;
     limits::check_written(&formulated.equations)?;
     Ok(formulated)
@@ -70,10 +70,10 @@ pub fn formulate_written(mechanism: &Mechanism) -> Result<Formulated<'_>, Vec<Fa
 ///
 /// # Errors
 /// Contradictions, loops that cannot be closed, masses that are missing where motion needs them.
-pub fn formulate_with(mut equations: Equations<'_>) -> Result<Formulated<'_>, Vec<Fault>> {
+pub fn formulate_with(mut equations: Equations) -> Result<Formulated, Vec<Fault>> {
     let length = typical_length(&mut equations);
     let mut faults = check_trivial(&equations, length);
-    faults.extend(without_rate(equations.system.mechanism));
+    faults.extend(without_rate(&equations.system.mechanism));
     let start = own_start(&equations, length);
     let (model, state) = first_state(&mut equations, length, start.as_ref(), &mut faults)?;
     let Restrictions { mut equations, state, active, restricting, .. } = match faults.is_empty() {
@@ -111,30 +111,30 @@ pub fn formulate_with(mut equations: Equations<'_>) -> Result<Formulated<'_>, Ve
     let chosen = program.is_driven() || program.arms.as_ref().is_some_and(|form| form.repeating() > 0);
     let moves_freely = !program.is_driven();
     let mut warnings: Vec<Fault> = redundancy_warning(&equations, &lowered.shared, chosen).into_iter().collect();
-    let jumps = jumps::jumps(equations.system.mechanism);
+    let jumps = jumps::jumps(&equations.system.mechanism);
     if moves_freely {
         if let Some(formulated) = with_impulses(&equations, &jumps) {
             return Ok(formulated);
         }
         warnings.extend(impulses::warnings(&equations, &jumps));
     } else {
-        warnings.extend(impulses::leaps(equations.system.mechanism, &jumps));
+        warnings.extend(impulses::leaps(&equations.system.mechanism, &jumps));
     }
     Ok(Formulated { equations, lowered, state, redundant, warnings })
 }
 
 /// The same with loop equations for the drivers whose rates jump; none if what they drive has no mass for an impulse to act on, or that would be too large.
-fn with_impulses<'m>(equations: &Equations<'m>, jumps: &[Jump]) -> Option<Formulated<'m>> {
+fn with_impulses(equations: &Equations, jumps: &[Jump]) -> Option<Formulated> {
     let trees = impulses::trees(equations, jumps)?;
     limits::check(&equations.system, &trees).ok()?;
-    formulate_with(Equations::new(System::new(equations.system.mechanism), trees)).ok()
+    formulate_with(Equations::new(System::new(&equations.system.mechanism), trees)).ok()
 }
 
 /// The equations for a choice of trees.
 ///
 /// # Errors
 /// The user's own trees are not spanning trees, or the equations would be too large.
-pub fn equations<'m>(mechanism: &'m Mechanism, choice: &Coordinates) -> Result<Equations<'m>, Vec<Fault>> {
+pub fn equations(mechanism: &Mechanism, choice: &Coordinates) -> Result<Equations, Vec<Fault>> {
     let system = System::new(mechanism);
     let trees = Trees::select(&system, choice)?;
     limits::check(&system, &trees)?;
@@ -148,7 +148,7 @@ fn first_state(
     start: Option<&Start>,
     faults: &mut Vec<Fault>,
 ) -> Result<(Model, State), Vec<Fault>> {
-    let mechanism = equations.system.mechanism;
+    let mechanism = &*equations.system.mechanism.clone();
     let mut draft = lower::positions(equations, length);
     match start {
         Some(start) => start.begin(equations, &mut draft.initial),
@@ -178,12 +178,12 @@ fn unclosed(equations: Equations, (model, state): (Model, State)) -> Restriction
 /// Where the recommended trees start, for other trees.
 fn own_start(equations: &Equations, length: f64) -> Option<Start> {
     let recommended = Trees::recommended(&equations.system);
-    (equations.trees != recommended).then(|| Start::find(equations.system.mechanism, length)).flatten()
+    (equations.trees != recommended).then(|| Start::find(&equations.system.mechanism, length)).flatten()
 }
 
 /// The longest arm, for tolerances relative to the size of the mechanism; 1 m for masses without arms.
 fn typical_length(equations: &mut Equations) -> f64 {
-    let mechanism = equations.system.mechanism;
+    let mechanism = &*equations.system.mechanism.clone();
     let points = mechanism.bodies.iter().flat_map(|body| &body.points).chain(&mechanism.ground);
     let components: Vec<&Formula> = points.flat_map(|point| &point.at).collect();
     let exprs: Vec<Expr> = components.into_iter().map(|formula| equations.system.value(formula)).collect();
@@ -204,7 +204,7 @@ pub fn default_value(mechanism: &Mechanism, symbol: Symbol) -> f64 {
 
 /// Loop equations without coordinates must be satisfied: two drivers of the same angle must agree.
 fn check_trivial(equations: &Equations, length: f64) -> Vec<Fault> {
-    let mechanism = equations.system.mechanism;
+    let mechanism = &equations.system.mechanism;
     let experiment = mechanism.experiment;
     let mut faults = Vec::new();
     for constraint in equations.constraints.iter().filter(|c| c.says_nothing()) {
@@ -226,7 +226,7 @@ fn conflict(equations: &Equations, constraint: &Constraint, time: f64, gap: f64,
     let mut others = circuit_names(equations, constraint);
     others.retain(|name| name != own);
     let amount = show(gap, constraint.held == Held::Angle);
-    let mechanism = equations.system.mechanism;
+    let mechanism = &equations.system.mechanism;
     let driven = mechanism.drivers.iter().any(|driver| driver.name == *own || others.contains(&driver.name));
     let when = if driven { format!("at t = {time} s ") } else { String::new() };
     let message = format!("`{own}` conflicts with {}: {when}they differ by {amount}", list(&others));
@@ -250,7 +250,7 @@ fn check_masses(equations: &mut Equations, lowered: &Lowered) -> Vec<Fault> {
         said.insert(missing);
         faults.push(missing_mass(equations, missing, None));
     }
-    let mechanism = equations.system.mechanism;
+    let mechanism = &*equations.system.mechanism.clone();
     for output in &mechanism.outputs {
         for missing in missing_for(equations, output) {
             if said.insert(missing) {
@@ -293,7 +293,7 @@ fn missing(equations: &Equations, roots: &[Expr]) -> Vec<Symbol> {
 }
 
 fn missing_mass(equations: &Equations, symbol: Symbol, output: Option<&Output>) -> Fault {
-    let mechanism = equations.system.mechanism;
+    let mechanism = &equations.system.mechanism;
     let (body, key) = match symbol {
         Symbol::Missing(body, Property::Inertia) => (body, "inertia"),
         Symbol::Missing(body, Property::Mass) => (body, "mass"),
@@ -319,7 +319,7 @@ fn unsolvable(equations: &mut Equations, obstacle: Obstacle) -> Fault {
 fn massless(equations: &mut Equations, index: usize) -> Fault {
     let particles = particles(equations);
     if let Some((_, first)) = particles.iter().find(|(coordinate, _)| *coordinate == index) {
-        return without_inertia(equations.system.mechanism, *first, &particles);
+        return without_inertia(&equations.system.mechanism, *first, &particles);
     }
     let coordinate = &equations.coordinates[index];
     let element = equations.system.element(coordinate.element);
@@ -334,7 +334,7 @@ fn massless(equations: &mut Equations, index: usize) -> Fault {
 
 /// Bodies with a mass and an inertia of zero that nothing turns, each with the coordinate that says how it is turned.
 fn particles(equations: &mut Equations) -> Vec<(usize, BodyId)> {
-    let mechanism = equations.system.mechanism;
+    let mechanism = &*equations.system.mechanism.clone();
     let dynamics = equations.dynamics().clone();
     let nothing_turns = |&row: &usize| {
         let still = dynamics.load[row] == Expr::ZERO && dynamics.reactions[row].is_empty();
@@ -423,7 +423,7 @@ fn named(equations: &Equations, owners: &[Owner]) -> Option<(ElementId, Vec<Stri
 
 /// Outputs that ask for reactions which are not determined.
 fn check_determined(equations: &Equations, shared: &Shared) -> Vec<Fault> {
-    let mechanism = equations.system.mechanism;
+    let mechanism = &equations.system.mechanism;
     let mut faults = Vec::new();
     for output in &mechanism.outputs {
         let mut asked = None;

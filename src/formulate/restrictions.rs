@@ -26,8 +26,8 @@ const FORBIDS: f64 = 0.05;
 const STEP: f64 = 1e-4;
 
 /// What is imposed, at a state that satisfies it.
-pub(super) struct Restrictions<'m> {
-    pub equations: Equations<'m>,
+pub(super) struct Restrictions {
+    pub equations: Equations,
     pub model: Model,
     pub state: State,
     /// By loop equation: is it imposed?
@@ -36,7 +36,7 @@ pub(super) struct Restrictions<'m> {
     pub restricting: Vec<usize>,
 }
 
-impl Restrictions<'_> {
+impl Restrictions {
     /// Directions of motion.
     pub fn mobility(&self) -> usize {
         let imposed = self.active.iter().filter(|active| **active).count();
@@ -48,12 +48,12 @@ impl Restrictions<'_> {
 ///
 /// # Errors
 /// What they restrict cannot be decided, or cannot be said by constant relations.
-pub(super) fn restrictions<'m>(
-    mut equations: Equations<'m>,
+pub(super) fn restrictions(
+    mut equations: Equations,
     (model, state): (Model, State),
     length: f64,
     start: Option<&Start>,
-) -> Result<Restrictions<'m>, Vec<Fault>> {
+) -> Result<Restrictions, Vec<Fault>> {
     let found = independence(&model, &state, || ahead(&mut equations, &model, &state), &[]);
     let found = found.map_err(|undecided| vec![undecided_fault(&equations, &undecided.rows)])?;
     if found.forbidden.is_empty() {
@@ -62,7 +62,7 @@ pub(super) fn restrictions<'m>(
     }
     let implied = implied(&mut equations, &model, &found).ok_or_else(|| vec![turns(&equations, &found.restricting)])?;
     let first = equations.constraints.len();
-    let system = System::new(equations.system.mechanism).implying(&implied);
+    let system = System::new(&equations.system.mechanism).implying(&implied);
     let mut equations = Equations::new(system, equations.trees);
     let mut faults = Vec::new();
     let (model, state) = first_state(&mut equations, length, start, &mut faults)?;
@@ -128,7 +128,7 @@ fn implied(equations: &mut Equations, model: &Model, found: &Independence) -> Op
 
 /// The angles of all bodies, then the coordinates of their mass centres.
 fn single(equations: &mut Equations, model: &Model, found: &Independence) -> Vec<Candidate> {
-    let mechanism = equations.system.mechanism;
+    let mechanism = &*equations.system.mechanism.clone();
     let length = model.program().length;
     let turns: &[_] =
         if mechanism.dimension == Dimension::Two { &[(Measured::Angle, Quantity::Angle, 1.0)] } else { &[] };

@@ -40,7 +40,7 @@ pub fn evaluate_at(arena: &Arena, state: &State, exprs: &[Expr]) -> Vec<f64> {
 
 /// Where positions that nobody gives are looked for, if that is not zero for all of them.
 pub(super) fn begin(equations: &mut Equations, initial: &mut Initial) {
-    let mechanism = equations.system.mechanism;
+    let mechanism = &*equations.system.mechanism.clone();
     if mechanism.begins.is_empty() {
         return;
     }
@@ -70,7 +70,7 @@ impl Start {
     }
 
     pub fn of(equations: &mut Equations, state: State) -> Start {
-        let mechanism = equations.system.mechanism;
+        let mechanism = &equations.system.mechanism;
         let centres = (0..mechanism.bodies.len()).map(|body| Place::Centre(BodyId(body)));
         let arms = mechanism
             .bodies

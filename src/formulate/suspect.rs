@@ -37,7 +37,7 @@ impl Suspect {
 
 /// The joint that is one too many, if the joints alone leave nothing to move.
 pub fn suspect(equations: &Equations, length: f64) -> Option<Suspect> {
-    let mechanism = equations.system.mechanism;
+    let mechanism = &equations.system.mechanism;
     if freedoms(equations) > 0 || mechanism.joints.len() > MOST_JOINTS {
         return None;
     }
@@ -73,7 +73,7 @@ pub fn rivals(equations: &Equations, length: f64, missing: &str) -> Option<Fault
     let drivers = &equations.system.mechanism.drivers;
     let (freedoms, prescribed) = (freedoms(equations), prescribed(equations));
     let is_more = freedoms > 0 && prescribed > freedoms;
-    let mut rivals = opened_by(equations.system.mechanism, length);
+    let mut rivals = opened_by(&equations.system.mechanism, length);
     if rivals.len() < 2 {
         rivals = if is_more { drivers.iter().collect() } else { Vec::new() };
     }

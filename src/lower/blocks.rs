@@ -113,7 +113,7 @@ impl Loops {
 
 impl Factorised {
     fn new(equations: &mut Equations, block: &Block, scales: &[f64], pose: &Pose) -> Result<Self, Obstacle> {
-        let values = typical(equations.system.mechanism, pose);
+        let values = typical(&equations.system.mechanism, pose);
         let own: Vec<f64> = block.columns.iter().map(|&column| scales[column as usize]).collect();
         let place = |column: usize| block.columns.iter().position(|&own| own as usize == column);
         let (mut jacobian, mut before) = (Vec::new(), Vec::new());

@@ -9,7 +9,7 @@ use crate::mechanism::{Comparison, Formula, Mechanism, Motion, Owner, Part, Quan
 
 /// The arguments that must stay within limits, what may be said of one thing before what is said of a whole law.
 pub(super) fn domains(equations: &mut Equations) -> Vec<(Domain, Expr)> {
-    let mechanism = equations.system.mechanism;
+    let mechanism = &equations.system.mechanism;
     let mut found = Found { mechanism, arguments: Vec::new() };
     for part in mechanism.parts() {
         found.part(part);
@@ -33,7 +33,7 @@ pub(super) fn domains(equations: &mut Equations) -> Vec<(Domain, Expr)> {
 
 /// Values of keys that must keep within a range, whatever the parameters are.
 pub(super) fn ranges(equations: &mut Equations) -> Vec<(Domain, Expr)> {
-    let mechanism = equations.system.mechanism;
+    let mechanism = &*equations.system.mechanism.clone();
     let limits = mechanism.bounds.iter().map(|bound| {
         let (place, argument) = (bound.name.clone(), mechanism.written(&bound.value));
         (Domain { place, argument, limit: bound.limit }, equations.formula(&bound.value))
@@ -43,7 +43,7 @@ pub(super) fn ranges(equations: &mut Equations) -> Vec<(Domain, Expr)> {
 
 /// Forces along the line between two points have no direction where these meet.
 fn distances(equations: &mut Equations) -> Vec<(Domain, Expr)> {
-    let mechanism = equations.system.mechanism;
+    let mechanism = &*equations.system.mechanism.clone();
     let lines = equations.system.elements.iter().filter_map(|element| match (&element.translation, element.origin) {
         (Some(row), Origin::Load(load)) if matches!(row.through, Force::Line(_)) => Some(load),
         _ => None,

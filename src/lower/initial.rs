@@ -6,7 +6,7 @@ use cotree_fmu::program::Condition;
 
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
-use crate::mechanism::{Initial, Quantity};
+use crate::mechanism::Quantity;
 
 /// Conditions of one order with their expressions.
 #[derive(Clone, Debug, Default)]
@@ -19,16 +19,18 @@ pub struct Conditions {
 
 /// A line of `[initial]` whose value is a number: it can be set under the name of its variable.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Settable<'m> {
-    pub line: &'m Initial,
+pub(super) struct Settable {
+    /// Its place in [`Mechanism::initial`].
+    pub line: usize,
     pub value: f64,
 }
 
 /// All initial values that can be set. In the register file they come after the scene's parameters.
-pub(super) fn settable<'m>(equations: &mut Equations<'m>) -> Vec<Settable<'m>> {
+pub(super) fn settable(equations: &mut Equations) -> Vec<Settable> {
     let mut settable = Vec::new();
-    for line in &equations.system.mechanism.initial {
-        let value = equations.formula(&line.value);
+    let mechanism = &*equations.system.mechanism.clone();
+    for (line, initial) in mechanism.initial.iter().enumerate() {
+        let value = equations.formula(&initial.value);
         if let Some(value) = equations.system.arena.as_constant(value) {
             settable.push(Settable { line, value });
         }
@@ -38,15 +40,15 @@ pub(super) fn settable<'m>(equations: &mut Equations<'m>) -> Vec<Settable<'m>> {
 
 /// The conditions on positions (`Order::Position`) or on velocities.
 pub fn conditions(equations: &mut Equations, order: Order, length: f64) -> Conditions {
-    let mechanism = equations.system.mechanism;
+    let mechanism = &*equations.system.mechanism.clone();
     let settable = settable(equations);
-    let chosen: Vec<&Initial> =
-        mechanism.initial.iter().filter(|initial| order_of(initial.variable.quantity) == order).collect();
-    let places: HashMap<*const Initial, usize> =
-        settable.iter().enumerate().map(|(place, settable)| (std::ptr::from_ref(settable.line), place)).collect();
+    let lines = mechanism.initial.iter().enumerate();
+    let chosen = lines.filter(|(_, initial)| order_of(initial.variable.quantity) == order);
+    let places: HashMap<usize, usize> =
+        settable.iter().enumerate().map(|(place, settable)| (settable.line, place)).collect();
     let mut result = Conditions::default();
     let mut targets = Vec::new();
-    for (row, initial) in chosen.into_iter().enumerate() {
+    for (row, (line, initial)) in chosen.enumerate() {
         let value = equations.variable(initial.variable);
         let angular = matches!(initial.variable.quantity, Quantity::Angle | Quantity::Omega);
         result.conditions.push(Condition {
@@ -56,7 +58,7 @@ pub fn conditions(equations: &mut Equations, order: Order, length: f64) -> Condi
             scale: if angular { 1.0 } else { length },
         });
         result.results.push(value);
-        targets.push(match places.get(&std::ptr::from_ref(initial)) {
+        targets.push(match places.get(&line) {
             Some(place) => equations.system.arena.symbol(Symbol::Parameter(mechanism.parameters.len() + place)),
             None => equations.formula(&initial.value),
         });

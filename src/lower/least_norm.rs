@@ -88,7 +88,7 @@ fn self_stresses(
     pose: &Pose,
 ) -> Result<Vec<BTreeMap<usize, Expr>>, Obstacle> {
     let scales = scales(equations, length);
-    let values = typical(equations.system.mechanism, pose);
+    let values = typical(&equations.system.mechanism, pose);
     let rows: Vec<usize> = (0..active.len()).filter(|&row| active[row]).collect();
     let jacobian: Vec<_> = rows.iter().map(|&row| equations.constraints[row].jacobian.clone()).collect();
     let dropped = equations.constraints.iter().enumerate().filter(|(row, _)| !active[*row]);
@@ -110,7 +110,7 @@ fn self_stresses(
 
 /// Those reactions of joints and drivers that change with a self-stress.
 fn reactions(equations: &mut Equations, stresses: &[BTreeMap<usize, Expr>], length: f64) -> Vec<Reaction> {
-    let mechanism = equations.system.mechanism;
+    let mechanism = &equations.system.mechanism;
     let variables: Vec<Variable> = mechanism.joint_reactions().into_iter().chain(mechanism.driver_efforts()).collect();
     let concerned: BTreeSet<usize> = stresses.iter().flat_map(|stress| stress.keys().copied()).collect();
     let mut found: Vec<Reaction> = Vec::new();
@@ -142,7 +142,7 @@ fn stress_values(equations: &Equations, reactions: &[Reaction], states: usize, p
         return vec![Vec::new(); reactions.len()];
     }
     let exprs: Vec<Expr> = reactions.iter().flat_map(|reaction| reaction.stress.iter().copied()).collect();
-    let numbers = equations.system.arena.evaluate(&exprs, &typical(equations.system.mechanism, pose));
+    let numbers = equations.system.arena.evaluate(&exprs, &typical(&equations.system.mechanism, pose));
     let scaled =
         |(row, reaction): (&[f64], &Reaction)| row.iter().map(|value| value * reaction.weight.sqrt()).collect();
     numbers.chunks(states).zip(reactions).map(scaled).collect()

@@ -1,6 +1,8 @@
 //! The linear system whose solution is the motion: \[M J^T; J 0\] {a; lambda} = {Q; gamma}, in the branch coordinates or in those of
 //! a second pair of trees.
 
+use std::sync::Arc;
+
 use super::eliminate::{self, Factor, Obstacle};
 use super::program::Pose;
 use crate::equations::Equations;
@@ -68,7 +70,7 @@ impl MotionSystem {
     /// # Errors
     /// A coordinate of the system moves no mass and is not constrained.
     pub fn factorise(self, equations: &mut Equations, pose: &Pose) -> Result<Solver, Obstacle> {
-        let values = typical(equations.system.mechanism, pose);
+        let values = typical(&equations.system.mechanism, pose);
         let jacobian: Vec<Vec<(usize, Expr)>> = self.rows.iter().map(|row| row.jacobian.clone()).collect();
         let matrix = eliminate::System { mass: &self.mass, jacobian: &jacobian, scales: &self.scales, values: &values };
         let factor = Factor::new(&mut equations.system.arena, &matrix)?;
@@ -77,7 +79,8 @@ impl MotionSystem {
 }
 
 /// Values of symbols at a pose and at rest. Missing masses count as 1: whether they are needed is checked later.
-pub(super) fn typical<'a>(mechanism: &'a Mechanism, pose: &'a Pose) -> impl Fn(Symbol) -> f64 + use<'a> {
+pub(super) fn typical<'a>(mechanism: &Arc<Mechanism>, pose: &'a Pose) -> impl Fn(Symbol) -> f64 + use<'a> {
+    let mechanism = Arc::clone(mechanism);
     move |symbol| match symbol {
         Symbol::Time => pose.time,
         Symbol::Parameter(i) => mechanism.parameters.get(i).map_or(0.0, |parameter| parameter.value),

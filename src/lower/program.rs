@@ -134,7 +134,7 @@ pub fn program(
         Err(reason) => {
             no_series = Some(reason);
             if !driven {
-                moving.masses = mass_form(equations, active, &typical(equations.system.mechanism, pose)).ok();
+                moving.masses = mass_form(equations, active, &typical(&equations.system.mechanism, pose)).ok();
             }
         }
     }
@@ -159,7 +159,7 @@ fn series(
     (length, active): (f64, &[bool]),
     pose: &Pose,
 ) -> Result<(ArmForm, Vec<Expr>), String> {
-    let values = typical(equations.system.mechanism, pose);
+    let values = typical(&equations.system.mechanism, pose);
     match equations.system.mechanism.solver.method {
         Method::Auto => arm_form(equations, (length, active), &values),
         Method::Explicit => Err("the scene asks for `method = \"explicit\"`".into()),
@@ -257,7 +257,7 @@ pub(super) fn inverse(equations: &mut Equations, accelerations: &[Expr]) -> Vec<
 }
 
 fn layout(equations: &Equations, starts: usize) -> Layout {
-    let mechanism = equations.system.mechanism;
+    let mechanism = &equations.system.mechanism;
     Layout::new(
         mechanism.parameters.len() + starts,
         mechanism.inputs.len(),
@@ -279,7 +279,7 @@ fn assemble(
     moving: &MotionKernels,
     table: &Table,
 ) -> Program {
-    let mechanism = equations.system.mechanism;
+    let mechanism = &*equations.system.mechanism.clone();
     let starts = settable(equations);
     let layout = layout(equations, starts.len());
     let sparse = |entries: &[((u32, u32), Expr)]| -> Vec<Expr> { entries.iter().map(|(_, entry)| *entry).collect() };
@@ -395,7 +395,7 @@ fn incidence(equations: &Equations, active: &[bool]) -> Vec<(u32, Vec<u32>)> {
 }
 
 fn experiment(equations: &Equations) -> Experiment {
-    let mechanism = equations.system.mechanism;
+    let mechanism = &equations.system.mechanism;
     let experiment = mechanism.experiment;
     Experiment {
         start: experiment.start,
@@ -416,9 +416,9 @@ fn parameters(equations: &Equations, starts: &[Settable]) -> Vec<Parameter> {
         max: parameter.max,
         tunable: parameter.tunable,
     };
-    let mechanism = equations.system.mechanism;
+    let mechanism = &equations.system.mechanism;
     let start = |start: &Settable| Parameter {
-        name: mechanism.variable_name(start.line.variable),
+        name: mechanism.variable_name(mechanism.initial[start.line].variable),
         start: start.value,
         min: None,
         max: None,

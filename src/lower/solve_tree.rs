@@ -85,10 +85,10 @@ pub fn solver(
 /// The longest arm of a body: the length by which masses and inertias compare in a large mechanism, whose ground is much larger than its bodies. The
 /// length of the mechanism if no body has an arm.
 fn longest_arm(equations: &mut Equations, length: f64, pose: &Pose) -> f64 {
-    let mechanism = equations.system.mechanism;
+    let mechanism = &*equations.system.mechanism.clone();
     let components = mechanism.bodies.iter().flat_map(|body| &body.points).flat_map(|point| &point.at);
     let exprs: Vec<Expr> = components.map(|formula| equations.system.value(formula)).collect();
-    let values = equations.system.arena.evaluate(&exprs, &typical(mechanism, pose));
+    let values = equations.system.arena.evaluate(&exprs, &typical(&equations.system.mechanism, pose));
     let longest = values.chunks(2).map(|at| at.iter().map(|x| x * x).sum::<f64>().sqrt()).fold(0.0, f64::max);
     if longest > 0.0 && longest.is_finite() { longest } else { length }
 }

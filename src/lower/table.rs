@@ -54,7 +54,7 @@ impl Table {
         table.add_outputs(equations, &members);
         table.add_members(&members, driven);
         table.add_starts(equations);
-        table.add_display_units(equations.system.mechanism);
+        table.add_display_units(&equations.system.mechanism);
         if table.rows.is_empty() {
             table.add_time(equations);
         }
@@ -74,7 +74,7 @@ impl Table {
     }
 
     fn add_parameters_and_inputs(&mut self, equations: &mut Equations) {
-        let mechanism = equations.system.mechanism;
+        let mechanism = &*equations.system.mechanism.clone();
         for (index, parameter) in mechanism.parameters.iter().enumerate() {
             let value = equations.system.arena.symbol(Symbol::Parameter(index));
             self.push(
@@ -102,7 +102,7 @@ impl Table {
 
     fn add_outputs(&mut self, equations: &mut Equations, members: &[Row]) {
         let named: HashMap<&str, &Row> = members.iter().map(|member| (member.name.as_str(), member)).collect();
-        for output in &equations.system.mechanism.outputs {
+        for output in &equations.system.mechanism.clone().outputs {
             if let Some(&member) = named.get(output.name.as_str()) {
                 let description = output.description.clone();
                 self.rows.push(Row { output: true, description, ..member.clone() });
@@ -149,11 +149,11 @@ impl Table {
 
     /// Assigns settable initial values to their variables; adds variables that are not in the table yet.
     fn add_starts(&mut self, equations: &mut Equations) {
-        let mechanism = equations.system.mechanism;
+        let mechanism = &*equations.system.mechanism.clone();
         let rows = self.rows.iter().enumerate().rev();
         let named: HashMap<String, usize> = rows.map(|(place, row)| (row.name.clone(), place)).collect();
         for (index, settable) in settable(equations).into_iter().enumerate() {
-            let variable = settable.line.variable;
+            let variable = mechanism.initial[settable.line].variable;
             let name = mechanism.variable_name(variable);
             let place = named.get(&name).copied().unwrap_or_else(|| {
                 let value = equations.variable(variable);
@@ -166,7 +166,8 @@ impl Table {
                 self.rows.len() - 1
             });
             let parameter = (mechanism.parameters.len() + index) as u32;
-            self.rows[place].start = Some(Start { value: settable.value, known: settable.line.known, parameter });
+            self.rows[place].start =
+                Some(Start { value: settable.value, known: mechanism.initial[settable.line].known, parameter });
         }
     }
 

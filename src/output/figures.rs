@@ -15,7 +15,7 @@ use crate::mechanism::{Coordinates, Mechanism, Part};
 
 pub fn summarise(formulated: &Formulated) -> Summary {
     let own = &formulated.equations;
-    let mechanism = own.system.mechanism;
+    let mechanism = &own.system.mechanism;
     let owner = |index: usize| own.system.element(own.constraints[index].element).name.clone();
     let real: Vec<usize> = (0..own.constraints.len()).filter(|&index| !own.constraints[index].is_trivial()).collect();
     Summary {
@@ -128,7 +128,7 @@ const COMPARED: usize = 200;
 
 /// Coordinates and loop equations for the presets, and for the scene's own trees.
 fn counts(own: &Equations) -> Counts {
-    let mechanism = own.system.mechanism;
+    let mechanism = &own.system.mechanism;
     let of = |choice: &Coordinates| {
         let small = mechanism.bodies.len() <= COMPARED;
         small.then(|| equations(mechanism, choice).ok().map(|other| count(&other))).flatten()

@@ -41,11 +41,11 @@ pub struct Symbolic {
 impl Symbolic {
     /// Names the numbers of a mechanism.
     pub fn new(system: &System, style: Style) -> Symbolic {
-        let mechanism = system.mechanism.clone();
+        let mechanism = &system.mechanism;
         let names = mechanism.parameters.iter().map(|own| own.name.clone());
         let names = names.chain(mechanism.inputs.iter().map(|own| own.name.clone()));
         let taken = names.chain(mechanism.drivers.iter().map(|own| own.name.clone())).collect();
-        let mut namer = Namer { system, style, mechanism, taken, named: Vec::new() };
+        let mut namer = Namer { system, style, mechanism: (**mechanism).clone(), taken, named: Vec::new() };
         namer.gravity();
         namer.bodies();
         namer.ground();
@@ -57,8 +57,8 @@ impl Symbolic {
 /// Laws with more numbers, such as tables, keep them.
 const MOST: usize = 12;
 
-struct Namer<'a, 'm> {
-    system: &'a System<'m>,
+struct Namer<'a> {
+    system: &'a System,
     style: Style,
     mechanism: Mechanism,
     taken: HashSet<String>,
@@ -78,7 +78,7 @@ struct About<'a> {
     signed: bool,
 }
 
-impl Namer<'_, '_> {
+impl Namer<'_> {
     fn gravity(&mut self) {
         let gravity = self.mechanism.gravity.clone();
         let both = gravity.iter().all(|component| *component != Formula::Number(0.0));

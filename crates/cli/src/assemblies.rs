@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use cotree::columns::counted;
-use cotree::compile::compile_with;
+use cotree::compile::compile_with_equations;
 use cotree::formulate::assemblies::{Assemblies, Value, assemblies};
 use cotree::mechanism::{Mechanism, Unit};
 use cotree::scene::{Faults, Initial, Scene, Text};
@@ -40,7 +40,7 @@ impl FindAssemblies {
         std::fs::create_dir_all(folder).map_err(|error| Failure::file("make", folder, error))?;
         for (index, pose) in found.poses.iter().enumerate() {
             let posed = posed(scene.clone(), found.held.iter().chain(pose));
-            let (_, picture) = compile_with(&posed, |formulated| draw(formulated).svg())?;
+            let picture = draw(&mut compile_with_equations(&posed)?.1).svg();
             let path = folder.join(format!("{}.png", index + 1));
             output::picture(&path, &picture, "the drawing of this assembly", format)?;
         }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use cotree::columns::counted;
-use cotree::compile::{Compiled, compile_with};
+use cotree::compile::{Compiled, compile_with_equations};
 use cotree::formulate::attempt::attempt;
 use cotree::output::figures::summarise;
 use cotree::output::summary::Summary;
@@ -36,20 +36,17 @@ impl Check {
         output::is_written_as(self.drawing.as_deref(), &["svg", "png"])?;
         output::apart(&[Some(&self.scene)], &[self.drawing.as_deref()])?;
         let scene = output::load(&self.scene)?;
-        let made = compile_with(&scene, |formulated| {
-            let picture = self.drawing.as_ref().map(|_| draw(formulated).svg());
-            (summarise(formulated), assumptions(formulated, &scene), picture)
-        });
-        let (mut compiled, (summary, mut assumptions, picture)) = match made {
+        let (mut compiled, mut formulated) = match compile_with_equations(&scene) {
             Ok(made) => made,
             Err(faults) => {
                 self.draw_attempt(&scene, format)?;
                 return Err(faults.into());
             }
         };
-        if let (Some(path), Some(picture)) = (&self.drawing, picture) {
-            output::picture(path, &picture, "the drawing", format)?;
+        if let Some(path) = &self.drawing {
+            output::picture(path, &draw(&mut formulated).svg(), "the drawing", format)?;
         }
+        let (summary, mut assumptions) = (summarise(&formulated), assumptions(&mut formulated, &scene));
         let contacts = contact::of_experiment(&scene);
         assumptions.extend(contacts.needed);
         compiled.warn(contacts.faults);

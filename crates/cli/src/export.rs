@@ -51,7 +51,8 @@ impl Export {
         let runtimes = self.runtimes().map_err(ExportError::from)?;
         let scene = output::load(&self.scene)?;
         let (scene, left_out) = if self.all { compile::with_everything(&scene)? } else { (scene, Vec::new()) };
-        let (mut compiled, overview) = compile::compile_with(&scene, overview::overview)?;
+        let (mut compiled, mut formulated) = compile::compile_with_equations(&scene)?;
+        let overview = overview::overview(&mut formulated);
         compiled.warn(left_out);
         let accuracy = accuracy::of(&compiled);
         accuracy::warn_of_growth(&mut compiled, &accuracy);

@@ -83,8 +83,8 @@ impl Show {
             output::is_written_as(path.as_deref(), kinds)?;
         }
         let scene = output::load(&self.scene)?;
-        let (compiled, shown) = compile::compile_with(&scene, |formulated| self.shown(&scene, formulated))?;
-        let shown = shown?;
+        let (compiled, mut formulated) = compile::compile_with_equations(&scene)?;
+        let shown = self.shown(&scene, &mut formulated)?;
         if let Some(text) = &shown.text {
             output::print(text)?;
         }
@@ -120,7 +120,7 @@ impl Show {
         let drawing = self.drawing.as_deref().map(|path| self.drawn(formulated, path)).transpose()?;
         let figures = text.is_none().then(|| Figures {
             summary: summarise(formulated),
-            comparison: self.compare.then(|| compare(formulated.equations.system.mechanism)),
+            comparison: self.compare.then(|| compare(&formulated.equations.system.mechanism)),
         });
         Ok(Shown { text, graph, drawing, figures })
     }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use cotree::compile::compile_with;
+use cotree::compile::compile_with_equations;
 use cotree::export::runtime::Runtime;
 use cotree::export::{ExportError, FmiVersion};
 use cotree::{ExportFailure, Scene};
@@ -18,7 +18,8 @@ use crate::overview::overview;
 /// Everything that is wrong with the scene, or a file that cannot be written.
 pub fn export_fmu(scene: &Scene, version: FmiVersion, path: impl AsRef<Path>) -> Result<(), ExportFailure> {
     let runtime = Runtime::embedded().map_err(ExportError::from)?;
-    let (compiled, overview) = compile_with(scene, overview)?;
+    let (compiled, mut formulated) = compile_with_equations(scene)?;
+    let overview = overview(&mut formulated);
     let accuracy = accuracy::of(&compiled);
     let live = moving::documentation(scene, &compiled, Origin::Stored(accuracy::affordable(&compiled, &accuracy)));
     let page = Page { drawing: &overview.drawing, facts: &overview.facts, accuracy: &accuracy, live: &live };

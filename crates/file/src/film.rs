@@ -1,7 +1,6 @@
 //! From a scene to a film of it.
 
-use cotree::compile::{Compiled, compile_with, with_everything};
-use cotree::formulate::Formulated;
+use cotree::compile::{Compiled, compile_with_equations, with_everything};
 use cotree::mechanism::Dimension;
 use cotree::mechanism::Quantity::{Angle, X, Y};
 use cotree::scene::{Faults, Scene};
@@ -39,8 +38,8 @@ pub struct Taken {
 /// Everything that is wrong with the scene.
 pub fn film(scene: &Scene, take: Take, most: u32) -> Result<(Compiled, Result<Taken, String>), Faults> {
     let (whole, _) = with_everything(scene)?;
-    let (everything, (drawing, start)) =
-        compile_with(&whole, |formulated: &mut Formulated| (draw(formulated), frames(formulated)))?;
+    let (everything, mut formulated) = compile_with_equations(&whole)?;
+    let (drawing, start) = (draw(&mut formulated), frames(&mut formulated));
     let experiment = everything.description.experiment;
     let duration = (experiment.stop - experiment.start) / take.speed;
     let count = take.rate.map_or(SAMPLES, |rate| (duration * rate).round().max(1.0));

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use cotree::compile::{Compiled, compile_with, with_everything};
+use cotree::compile::{Compiled, compile_with_equations, with_everything};
 use cotree::export::description::{Description, ScalarVariable, Start};
 use cotree::formulate::Formulated;
 use cotree::mechanism::{Dimension, Experiment, Place, Units};
@@ -46,7 +46,8 @@ struct Picture {
 /// # Errors
 /// Everything that is wrong with the scene; the page is an error if its motion cannot be computed at all.
 pub fn page(scene: &Scene, module: Option<Vec<u8>>) -> Result<(Compiled, Result<Page, String>), Faults> {
-    let (compiled, Overview { drawing, facts }) = compile_with(scene, overview)?;
+    let (compiled, mut formulated) = compile_with_equations(scene)?;
+    let Overview { drawing, facts } = overview(&mut formulated);
     let origin = module.map_or(Origin::Stored(compiled.description.experiment.stop), Origin::Solver);
     let live = moving(scene, &compiled, origin, "view")?;
     let page = live.map(|live| Page {
@@ -86,13 +87,14 @@ fn moving(scene: &Scene, compiled: &Compiled, origin: Origin, command: &str) -> 
             .variables
             .extend(ground.filter(|name| !known.contains(name)).map(|name| Text::from(name.as_str())));
     }
-    let (everything, picture) = compile_with(&whole, picture)?;
+    let (everything, mut formulated) = compile_with_equations(&whole)?;
+    let picture = picture(&mut formulated);
     let renew = format!("cotree {command} SCENE.toml --runtimes target/runtimes");
     Ok(assemble(compiled, &everything, picture, origin, renew))
 }
 
 fn picture(formulated: &mut Formulated) -> Picture {
-    let mechanism = formulated.equations.system.mechanism;
+    let mechanism = &*formulated.equations.system.mechanism.clone();
     let frames = frames(formulated);
     let places = positions(formulated, (0..mechanism.ground.len()).map(Place::Ground));
     let ground = mechanism.ground.iter().zip(places);

@@ -15,13 +15,13 @@ const MOST_COORDINATES: usize = 12;
 
 /// What the scene leaves open, a sentence for each.
 pub fn assumptions(formulated: &mut Formulated, scene: &Scene) -> Vec<String> {
-    let mut sentences = loose(formulated.equations.system.mechanism);
-    sentences.extend(mass_centres(formulated.equations.system.mechanism, scene));
+    let mut sentences = loose(&formulated.equations.system.mechanism);
+    sentences.extend(mass_centres(&formulated.equations.system.mechanism, scene));
     sentences.extend(free_lengths(scene));
     sentences.extend(start(formulated));
     sentences.extend(one_of_several(formulated));
-    sentences.extend(experiment(formulated.equations.system.mechanism, scene));
-    sentences.extend(open_units(formulated.equations.system.mechanism));
+    sentences.extend(experiment(&formulated.equations.system.mechanism, scene));
+    sentences.extend(open_units(&formulated.equations.system.mechanism));
     sentences
 }
 
@@ -94,7 +94,7 @@ fn start(formulated: &mut Formulated) -> Vec<String> {
     let follows_recommended = !formulated.lowered.program.initial.first_positions.is_empty();
     let state = formulated.state.clone();
     let equations = &mut formulated.equations;
-    let mechanism = equations.system.mechanism;
+    let mechanism = &*equations.system.mechanism.clone();
     let values: Vec<_> = mechanism.initial.iter().map(|initial| equations.variable(initial.variable)).collect();
     let said = equations.system.arena.symbols(values);
     let mut sentences = Vec::new();
@@ -121,7 +121,7 @@ fn start(formulated: &mut Formulated) -> Vec<String> {
 
 /// That the loops close in other ways too, where no guess has picked one of them.
 fn one_of_several(formulated: &Formulated) -> Option<String> {
-    let mechanism = formulated.equations.system.mechanism;
+    let mechanism = &formulated.equations.system.mechanism;
     let has_loops = !formulated.equations.constraints.is_empty();
     let is_small = formulated.equations.coordinates.len() <= MOST_COORDINATES;
     if !has_loops || !is_small || mechanism.initial.iter().any(|initial| !initial.known) {

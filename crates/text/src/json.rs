@@ -108,7 +108,7 @@ fn inputs(equations: &Equations) -> Vec<Value> {
 }
 
 fn followers(equations: &Equations) -> Vec<Value> {
-    let mechanism = equations.system.mechanism;
+    let mechanism = &equations.system.mechanism;
     let of = |(index, (driver, input, given)): (usize, &(DriverId, InputId, Order))| {
         let [position, rate, acceleration] =
             Order::ALL.map(|order| symbol_name(equations, Symbol::Follower(index, order)));

@@ -30,7 +30,7 @@ impl Matrices {
             return None;
         }
         let follows = symbols.iter().any(|symbol| matches!(symbol, Symbol::Follower(..)));
-        let mechanism = equations.system.mechanism;
+        let mechanism = &equations.system.mechanism;
         let numbers = |exprs: &[Expr]| arena.evaluate(exprs, &|symbol| default_value(mechanism, symbol));
         let rows = |matrix: &[Vec<Expr>]| matrix.iter().map(|row| numbers(row)).collect();
         Some(Matrices {

@@ -34,7 +34,7 @@ struct Minimal {
 /// # Errors
 /// Why there are none: the loops do not determine a choice of coordinates where the motion starts.
 pub fn minimal(formulated: &mut Formulated, written: Written, symbols: bool) -> Result<String, String> {
-    let start = Values::new(formulated.equations.system.mechanism, &formulated.state);
+    let start = Values::new(&formulated.equations.system.mechanism, &formulated.state);
     if !symbols {
         return reduced(&mut formulated.equations, &start, Vec::new(), written);
     }

@@ -285,13 +285,13 @@ pub fn slides(equations: &mut Equations) -> Vec<Entry> {
 
 /// The efforts of the drivers, in terms of accelerations and reactions.
 pub fn efforts(equations: &mut Equations) -> Vec<Entry> {
-    let mechanism = equations.system.mechanism;
+    let mechanism = &equations.system.mechanism;
     entries(equations, mechanism.driver_efforts().into_iter())
 }
 
 /// The reactions of the joints, in terms of accelerations and multipliers.
 pub fn held(equations: &mut Equations) -> Vec<Entry> {
-    let mechanism = equations.system.mechanism;
+    let mechanism = &equations.system.mechanism;
     entries(equations, mechanism.joint_reactions().into_iter())
 }
 
@@ -309,7 +309,7 @@ pub fn context(equations: &mut Equations) -> Context {
 
 /// Angles, rates and lengths that are no symbols themselves but have a name.
 fn variables(equations: &mut Equations) -> HashMap<Expr, String> {
-    let mechanism = equations.system.mechanism;
+    let mechanism = &*equations.system.mechanism.clone();
     if mechanism.dimension == Dimension::One {
         return HashMap::new(); // sums of coordinates: the shorter the fewer names
     }

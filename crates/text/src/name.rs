@@ -110,8 +110,8 @@ impl Name {
 
 /// The names of everything in the equations of one mechanism.
 #[derive(Clone, Copy, Debug)]
-pub struct Names<'a, 'm> {
-    equations: &'a Equations<'m>,
+pub struct Names<'a> {
+    equations: &'a Equations,
     pub coordinates: usize,
     /// Letters for cosines and sines that no numbered name of the user's begins with, and the number of underscores between letter and number.
     trigonometric: ([&'static str; 2], usize),
@@ -119,9 +119,9 @@ pub struct Names<'a, 'm> {
     shared: (&'static str, usize),
 }
 
-impl<'a, 'm> Names<'a, 'm> {
-    pub fn new(equations: &'a Equations<'m>) -> Self {
-        let mechanism = equations.system.mechanism;
+impl<'a> Names<'a> {
+    pub fn new(equations: &'a Equations) -> Self {
+        let mechanism = &equations.system.mechanism;
         let own = mechanism.parameters.iter().map(|parameter| parameter.name.as_str());
         let own = own.chain(mechanism.inputs.iter().map(|input| input.name.as_str()));
         let own: Vec<&str> = own.chain(mechanism.drivers.iter().map(|driver| driver.name.as_str())).collect();
@@ -185,7 +185,7 @@ fn numbered(letter: &str, lines: usize, number: usize) -> Name {
 }
 
 pub fn symbol_name(equations: &Equations, symbol: Symbol) -> Name {
-    let mechanism = equations.system.mechanism;
+    let mechanism = &equations.system.mechanism;
     let derivative = |name: Name, order: Order| {
         let dots = order as usize;
         Name { plain: format!("{}{}", name.plain, &"''"[..dots]), dots, ..name }

@@ -34,7 +34,7 @@ pub fn symbols(equations: &Equations, written: Written) -> String {
 }
 
 /// The same equations for the mechanism with names.
-pub fn with_names<'s>(equations: &Equations, symbolic: &'s Symbolic) -> Equations<'s> {
+pub fn with_names(equations: &Equations, symbolic: &Symbolic) -> Equations {
     let mut renamed =
         Equations::new(System::new(&symbolic.mechanism).implying(&equations.system.implied), equations.trees.clone());
     for (own, other) in renamed.constraints.iter_mut().zip(&equations.constraints) {
@@ -46,7 +46,7 @@ pub fn with_names<'s>(equations: &Equations, symbolic: &'s Symbolic) -> Equation
 
 /// A table of names and values: the user's parameters, then those of the page.
 pub fn values(equations: &mut Equations, named: &[Named]) -> Vec<Block> {
-    let mechanism = equations.system.mechanism;
+    let mechanism = &*equations.system.mechanism.clone();
     let own = mechanism.parameters.len() - named.len();
     let mut rows: Vec<Vec<Piece>> = Vec::new();
     for (index, parameter) in mechanism.parameters.iter().enumerate() {

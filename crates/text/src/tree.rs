@@ -160,7 +160,7 @@ pub fn formulas(equations: &Equations, exprs: &[Expr], context: &Context) -> For
     Formulas { angles, definitions, formulas }
 }
 
-fn definition_names(reading: &Reading, names: &Names<'_, '_>) -> Vec<Name> {
+fn definition_names(reading: &Reading, names: &Names<'_>) -> Vec<Name> {
     let mut count = 0;
     let name = |definition: &super::read::Definition| match &definition.variable {
         Some(variable) => Name::variable(variable),
@@ -172,8 +172,8 @@ fn definition_names(reading: &Reading, names: &Names<'_, '_>) -> Vec<Name> {
     reading.definitions.iter().map(name).collect()
 }
 
-struct Layout<'a, 'm> {
-    names: &'a Names<'a, 'm>,
+struct Layout<'a> {
+    names: &'a Names<'a>,
     defined: Vec<Name>,
     /// Numbers of the definitions that have a name of the user's, after those of the coordinates.
     variables: Vec<Option<usize>>,
@@ -181,7 +181,7 @@ struct Layout<'a, 'm> {
     angles: BTreeMap<(Factor, bool), (Name, Tree)>,
 }
 
-impl Layout<'_, '_> {
+impl Layout<'_> {
     fn sum(&mut self, sum: &Sum) -> Tree {
         // A formula begins without a minus sign if the terms in one of its parentheses can change their signs.
         let mut flip = sum.0.iter().all(|term| term.number.0 < 0.0);

@@ -6,7 +6,7 @@ use crate::equations::kinematics::is_constant;
 use crate::equations::vector::Vector;
 use crate::expr::{Arena, Binary, Expr, Node, Order, Symbol, Unary};
 
-impl Equations<'_> {
+impl Equations {
     pub(super) fn decompose(&mut self, vector: &Vector) -> Result<Arms, Reason> {
         let mut arms = Arms::new();
         for (frame, components) in vector.parts() {

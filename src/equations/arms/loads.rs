@@ -11,7 +11,7 @@ use crate::expr::Expr;
 use crate::graph::ElementId;
 use crate::mechanism::{BodyId, Owner, Quantity, Variable};
 
-impl Equations<'_> {
+impl Equations {
     pub(super) fn force(&mut self, id: ElementId, arms: &mut ArmEquations) -> Result<(), Reason> {
         let Some(row) = self.system.element(id).translation.clone() else { return Ok(()) };
         if !arms.links.is_empty() {
@@ -69,7 +69,7 @@ impl Equations<'_> {
 
     /// Weights of bodies that hang from each other: on each link that of all that it carries.
     pub(super) fn weights(&mut self, arms: &mut ArmEquations) {
-        let gravity = self.system.mechanism.gravity.each_ref().map(|component| self.system.value(component));
+        let gravity = self.system.mechanism.clone().gravity.each_ref().map(|component| self.system.value(component));
         if gravity == [Expr::ZERO; 2] {
             return;
         }
@@ -81,7 +81,7 @@ impl Equations<'_> {
     }
 
     fn weight(&mut self, body: BodyId, row: &TranslationalRow) -> Vec<(Expr, Vector)> {
-        let gravity = self.system.mechanism.gravity.each_ref().map(|component| self.system.value(component));
+        let gravity = self.system.mechanism.clone().gravity.each_ref().map(|component| self.system.value(component));
         let moves = self.kinematics.node(&mut self.system.arena, row.ends[1]).position != Vector::default();
         if gravity == [Expr::ZERO; 2] || !moves || self.system.mechanism.bodies[body.0].weightless {
             return Vec::new();

@@ -9,7 +9,7 @@ use crate::equations::inertias::{inertia, mass};
 use crate::expr::Expr;
 use crate::mechanism::BodyId;
 
-impl Equations<'_> {
+impl Equations {
     pub(super) fn turning(&mut self) -> Result<Vec<Turning>, Reason> {
         let frames: Vec<_> = self.kinematics.frames.iter().skip(1).map(|(id, f)| (id, f.angle, f.unit)).collect();
         let mut turning = Vec::new();

@@ -134,7 +134,7 @@ impl ArmEquations {
     }
 }
 
-impl Equations<'_> {
+impl Equations {
     /// The arm form; only the `active` loop equations enter.
     ///
     /// # Errors

@@ -9,7 +9,7 @@ use crate::equations::vector::FrameId;
 use crate::expr::{Arena, Expr};
 use crate::graph::{RNode, TNode};
 
-impl Equations<'_> {
+impl Equations {
     pub(super) fn row(&mut self, index: usize, arms: &mut ArmEquations) -> Result<(), Reason> {
         let (element, held) = (self.constraints[index].element, self.constraints[index].held);
         let element = self.system.element(element).clone();

@@ -142,7 +142,7 @@ impl Tree {
     }
 }
 
-impl Equations<'_> {
+impl Equations {
     /// Finds the tree, if there is one and it has many links; then takes the inertias over and puts the frames into its order.
     pub(super) fn tree(&mut self, arms: &mut ArmEquations) -> Result<(), Reason> {
         let displacements = self.coordinates.iter().filter(|coordinate| !coordinate.angular).count();

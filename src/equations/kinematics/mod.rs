@@ -100,7 +100,7 @@ impl Kinematics {
 
     /// Motion of any point of the scene, whether an element uses it or not.
     pub fn place(&self, system: &mut System, place: Place) -> Motion {
-        let mechanism = system.mechanism;
+        let mechanism = &*system.mechanism.clone();
         match place {
             _ if system.has_node(place) => {
                 let node = system.t_node(place);
@@ -133,7 +133,8 @@ impl Kinematics {
         match place {
             _ if system.has_node(place) => sum(&mut system.arena, node),
             Place::Point(body, point) => {
-                let at = system.mechanism.bodies[body.0].points[point].at.each_ref();
+                let mechanism = &*system.mechanism.clone();
+                let at = mechanism.bodies[body.0].points[point].at.each_ref();
                 let at = at.map(|formula| system.value(formula));
                 let centre = system.t_node(Place::Centre(body));
                 let mut position = sum(&mut system.arena, centre);

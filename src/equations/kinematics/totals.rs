@@ -78,7 +78,8 @@ impl Kinematics {
         if !self.is_deep(centre) {
             return None;
         }
-        let at = system.mechanism.bodies[body.0].points[point].at.each_ref().map(|formula| system.value(formula));
+        let at =
+            system.mechanism.clone().bodies[body.0].points[point].at.each_ref().map(|formula| system.value(formula));
         let arm = self.fixed(system, Some(body), at);
         let (sum, part) = (self.total(system, centre, order), self.in_world(system, &arm, order));
         Some([0, 1].map(|axis| system.arena.add(sum[axis], part[axis])))

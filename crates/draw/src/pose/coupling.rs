@@ -13,7 +13,7 @@ fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
 
-impl Pose<'_, '_> {
+impl Pose<'_> {
     pub(super) fn coupling(&mut self, part: &Part, icon: &Icon) -> Option<Coupling> {
         let kind = self.coupling_kind(part, icon)?;
         let between = part.bodies().map(|body| body.map(|body| body.0));
@@ -63,7 +63,7 @@ impl Pose<'_, '_> {
 
     /// A cam for the parameters of the pose.
     fn cam(&mut self, part: &Part) -> Option<Cam> {
-        let mechanism = self.equations.system.mechanism;
+        let mechanism = &self.equations.system.mechanism;
         let parameters = &self.state.parameters()[..mechanism.parameters.len()];
         let profile = (part.component().profile)(part, mechanism, parameters)?;
         let samples = profile.samples(OUTLINE);

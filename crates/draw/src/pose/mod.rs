@@ -32,7 +32,7 @@ pub fn draw_attempt(attempt: &mut Attempt) -> Drawing {
 }
 
 fn drawn(mut pose: Pose) -> Drawing {
-    let mechanism = pose.equations.system.mechanism;
+    let mechanism = &*pose.equations.system.mechanism.clone();
     let mut drawing = Drawing {
         title: mechanism.name.clone(),
         bodies: (0..mechanism.bodies.len()).map(|index| pose.body(BodyId(index))).collect(),
@@ -67,7 +67,7 @@ fn drawn(mut pose: Pose) -> Drawing {
 
 /// Where the bodies are at the start, and how they are turned.
 pub fn frames(formulated: &mut Formulated) -> Vec<[f64; 3]> {
-    let mechanism = formulated.equations.system.mechanism;
+    let mechanism = &*formulated.equations.system.mechanism.clone();
     let turns = mechanism.dimension == Dimension::Two;
     let mut pose = Pose::new(formulated);
     let mut frame = |body| {
@@ -88,8 +88,8 @@ pub fn positions(formulated: &mut Formulated, places: impl IntoIterator<Item = P
     places.into_iter().map(|place| pose.at(place)).collect()
 }
 
-struct Pose<'a, 'm> {
-    equations: &'a mut Equations<'m>,
+struct Pose<'a> {
+    equations: &'a mut Equations,
     state: &'a State,
     /// Values of expressions: the places of a mechanism share most of theirs.
     known: HashMap<Expr, f64>,
@@ -107,8 +107,8 @@ fn values_at(state: &State, changed: impl Fn(f64) -> f64) -> impl Fn(Symbol) -> 
     }
 }
 
-impl<'a, 'm> Pose<'a, 'm> {
-    fn new(formulated: &'a mut Formulated<'m>) -> Self {
+impl<'a> Pose<'a> {
+    fn new(formulated: &'a mut Formulated) -> Self {
         Pose { equations: &mut formulated.equations, state: &formulated.state, known: HashMap::new() }
     }
 
@@ -131,7 +131,7 @@ impl<'a, 'm> Pose<'a, 'm> {
     }
 
     fn body(&mut self, id: BodyId) -> Body {
-        let body = &self.equations.system.mechanism.bodies[id.0];
+        let body = &self.equations.system.mechanism.clone().bodies[id.0];
         let mut points: Vec<[f64; 2]> = (0..body.points.len()).map(|point| self.at(Place::Point(id, point))).collect();
         let centre = self.at(Place::Centre(id));
         let shape = body.outline.as_ref().map(|outline| self.shape(outline, id, centre));

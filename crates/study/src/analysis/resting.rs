@@ -13,7 +13,7 @@ impl Study {
     /// The equations cannot be formulated, or no equilibrium is found.
     pub fn resting(&mut self, mut scene: Scene) -> Result<Scene, StudyError> {
         let values = self.rest(|formulated, _, equilibrium| {
-            let mechanism = formulated.equations.system.mechanism;
+            let mechanism = &*formulated.equations.system.mechanism.clone();
             let mut values = Vec::new();
             for variable in pose(mechanism) {
                 let value = formulated.equations.variable(variable);

@@ -128,8 +128,8 @@ pub(super) fn null_space(rows: &DMatrix<f64>, share: f64) -> Result<DMatrix<f64>
     Ok(svd.v_t.map_or_else(|| DMatrix::zeros(n, 0), |v_t| v_t.select_rows(&free).transpose()))
 }
 
-struct Search<'a, 'm> {
-    formulated: &'a Formulated<'m>,
+struct Search<'a> {
+    formulated: &'a Formulated,
     variation: &'a Variation,
     point: Point,
     scales: Vec<f64>,
@@ -139,8 +139,8 @@ struct Search<'a, 'm> {
     energy: f64,
 }
 
-impl<'a, 'm> Search<'a, 'm> {
-    fn new(formulated: &'a Formulated<'m>, variation: &'a Variation, point: Point) -> Result<Self, Failure> {
+impl<'a> Search<'a> {
+    fn new(formulated: &'a Formulated, variation: &'a Variation, point: Point) -> Result<Self, Failure> {
         let constraints = &formulated.lowered.program.constraints;
         let gaps = variation.active().iter().map(|&row| constraints[row].scale).collect();
         let mut search = Search { formulated, variation, point, scales: scales(formulated), gaps, energy: 1.0 };

@@ -259,7 +259,7 @@ fn source(formulated: &Formulated, symbol: Symbol) -> Symbol {
 
 fn signal(formulated: &Formulated, point: &Point, symbol: Symbol) -> Signal {
     let equations = &formulated.equations;
-    let mechanism = equations.system.mechanism;
+    let mechanism = &equations.system.mechanism;
     let kind = |angular: bool| if angular { Unit::angle() } else { Unit::length() };
     let (name, unit, order) = match symbol {
         Symbol::Coordinate(index, order) => {

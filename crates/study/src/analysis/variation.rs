@@ -272,7 +272,7 @@ fn active(formulated: &Formulated) -> Vec<usize> {
 }
 
 fn roots(equations: &mut Equations, active: &[usize]) -> Vec<(Row, Vec<Expr>)> {
-    let mechanism: &Mechanism = equations.system.mechanism;
+    let mechanism: &Mechanism = &equations.system.mechanism.clone();
     let mut roots = loops(equations, active);
     roots.extend([
         (Row::Motion, motion(equations)),

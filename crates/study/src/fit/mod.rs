@@ -116,13 +116,13 @@ pub fn fit(study: &mut Study, request: &Request) -> Result<Fit, FitError> {
     })?
 }
 
-struct Problem<'a, 'f, 'm> {
-    varying: &'a Varying<'f, 'm>,
+struct Problem<'a, 'f> {
+    varying: &'a Varying<'f>,
     table: &'a Table,
     weighed: Weighed,
 }
 
-impl Problem<'_, '_, '_> {
+impl Problem<'_, '_> {
     fn solve(mut self, name: String) -> Result<Result<Fit, FitError>, Failure> {
         let parameters = self.varying.parameters();
         let start: Vec<f64> = parameters.iter().map(|own| own.start).collect();

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use cotree::compile::compile_with;
+use cotree::compile::compile_with_equations;
 use cotree::diagnostic::{Text, suggest};
 use cotree::formulate::start::evaluate_at;
 use cotree::mechanism::{BodyId, Formula, JointId, Mechanism, Owner, Part, Place, Quantity, Unit, Variable};
@@ -193,21 +193,20 @@ pub(super) fn start(
     driven @ (joint, [position, rate, _]): (JointId, Motion),
 ) -> Result<Start, MotionError> {
     let input = &mechanism.joints[joint.0];
-    let (_, (values, pose, free)) = compile_with(&with_masses(scene, mechanism), |formulated| {
-        let equations = &mut formulated.equations;
-        let mut values = |variables: &[Variable]| {
-            let exprs: Vec<_> = variables.iter().map(|&variable| equations.variable(variable)).collect();
-            evaluate_at(&equations.system.arena, &formulated.state, &exprs)
-        };
-        let of_input = values(&[position, rate].map(|quantity| Variable { owner: Owner::Joint(joint), quantity }));
-        let pose = mechanism.bodies.iter().enumerate().flat_map(|(index, body)| {
-            let owner = Owner::Place(Place::Centre(BodyId(index)));
-            POSE.map(|quantity| (quantity.of(&body.name), Variable { owner, quantity }))
-        });
-        let pose: HashMap<String, f64> = pose.map(|(name, variable)| (name, values(&[variable])[0])).collect();
-        (of_input, pose, formulated.mobility() > 0)
-    })?;
-    let [position, speed] = [values[0], values[1]];
+    let (_, mut formulated) = compile_with_equations(&with_masses(scene, mechanism))?;
+    let free = formulated.mobility() > 0;
+    let equations = &mut formulated.equations;
+    let mut values = |variables: &[Variable]| {
+        let exprs: Vec<_> = variables.iter().map(|&variable| equations.variable(variable)).collect();
+        evaluate_at(&equations.system.arena, &formulated.state, &exprs)
+    };
+    let of_input = values(&[position, rate].map(|quantity| Variable { owner: Owner::Joint(joint), quantity }));
+    let pose = mechanism.bodies.iter().enumerate().flat_map(|(index, body)| {
+        let owner = Owner::Place(Place::Centre(BodyId(index)));
+        POSE.map(|quantity| (quantity.of(&body.name), Variable { owner, quantity }))
+    });
+    let pose: HashMap<String, f64> = pose.map(|(name, variable)| (name, values(&[variable])[0])).collect();
+    let [position, speed] = [of_input[0], of_input[1]];
     let replaces = !free && !mechanism.drivers.iter().any(|driver| drive::moves(driver, driven, input));
     let mut scene = scene.clone();
     match &mechanism.drivers[..] {

@@ -19,7 +19,7 @@ const BODIES: usize = 8;
 /// So many coordinates are read.
 const COORDINATES: usize = 8;
 
-impl Lesson<'_, '_, '_> {
+impl Lesson<'_> {
     /// The accelerations of section 8 (b) as components, of the bodies whose mass centres are no coordinates.
     pub fn components(&mut self) -> Vec<Block> {
         let chords: BTreeSet<ElementId> = self.translation.chords.iter().map(|chord| chord.element).collect();
@@ -83,7 +83,7 @@ impl Lesson<'_, '_, '_> {
         for column in 0..count {
             let own =
                 bodies.iter().zip(&moved).filter(|(_, moved)| moved.contains(&column)).map(|((_, _, body), _)| *body);
-            let mechanism = self.equations.system.mechanism;
+            let mechanism = &self.equations.system.mechanism;
             let names: Vec<&str> = own.map(|body| mechanism.bodies[body.0].name.as_str()).collect();
             let name = Tree::Name(Name::symbol(&self.equations.coordinates[column].name.position));
             pieces.push(Piece::Math(name));

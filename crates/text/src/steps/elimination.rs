@@ -18,7 +18,7 @@ use crate::tree::Tree;
 const TERMS: usize = 16;
 const COLUMNS: usize = 4;
 
-impl Lesson<'_, '_, '_> {
+impl Lesson<'_> {
     /// Arm forces by chords; chord accelerations and angles by branches; then the worked row.
     pub fn eliminations(&mut self) -> Vec<Block> {
         let mut sections: Vec<(String, Rows, Vec<Block>)> = Vec::new();

@@ -6,9 +6,9 @@ use cotree::mechanism::Coordinates;
 use super::{Lesson, heading};
 use crate::document::{Block, Piece};
 
-impl Lesson<'_, '_, '_> {
+impl Lesson<'_> {
     pub fn gain(&self) -> Vec<Block> {
-        let mechanism = self.source.equations.system.mechanism;
+        let mechanism = &self.source.equations.system.mechanism;
         let own = (self.equations.coordinates.len(), self.equations.loops().count());
         let mut rows = Vec::new();
         for (text, choice) in [

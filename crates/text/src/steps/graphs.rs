@@ -21,7 +21,7 @@ const NAMES: usize = 80;
 
 type Letter<'a> = &'a dyn Fn(&str) -> Tree;
 
-impl Lesson<'_, '_, '_> {
+impl Lesson<'_> {
     pub fn incidence(&self) -> Vec<Block> {
         let mut blocks = vec![
             heading("2. How are the parts joined?"),

@@ -83,7 +83,7 @@ pub fn name_coordinates(equations: &mut Equations) {
 }
 
 fn taken(equations: &Equations, name: &str) -> bool {
-    let mechanism = equations.system.mechanism;
+    let mechanism = &equations.system.mechanism;
     let below = name.trim_start_matches(|c: char| c.is_ascii_alphabetic());
     let names = [name.to_owned(), format!("omega{below}"), format!("alpha{below}")];
     let is_own = |own: &str| names.iter().any(|name| name == own);
@@ -92,7 +92,7 @@ fn taken(equations: &Equations, name: &str) -> bool {
         || mechanism.drivers.iter().any(|own| is_own(&own.name))
 }
 
-impl Lesson<'_, '_, '_> {
+impl Lesson<'_> {
     /// "O datum; G guide; C1 C2 mass centres of ...; A B on crank; ...": where nodes are many, the first of them.
     pub fn node_legend(&self) -> String {
         const MOST: usize = 6;

@@ -86,7 +86,7 @@ fn kinds(lesson: &mut Lesson) -> Vec<Kind> {
         title,
         elements: Vec::new(),
     });
-    let mechanism = lesson.equations.system.mechanism;
+    let mechanism = &*lesson.equations.system.mechanism.clone();
     for id in (0..lesson.equations.system.elements.len()).map(ElementId) {
         let element = lesson.equations.system.element(id).clone();
         let zero = Formula::Number(0.0);

@@ -39,9 +39,9 @@ pub use numbers::Values;
 use view::View;
 
 /// The lesson of one mechanism: its equations with names for all numbers, and the mechanism with its numbers at the start.
-struct Lesson<'a, 'n, 'm> {
-    equations: Equations<'n>,
-    source: &'a mut Formulated<'m>,
+struct Lesson<'a> {
+    equations: Equations,
+    source: &'a mut Formulated,
     letters: Letters,
     translation: View<Translation>,
     rotation: View<Rotation>,
@@ -54,7 +54,7 @@ pub fn steps(formulated: &mut Formulated, prose: Prose) -> String {
     let symbolic = Symbolic::new(&formulated.equations.system, Style::Edges);
     let mut equations = with_names(&formulated.equations, &symbolic);
     labels::name_coordinates(&mut equations);
-    let mechanism = formulated.equations.system.mechanism;
+    let mechanism = &*formulated.equations.system.mechanism.clone();
     let mut lesson = Lesson::new(equations, formulated);
     let mut blocks = lesson.parts();
     blocks.extend(lesson.incidence());
@@ -73,8 +73,8 @@ pub fn steps(formulated: &mut Formulated, prose: Prose) -> String {
     page(&title, &blocks, prose)
 }
 
-impl<'a, 'n, 'm> Lesson<'a, 'n, 'm> {
-    fn new(mut equations: Equations<'n>, source: &'a mut Formulated<'m>) -> Self {
+impl<'a> Lesson<'a> {
+    fn new(mut equations: Equations, source: &'a mut Formulated) -> Self {
         let dynamic = has_masses(&mut equations);
         let (system, trees) = (&equations.system, &equations.trees);
         let (points, bodies) = (labels::nodes(system), labels::bodies(system));

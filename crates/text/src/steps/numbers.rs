@@ -85,9 +85,9 @@ impl Values {
     }
 }
 
-impl Lesson<'_, '_, '_> {
+impl Lesson<'_> {
     pub fn start(&self) -> Values {
-        Values::new(self.equations.system.mechanism, &self.source.state)
+        Values::new(&self.equations.system.mechanism, &self.source.state)
     }
 
     /// The start with other rates, so that nothing vanishes because it is at rest.

@@ -13,7 +13,7 @@ use crate::name::symbol_name;
 use crate::symbols::number;
 use crate::tree::{Tree, plain};
 
-impl Lesson<'_, '_, '_> {
+impl Lesson<'_> {
     pub fn parts(&mut self) -> Vec<Block> {
         let mut blocks = vec![heading("1. What is the mechanism?"), self.mechanism()];
         blocks.push(words(self.freedoms()));
@@ -104,7 +104,7 @@ impl Lesson<'_, '_, '_> {
     }
 
     fn parameters_of(&self, origin: Origin) -> Vec<usize> {
-        let mechanism = self.equations.system.mechanism;
+        let mechanism = &self.equations.system.mechanism;
         let mut found = Vec::new();
         let mut visit = |id: cotree::mechanism::ParameterId| found.push(id.0);
         match origin {

@@ -15,7 +15,7 @@ const BODIES: usize = 30;
 /// The names of more nodes would cover the mechanism.
 const NODES: usize = 60;
 
-impl Lesson<'_, '_, '_> {
+impl Lesson<'_> {
     /// The mechanism, with the angles of bodies that are coordinates, and with its nodes.
     pub fn mechanism(&mut self) -> Block {
         let mut drawing = draw(self.source);

@@ -14,7 +14,7 @@ use crate::tree::Tree;
 
 pub type Rows = Vec<(Tree, Tree)>;
 
-impl Lesson<'_, '_, '_> {
+impl Lesson<'_> {
     /// Step 1: cutsets of branches, projected on their motion spaces.
     pub fn cutset_equations(&mut self) -> Vec<Block> {
         let mut blocks = vec![heading("6. Step 1. Which balances are needed? Cutsets on motion spaces (14)")];

@@ -18,7 +18,7 @@ struct Calculus {
     time: Expr,
 }
 
-impl Lesson<'_, '_, '_> {
+impl Lesson<'_> {
     pub fn rates(&mut self) -> Vec<Block> {
         let mut blocks = vec![heading("10. How do the rates follow? Velocities (20) and accelerations (21)")];
         let loops: Vec<usize> = self.equations.loops().map(|(index, _)| index).collect();

@@ -19,7 +19,7 @@ use crate::tree::Tree;
 /// Larger systems in absolute coordinates are not solved for the check.
 const LARGEST: usize = 150;
 
-impl Lesson<'_, '_, '_> {
+impl Lesson<'_> {
     pub fn reactions(&mut self) -> Vec<Block> {
         let mut blocks = vec![heading("11. Which reactions? The cutsets not used in Step 1, on reaction spaces")];
         if !self.dynamic {
@@ -157,7 +157,7 @@ impl Lesson<'_, '_, '_> {
 
     /// Accelerations of the bodies and joint forces against those in absolute coordinates, where all is found in another way.
     fn against_absolute(&mut self, values: &Values) -> Vec<Block> {
-        let mechanism = self.source.equations.system.mechanism;
+        let mechanism = &*self.source.equations.system.mechanism.clone();
         let Ok(mut other) = equations(mechanism, &Coordinates::Absolute) else { return Vec::new() };
         let size = other.coordinates.len() + other.loops().count();
         if size > LARGEST {
@@ -190,7 +190,7 @@ impl Lesson<'_, '_, '_> {
     fn power(&mut self, values: &Values) -> Block {
         let kinetic = self.equations.variable(Variable { owner: Owner::System, quantity: Quantity::KineticEnergy });
         let growth = self.equations.system.arena.time_derivative(kinetic);
-        let mechanism = self.equations.system.mechanism;
+        let mechanism = &*self.equations.system.mechanism.clone();
         let owners: Vec<Owner> = mechanism.parts().map(|part| part.owner).collect();
         let mut powers: Vec<Expr> = owners
             .into_iter()

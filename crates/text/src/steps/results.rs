@@ -10,7 +10,7 @@ use crate::document::{Block, Piece};
 use crate::motion::{called, dynamics, governing};
 use crate::tree::Tree;
 
-impl Lesson<'_, '_, '_> {
+impl Lesson<'_> {
     pub fn results(&mut self) -> Vec<Block> {
         let mut blocks = vec![heading("9. Step 4. What results?")];
         if !self.dynamic {

@@ -33,7 +33,7 @@ struct Facts {
     holds: bool,
 }
 
-impl Lesson<'_, '_, '_> {
+impl Lesson<'_> {
     pub fn trees(&mut self) -> Vec<Block> {
         let mut graphs = GraphDrawing::new(self.source);
         graphs.translation.nodes.clone_from(&self.translation.nodes);

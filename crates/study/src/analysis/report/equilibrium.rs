@@ -37,7 +37,7 @@ pub struct Group {
 
 impl Statics {
     pub fn new(formulated: &mut Formulated, equilibrium: &Equilibrium) -> Self {
-        let mechanism = formulated.equations.system.mechanism;
+        let mechanism = &*formulated.equations.system.mechanism.clone();
         let mut reader = Reader { formulated, point: &equilibrium.point };
         let mut groups = vec![reader.coordinates(), reader.read("pose", pose(mechanism))];
         let efforts = [("joints", joints(mechanism)), ("drivers", mechanism.driver_efforts())];
@@ -64,12 +64,12 @@ impl Statics {
     }
 }
 
-struct Reader<'a, 'm> {
-    formulated: &'a mut Formulated<'m>,
+struct Reader<'a> {
+    formulated: &'a mut Formulated,
     point: &'a Point,
 }
 
-impl Reader<'_, '_> {
+impl Reader<'_> {
     fn values(&self, exprs: &[Expr]) -> Vec<f64> {
         self.formulated.equations.system.arena.evaluate(exprs, self.point)
     }
@@ -98,7 +98,7 @@ impl Reader<'_, '_> {
 
     /// A body without mass of which these values depend: its weight is not known.
     fn missing_mass(&mut self, variables: &[Variable]) -> Option<String> {
-        let mechanism = self.formulated.equations.system.mechanism;
+        let mechanism = &*self.formulated.equations.system.mechanism.clone();
         let gravity = mechanism.gravity.each_ref().map(|component| self.formulated.equations.formula(component));
         if self.values(&gravity) == [0.0; 2] {
             return None;
@@ -113,7 +113,7 @@ impl Reader<'_, '_> {
 
     /// Loads by their variables; forces in the world's axes, whatever axes the scene gives them in.
     fn loads(&mut self) -> Group {
-        let mechanism = self.formulated.equations.system.mechanism;
+        let mechanism = &self.formulated.equations.system.mechanism;
         let plane = mechanism.dimension == Dimension::Two;
         let variables = mechanism.loads.iter().flat_map(|load| {
             let quantities = load.component().pose.iter().filter(|quantity| plane || **quantity != Quantity::Fy);

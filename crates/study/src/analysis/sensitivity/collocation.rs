@@ -31,7 +31,7 @@ pub(super) struct Tried {
     pub excess: f64,
 }
 
-impl Course<'_, '_> {
+impl Course<'_> {
     /// Tries a step. `None` if it does not settle.
     pub(super) fn attempt(&mut self, length: f64) -> Result<Option<Tried>, Failure> {
         let nodes = self.nodes(length)?;

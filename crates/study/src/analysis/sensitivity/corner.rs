@@ -26,7 +26,7 @@ struct Side {
     by: Vec<f64>,
 }
 
-impl Seen<'_, '_, '_> {
+impl Seen<'_, '_> {
     /// What happens in an interval in which laws switch: between two of them, or where one does.
     pub(super) fn pieces(
         &self,

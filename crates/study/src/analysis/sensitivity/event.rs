@@ -34,7 +34,7 @@ pub struct Crossing {
     reached: f64,
 }
 
-impl Course<'_, '_> {
+impl Course<'_> {
     /// The first crossing between two times, if a switching function has another sign at the second; `known` are the sides before, and then those after.
     pub(super) fn first_crossing(
         &self,

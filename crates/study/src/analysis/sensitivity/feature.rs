@@ -124,8 +124,8 @@ fn closer(times: &[f64]) -> Vec<f64> {
 }
 
 /// A motion that has been looked at.
-pub(super) struct Seen<'a, 'f, 'm> {
-    varying: &'a Varying<'f, 'm>,
+pub(super) struct Seen<'a, 'f> {
+    varying: &'a Varying<'f>,
     start: Vec<f64>,
     times: &'a [f64],
     rows: Vec<At>,
@@ -133,7 +133,7 @@ pub(super) struct Seen<'a, 'f, 'm> {
     pub switched: Vec<Switched>,
 }
 
-impl Seen<'_, '_, '_> {
+impl Seen<'_, '_> {
     fn value(&self, row: usize, output: usize) -> f64 {
         self.rows[row].0[output]
     }

@@ -49,8 +49,8 @@ pub struct Sensitivities {
 
 /// A motion that can be repeated with other values of what it is differentiated with respect to: the equations are differentiated once.
 #[derive(Debug)]
-pub struct Varying<'f, 'm> {
-    formulated: &'f Formulated<'m>,
+pub struct Varying<'f> {
+    formulated: &'f Formulated,
     variation: Variation,
     parameters: Vec<Varied>,
 }
@@ -70,8 +70,8 @@ pub struct Varied {
     symbol: Symbol,
 }
 
-impl<'f, 'm> Varying<'f, 'm> {
-    fn new(formulated: &'f mut Formulated<'m>, to: &[String]) -> Result<Self, Failure> {
+impl<'f> Varying<'f> {
+    fn new(formulated: &'f mut Formulated, to: &[String]) -> Result<Self, Failure> {
         let parameters = varied(formulated, to)?;
         let program = &formulated.lowered.program;
         if !program.followers.is_empty() {
@@ -157,7 +157,7 @@ fn varied(formulated: &Formulated, names: &[String]) -> Result<Vec<Varied>, Fail
 
 /// The parameter, input or initial value behind a name; or that there is none.
 fn parameter(formulated: &Formulated, name: &str) -> Result<Varied, String> {
-    let mechanism = formulated.equations.system.mechanism;
+    let mechanism = &formulated.equations.system.mechanism;
     let program = &formulated.lowered.program;
     // In the program, initial values come after the parameters of the scene.
     if let Some(index) = program.parameters.iter().position(|own| own.name == name) {

@@ -40,8 +40,8 @@ const SHORTER: f64 = 0.6;
 pub type At = (DVector<f64>, DMatrix<f64>);
 
 /// The motion and its derivatives at a time.
-pub struct Course<'f, 'm> {
-    pub(super) formulated: &'f Formulated<'m>,
+pub struct Course<'f> {
+    pub(super) formulated: &'f Formulated,
     pub(super) variation: &'f Variation,
     pub(super) model: Arc<Model>,
     /// The motion at the time that the derivatives belong to.
@@ -83,10 +83,10 @@ struct Before {
     rates: DMatrix<f64>,
 }
 
-impl<'f, 'm> Course<'f, 'm> {
+impl<'f> Course<'f> {
     /// Begins at the start of the experiment, with these values changed \[SI\].
     pub fn new(
-        formulated: &'f Formulated<'m>,
+        formulated: &'f Formulated,
         variation: &'f Variation,
         varied: &[Varied],
         changed: &[(&str, f64)],

@@ -46,7 +46,7 @@ impl Side {
 
 type Rows = Vec<(Tree, Side)>;
 
-impl Lesson<'_, '_, '_> {
+impl Lesson<'_> {
     /// Section 5: what each element says by itself.
     pub fn terminal(&mut self) -> Vec<Block> {
         let count = self.equations.system.elements.len();
@@ -72,7 +72,7 @@ impl Lesson<'_, '_, '_> {
 
     /// The components of gravity, if it acts.
     fn gravity(&mut self) -> Option<Block> {
-        let mechanism = self.equations.system.mechanism;
+        let mechanism = &*self.equations.system.mechanism.clone();
         let gravity = mechanism.gravity.each_ref().map(|component| self.equations.system.value(component));
         let [x, y] = <[Tree; 2]>::try_from(plain(&self.equations, &gravity)).ok()?;
         let acts = self.dynamic && gravity != [Expr::ZERO; 2];
@@ -217,7 +217,7 @@ fn force_equations(equations: &mut Equations, letters: Letters, element: &Elemen
 
 /// -m (a - g); a body that opts out of gravity has no g.
 fn inertia_force(equations: &mut Equations, letters: Letters, element: &Element, body: BodyId, mass: Tree) -> Tree {
-    let mechanism = equations.system.mechanism;
+    let mechanism = &*equations.system.mechanism.clone();
     let gravity = mechanism.gravity.each_ref().map(|component| equations.system.value(component));
     let weightless = mechanism.bodies[body.0].weightless || gravity == [Expr::ZERO; 2];
     let acceleration = letters.acceleration(&element.label);
@@ -335,7 +335,7 @@ fn components(letters: Letters, vector: [Expr; 2]) -> Side {
 
 /// The symbol of a body's mass or inertia.
 fn value_name(equations: &mut Equations, body: BodyId, word: &str) -> Tree {
-    let own = &equations.system.mechanism.bodies[body.0];
+    let own = &equations.system.mechanism.clone().bodies[body.0];
     let formula = if word == "mass" { &own.mass } else { &own.inertia };
     match formula {
         Some(formula) => {
