@@ -34,7 +34,7 @@ struct Watched {
 /// Does nothing drive or dissipate?
 fn conserves(mechanism: &Mechanism) -> bool {
     let still = mechanism.drivers.is_empty() && mechanism.inputs.is_empty();
-    let stores = mechanism.loads.iter().all(|load| load.energy.is_some());
+    let stores = mechanism.loads.iter().all(|load| load.energy().is_some());
     let resists = |key: &str| ["damping", "friction", "drag"].iter().any(|word| key.contains(word));
     let parts = || mechanism.joints.iter().chain(&mechanism.loads);
     still && stores && !parts().flat_map(|part| &part.values).any(|(key, _)| resists(key))

@@ -223,7 +223,7 @@ fn laws_know_their_own_variables_and_those_of_the_scene() {
          [loads.law]\ntype = \"torsion_actuator\"\nbetween = [\"ground\", \"crank\"]\ntorque = \"-ratio*tanh(omega/0.01) + 4*pin.angle*muscle.rate\"\n\
          [loads.motor]\ntype = \"torque\"\non = \"crank\"\nvalue = \"if(t < 1, u, -u)\"\n",
     ));
-    let force = mechanism.loads[0].law.as_ref().unwrap();
+    let force = &mechanism.loads[0].law().unwrap();
     let own = Variable { owner: Owner::Load(LoadId(0)), quantity: Quantity::Length };
     assert!(format!("{force:?}").contains(&format!("{own:?}")));
     assert_eq!((mechanism.loads[2].kind, mechanism.loads[2].bodies()), ("torque", [None, Some(BodyId(0))]));

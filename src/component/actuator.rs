@@ -22,7 +22,7 @@ pub(super) const ACTUATOR: Component = Component {
     variables: &[Q::Length, Q::Rate, Q::Force],
     own: &[Q::Length, Q::Rate],
     pose: &[Q::Length, Q::Force],
-    law: |_| Some("force".to_string()),
+    law: |part| Some(part.key("force")),
     ..Component::load("actuator", |part, system| line::rows(system, part, "F"), anywhere, |_| Icon::Line(cylinder))
 };
 

@@ -22,8 +22,9 @@ pub(super) const CONSTANT_FORCE: Component = Component {
     variables: &[Q::Length, Q::Rate, Q::Force],
     pose: &[Q::Length, Q::Force],
     pulls: true,
-    law: |_| Some("-pull".to_string()),
-    energy: |_| Some("pull*own.length".to_string()),
+    law: |part| Some(-part.key("pull")),
+    energy: |part| Some(part.key("pull") * part.own(Q::Length)),
+    stored: "pull*example.length",
     ..Component::load(
         "constant_force_spring",
         |part, system| line::rows(system, part, "k"),

@@ -22,7 +22,7 @@ pub(super) const DAMPER: Component = Component {
     variables: &[Q::Length, Q::Rate, Q::Force],
     pose: &[Q::Length, Q::Force],
     pulls: true,
-    law: |_| Some("-(damping*own.rate)".to_string()),
+    law: |part| Some(-(part.key("damping") * part.own(Q::Rate))),
     linear,
     ..Component::load("damper", |part, system| line::rows(system, part, "d"), anywhere, |_| Icon::Line(dashpot))
 };

@@ -4,8 +4,9 @@
 use super::frame::anywhere;
 use super::key::{BETWEEN_POINTS, Form, Key, Range};
 use super::{Component, Icon, Stroke, actuator, line};
+use crate::expr::Unary;
 use crate::mechanism::measure::{FORCE, LENGTH, NUMBER};
-use crate::mechanism::{Formula, Part, Quantity as Q};
+use crate::mechanism::{Comparison, Formula, Part, Quantity as Q};
 use crate::scene::{Load, Quantity};
 
 pub(super) const GAS_SPRING: Component = Component {
@@ -41,23 +42,33 @@ pub(super) const GAS_SPRING: Component = Component {
     variables: &[Q::Length, Q::Rate, Q::Force],
     pose: &[Q::Length, Q::Force],
     pulls: true,
-    law: |_| Some(format!("push*{RATIO}^exponent")),
+    law: |part| Some(part.key("push") * ratio(part).power(part.key("exponent"))),
     energy,
+    stored: "push*column/(exponent - 1)*((column/(column + example.length - length))^(exponent - 1) - 1)",
     ..Component::load("gas_spring", |part, system| line::rows(system, part, "k"), anywhere, |_| Icon::Line(strut))
 };
 
-const RATIO: &str = "(column/(column + own.length - length))";
+/// V0/V
+fn ratio(part: &Part) -> Formula {
+    part.key("column") / (part.key("column") + part.own(Q::Length) - part.key("length"))
+}
 
 /// The integral of the force from `length`: with l = log(V0/V), p V0 (exp((n - 1) l) - 1)/(n - 1), next to n = 1 by its series p V0 (l + (n - 1) l^2/2 + ...). At
 /// |n - 1| = 1e-5 the next term, (n - 1)^2 l^3/6, and the rounding error of the quotient, 1e-16/|n - 1|, are both about 1e-11.
-fn energy(part: &Part) -> Option<String> {
-    let power = format!("push*column/(exponent - 1)*({RATIO}^(exponent - 1) - 1)");
-    let logarithm = format!("push*column*log{RATIO}");
-    Some(match part.formula("exponent") {
-        Formula::Number(1.0) => logarithm,
-        Formula::Number(_) => power,
-        _ => format!("if(abs(exponent - 1) < 1e-5, {logarithm}*(1 + (exponent - 1)/2*log{RATIO}), {power})"),
-    })
+fn energy(part: &Part) -> Option<Formula> {
+    let (one, less) = (Formula::Number(1.0), part.key("exponent") - Formula::Number(1.0));
+    let whole = part.key("push") * part.key("column");
+    let logarithm = || ratio(part).of(Unary::Log);
+    if part.formula("exponent") == &one {
+        return Some(whole * logarithm());
+    }
+    let power = whole.clone() / less.clone() * (ratio(part).power(less.clone()) - one.clone());
+    if matches!(part.formula("exponent"), Formula::Number(_)) {
+        return Some(power);
+    }
+    let series = whole * logarithm() * (one + less.clone() / Formula::Number(2.0) * logarithm());
+    let away = less.of(Unary::Abs);
+    Some(Formula::If(Comparison::Less, Box::new([away, Formula::Number(1e-5), series, power])))
 }
 
 /// A cylinder with gas below its piston.

@@ -5,7 +5,7 @@ use crate::mechanism::{Dimension, Formula, Part};
 
 /// The part's law pushes the points apart. In one dimension it acts on the second point along +x, and `letter` is its own.
 pub(super) fn rows(system: &System, part: &Part, letter: &'static str) -> Rows {
-    let law = part.law.clone().unwrap_or(Formula::Number(0.0));
+    let law = part.law().unwrap_or(Formula::Number(0.0));
     let (letter, through) = match system.mechanism.dimension {
         Dimension::Two => ("F", Force::Line(law)),
         Dimension::One => (letter, Force::World([law, Formula::Number(0.0)])),

@@ -158,10 +158,11 @@ pub struct Component {
     pub pulls: bool,
     /// Its rows of Table 1.
     pub rows: RowsOf,
-    /// The force that pushes its ends apart, or the torque on its second body, in terms of its keys and own variables.
-    pub law: fn(&Part) -> Option<String>,
-    /// The energy that it stores, likewise.
-    pub energy: fn(&Part) -> Option<String>,
+    /// The force that pushes its ends apart \[N\], or the torque on its second body [N.m], in terms of its keys and own variables.
+    pub law: fn(&Part) -> Option<Formula>,
+    /// The energy that it stores \[J\], likewise, and as a text.
+    pub energy: fn(&Part) -> Option<Formula>,
+    pub stored: &'static str,
     /// Its share of a linear vibrating system; none if its law is to be taken as it is, an error if it can never be linear.
     pub linear: fn(&Part) -> Result<Option<Linear>, String>,
     /// What is wrong with it that only the whole mechanism shows.
@@ -197,6 +198,7 @@ impl Component {
             rows,
             law: |_| None,
             energy: |_| None,
+            stored: "",
             linear: |_| Ok(None),
             check: |_, _| Vec::new(),
             profile: |_, _, _| None,
@@ -251,6 +253,26 @@ impl Part {
     pub fn component(&self) -> &'static Component {
         // Parts are made with the names of components only.
         ALL.iter().copied().find(|component| component.name == self.kind).unwrap_or(&weld::WELD)
+    }
+
+    /// The force that pushes its ends apart \[N\] or the torque on its second body [N.m], if it has such a law.
+    pub fn law(&self) -> Option<Formula> {
+        (self.component().law)(self)
+    }
+
+    /// The energy that it stores \[J\], if it stores any.
+    pub fn energy(&self) -> Option<Formula> {
+        (self.component().energy)(self)
+    }
+
+    /// One of its variables.
+    pub(crate) fn own(&self, quantity: Quantity) -> Formula {
+        Formula::Variable(Variable { owner: self.owner, quantity })
+    }
+
+    /// The number of a key, to calculate with; zero if it is absent.
+    pub(crate) fn key(&self, key: &str) -> Formula {
+        self.formula(key).clone()
     }
 
     /// Does its law or motion turn? Else it is a force or a displacement.

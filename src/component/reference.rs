@@ -6,8 +6,7 @@ use std::fmt::Write;
 use super::body;
 use super::shape;
 use super::{ALL, Component, ENERGIES, RESIDUALS, Section};
-use crate::diagnostic::Span;
-use crate::mechanism::{Dimension, JointId, Owner, Part, Place, Quantity};
+use crate::mechanism::{Dimension, Quantity};
 use crate::scene::key::{Form, Key, Need};
 use crate::scene::tables;
 
@@ -134,26 +133,12 @@ fn chapter(component: &Component, text: &mut String) {
     if !coordinates.is_empty() {
         push(text, &format!("From its first end to its second: {}\n", words(&coordinates, "")));
     }
-    let stores = match (component.energy)(&sample(component)) {
-        Some(energy) => format!("`{}`, in `energy.potential`", energy.replace("own.", "example.")),
-        None => "none".to_string(),
+    let stores = match component.stored {
+        "" => "none".to_string(),
+        stored => format!("`{stored}`, in `energy.potential`"),
     };
     push(text, &format!("Stored energy: {stores}\n"));
     push(text, &format!("```toml\n{}```\n", example(component)));
-}
-
-/// A part with no key given, of which a law may be asked.
-fn sample(component: &Component) -> Part {
-    Part {
-        name: String::new(),
-        kind: component.name,
-        owner: Owner::Joint(JointId(0)),
-        between: [Place::Origin; 2],
-        values: Vec::new(),
-        law: None,
-        energy: None,
-        span: Span::default(),
-    }
 }
 
 fn variables(text: &mut String) {

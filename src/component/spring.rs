@@ -6,7 +6,7 @@ use super::frame::anywhere;
 use super::key::{BETWEEN_POINTS, Form, Key, Range};
 use super::{Component, Icon, Linear, Rows, Stroke, System, line};
 use crate::mechanism::measure::{CUBIC_STIFFNESS, DAMPING, LENGTH, STIFFNESS};
-use crate::mechanism::{Formula, Part, Quantity as Q};
+use crate::mechanism::{Comparison, Formula, Part, Quantity as Q};
 use crate::scene::{Load, Quantity, Side};
 
 pub(super) const SPRING: Component = Component {
@@ -28,8 +28,9 @@ pub(super) const SPRING: Component = Component {
     variables: &[Q::Length, Q::Rate, Q::Force],
     pose: &[Q::Length, Q::Force],
     pulls: true,
-    law: |part| Some(law(part, "own.length - length", "own.rate")),
-    energy: |part| Some(energy(part, "own.length - length")),
+    law: |part| Some(law(part, "length", [Q::Length, Q::Rate])),
+    energy: |part| Some(energy(part, "length", Q::Length)),
+    stored: "0.5*(stiffness*(example.length - length)^2) + 0.25*(cubic*(example.length - length)^4)",
     linear,
     ..Component::load("spring", rows, anywhere, |_| Icon::Line(zigzag))
 };
@@ -59,27 +60,35 @@ fn side(part: &Part) -> &'static str {
     part.choice("side").unwrap_or("both")
 }
 
-/// -k x - k3 x^3 - c v, where the spring acts.
-pub(super) fn law(part: &Part, x: &str, v: &str) -> String {
-    let law = format!("-(stiffness*({x}) + cubic*({x})^3 + damping*{v})");
+/// -k x - k3 x^3 - c v, where the spring acts; x is what its length or angle is more than the free one.
+pub(super) fn law(part: &Part, free: &str, [place, rate]: [Q; 2]) -> Formula {
+    let x = part.own(place) - part.key(free);
+    let (elastic, cubic) = (part.key("stiffness") * x.clone(), part.key("cubic") * x.clone().raised(3.0));
+    let law = -(elastic + cubic + part.key("damping") * part.own(rate));
+    let zero = Formula::Number(0.0);
     match side(part) {
-        "above" => one_sided(part, x, &format!("min({law}, 0)")),
-        "below" => one_sided(part, x, &format!("max({law}, 0)")),
+        "above" => one_sided(part, x, law.smaller(zero)),
+        "below" => one_sided(part, x, law.larger(zero)),
         _ => law,
     }
 }
 
 /// k x^2 / 2 + k3 x^4 / 4, where the spring acts.
-pub(super) fn energy(part: &Part, x: &str) -> String {
-    one_sided(part, x, &format!("0.5*(stiffness*({x})^2) + 0.25*(cubic*({x})^4)"))
+pub(super) fn energy(part: &Part, free: &str, place: Q) -> Formula {
+    let x = part.own(place) - part.key(free);
+    let elastic = part.key("stiffness") * x.clone().raised(2.0);
+    let cubic = part.key("cubic") * x.clone().raised(4.0);
+    one_sided(part, x, Formula::Number(0.5) * elastic + Formula::Number(0.25) * cubic)
 }
 
-fn one_sided(part: &Part, x: &str, value: &str) -> String {
-    match side(part) {
-        "above" => format!("if({x} > 0, {value}, 0)"),
-        "below" => format!("if({x} < 0, {value}, 0)"),
-        _ => value.to_string(),
-    }
+fn one_sided(part: &Part, x: Formula, value: Formula) -> Formula {
+    let zero = Formula::Number(0.0);
+    let comparison = match side(part) {
+        "above" => Comparison::Greater,
+        "below" => Comparison::Less,
+        _ => return value,
+    };
+    Formula::If(comparison, Box::new([x, zero.clone(), value, zero]))
 }
 
 /// A zigzag between straight ends.

@@ -18,7 +18,7 @@ pub(super) const APPLIED_TORQUE: Component = Component {
     variables: &[Q::Torque],
     pose: &[Q::Torque],
     room: Room::Turning,
-    law: |_| Some("value".to_string()),
+    law: |part| Some(part.key("value")),
     ..Component::load("torque", torsion::rows, placed, |_| Icon::Turn)
 };
 

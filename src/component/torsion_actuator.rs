@@ -18,7 +18,7 @@ pub(super) const TORSION_ACTUATOR: Component = Component {
     own: &[Q::Angle, Q::Omega],
     pose: &[Q::Angle, Q::Torque],
     room: Room::Turning,
-    law: |_| Some("torque".to_string()),
+    law: |part| Some(part.key("torque")),
     ..Component::load("torsion_actuator", torsion::rows, placed, |_| Icon::Turn)
 };
 

@@ -24,7 +24,7 @@ pub(super) const TORSION_DAMPER: Component = Component {
     variables: &[Q::Angle, Q::Omega, Q::Torque],
     pose: &[Q::Angle, Q::Torque],
     room: Room::Turning,
-    law: |_| Some("-(damping*own.omega)".to_string()),
+    law: |part| Some(-(part.key("damping") * part.own(Q::Omega))),
     ..Component::load("torsion_damper", torsion::rows, anywhere, |_| Icon::Round(dashpot))
 };
 

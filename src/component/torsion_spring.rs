@@ -29,8 +29,9 @@ pub(super) const TORSION_SPRING: Component = Component {
     variables: &[Q::Angle, Q::Omega, Q::Torque],
     pose: &[Q::Angle, Q::Torque],
     room: Room::Turning,
-    law: |part| Some(spring::law(part, "own.angle - angle", "own.omega")),
-    energy: |part| Some(spring::energy(part, "own.angle - angle")),
+    law: |part| Some(spring::law(part, "angle", [Q::Angle, Q::Omega])),
+    energy: |part| Some(spring::energy(part, "angle", Q::Angle)),
+    stored: "0.5*(stiffness*(example.angle - angle)^2) + 0.25*(cubic*(example.angle - angle)^4)",
     ..Component::load("torsion_spring", torsion::rows, placed, |_| Icon::Round(coil))
 };
 

@@ -15,19 +15,25 @@ impl Equations {
         for index in 0..self.system.elements.len() {
             let id = ElementId(index);
             let element = &self.system.elements[index];
-            if let Some(row) = &element.translation {
-                let (through, ends) = (row.through.clone(), row.ends);
-                let force = match through {
-                    Force::World(vector) => self.components(None, &vector),
-                    Force::InBody(body, vector) => self.components(Some(body), &vector),
-                    Force::Line(law) => self.line_force(id, ends, &law),
-                    Force::None | Force::Inertia(_) | Force::Resistance(_) => continue,
-                };
+            let force = element.translation.as_ref().map(|row| (row.through.clone(), row.ends));
+            let torque = element.rotation.as_ref().map(|row| row.through.clone());
+            if let Some(force) = force.and_then(|(through, ends)| self.force_of_law(id, &through, ends)) {
                 self.laws.forces.insert(id, force);
-            } else if let Some(Torque::Law(law)) = element.rotation.as_ref().map(|row| row.through.clone()) {
+            }
+            if let Some(Torque::Law(law)) = torque {
                 let torque = self.formula(&law);
                 self.laws.torques.insert(id, torque);
             }
+        }
+    }
+
+    /// The force of a law; none of what exerts none by a law.
+    fn force_of_law(&mut self, id: ElementId, through: &Force, ends: [TNode; 2]) -> Option<Form<Vector>> {
+        match through {
+            Force::World(vector) => Some(self.components(None, vector)),
+            Force::InBody(body, vector) => Some(self.components(Some(*body), vector)),
+            Force::Line(law) => Some(self.line_force(id, ends, law)),
+            Force::None | Force::Inertia(_) | Force::Resistance(_) => None,
         }
     }
 

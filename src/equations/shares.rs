@@ -55,7 +55,7 @@ impl Equations {
     fn acts(&self, id: ElementId, share: Share) -> bool {
         let mechanism = &self.system.mechanism;
         let stores =
-            matches!(self.system.element(id).origin, Origin::Load(load) if mechanism.loads[load.0].energy.is_some());
+            matches!(self.system.element(id).origin, Origin::Load(load) if mechanism.loads[load.0].energy().is_some());
         match share {
             Share::Element(only) => only == id,
             Share::Elastic => stores,

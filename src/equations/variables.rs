@@ -389,8 +389,8 @@ impl Equations {
                 total = arena.subtract_product(total, weight, position);
             }
         }
-        for energy in mechanism.parts().filter_map(|part| part.energy.as_ref()) {
-            let energy = self.formula(energy);
+        for energy in mechanism.parts().filter_map(|part| part.energy()) {
+            let energy = self.formula(&energy);
             total = self.system.arena.add(total, energy);
         }
         total

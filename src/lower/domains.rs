@@ -97,8 +97,8 @@ impl Found<'_> {
                 _ => {}
             }
         }
-        if let Some(law) = &part.law {
-            self.law(&place, law);
+        if let Some(law) = part.law() {
+            self.law(&place, &law);
         }
     }
 

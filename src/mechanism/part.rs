@@ -16,10 +16,6 @@ pub struct Part {
     pub between: [Place; 2],
     /// What its keys say, without `between`.
     pub values: Vec<(&'static str, Value)>,
-    /// The force that pushes its ends apart \[N\] or the torque on its second body [N.m], if it has such a law.
-    pub law: Option<Formula>,
-    /// The energy that it stores \[J\], if it stores any.
-    pub energy: Option<Formula>,
     /// Where it stands in the file.
     pub span: Span,
 }

@@ -29,8 +29,7 @@ impl Resolver<'_> {
                 self.faults.push(too_long(&format!("load `{}`", load.name), "loads", load.span));
                 break;
             }
-            let component = load.component();
-            loads[index] = self.with_law(load, component);
+            loads[index] = load;
         }
         loads
     }
@@ -66,8 +65,7 @@ fn laws_mut(load: &mut Part) -> impl Iterator<Item = &mut Formula> {
 fn write_out(formula: &mut Formula, loads: &[Part], dimension: Dimension) {
     match formula {
         Formula::Variable(variable) => {
-            let Some((load, law)) = effort_of(*variable).and_then(|id| Some((&loads[id.0], loads[id.0].law.clone()?)))
-            else {
+            let Some((load, law)) = effort_of(*variable).and_then(|id| Some((&loads[id.0], loads[id.0].law()?))) else {
                 return;
             };
             // On a line the force of a spring is its tension.

@@ -12,7 +12,7 @@ use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
 use crate::diagnostic::suggest;
 use crate::expr::{Binary, Function, Unary};
-use crate::mechanism::{Class, Formula, JointId, LoadId, Owner, Part, Quantity, Variable};
+use crate::mechanism::{Class, Formula, JointId, LoadId, Owner, Quantity, Variable};
 use crate::scene::constant;
 use crate::scene::dimension::{self, Known, LENGTH, SECOND};
 use crate::scene::expression::{self, Tree, TreeKind};
@@ -43,15 +43,13 @@ struct Site<'a> {
     text: &'a Text,
     what: &'a str,
     context: Context,
-    /// The part whose component's law it is: names are its keys and its own variables.
-    law_of: Option<&'a Part>,
 }
 
 impl Resolver<'_> {
     /// Parses and resolves an expression; faults are reported.
     pub(super) fn expression(&mut self, text: &Text, what: &str, context: Context) -> Option<(Formula, Known)> {
         match expression::parse(text) {
-            Ok(tree) => self.lower(&tree, Site { text, what, context, law_of: None }),
+            Ok(tree) => self.lower(&tree, Site { text, what, context }),
             Err(fault) => {
                 self.faults.push(fault);
                 None
@@ -60,25 +58,11 @@ impl Resolver<'_> {
     }
 
     pub(super) fn constant_tree(&mut self, tree: &Tree, text: &Text, what: &str) -> Option<(Formula, Known)> {
-        self.lower(tree, Site { text, what, context: Context::Constant, law_of: None })
+        self.lower(tree, Site { text, what, context: Context::Constant })
     }
 
     pub(super) fn law_tree(&mut self, tree: &Tree, text: &Text, what: &str) -> Option<(Formula, Known)> {
-        self.lower(tree, Site { text, what, context: Context::Output, law_of: None })
-    }
-
-    /// The formula of a component's law, in terms of a part's keys and, as in `own.length`, its own variables.
-    pub(super) fn law_of(&mut self, law: &str, part: &Part) -> Option<Formula> {
-        let text = Text::new(law, part.span);
-        let what = format!("the law of `{}`", part.name);
-        let site = Site { text: &text, what: &what, context: Context::Output, law_of: Some(part) };
-        match expression::parse(&text) {
-            Ok(tree) => self.lower(&tree, site).map(|(formula, _)| formula),
-            Err(fault) => {
-                self.faults.push(fault);
-                None
-            }
-        }
+        self.lower(tree, Site { text, what, context: Context::Output })
     }
 
     fn lower(&mut self, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
@@ -186,9 +170,6 @@ impl Resolver<'_> {
     }
 
     fn lower_name(&mut self, name: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
-        if let Some(part) = site.law_of {
-            return Some((name_in_law(name, part), Known::Nothing));
-        }
         let own = self.own_variable(name, site.context);
         match self.names.get(name) {
             Some(named) if named.is_number() && own.is_some() => self.refuse(
@@ -363,16 +344,6 @@ fn refusal(variable: Variable, site: Site<'_>, called: &str) -> Option<(&'static
     };
     let help = "a load may use positions and velocities of the scene, forces along springs and actuators, torques of loads, the time `t`, parameters and inputs";
     Some(("scene::load_depends", format!("{what} depends on {called}, {refused}"), help))
-}
-
-fn name_in_law(name: &str, part: &Part) -> Formula {
-    let component = part.component();
-    let own = name.strip_prefix("own.");
-    let quantity = own.and_then(|own| component.variables.iter().copied().find(|quantity| quantity.word() == own));
-    match quantity {
-        Some(quantity) => Formula::Variable(Variable { owner: part.owner, quantity }),
-        None => part.formula(name).clone(),
-    }
 }
 
 fn formula_of(variable: Variable) -> (Formula, Known) {

@@ -35,7 +35,7 @@ use crate::component::{ALL, Room, Section};
 use crate::diagnostic::fault::{Fault, Faults, Sink};
 use crate::diagnostic::span::{Source, Span, Text};
 use crate::diagnostic::suggest;
-use crate::mechanism::{Bound, Dimension, Formula, Input, InputId, Mechanism, Part, Units, Variable};
+use crate::mechanism::{Bound, Dimension, Formula, Input, InputId, Mechanism, Units, Variable};
 use crate::scene::unit::Exponents;
 use crate::scene::{Resolved, Scene};
 
@@ -125,14 +125,6 @@ impl Scene {
         }
         mechanism
     }
-}
-
-/// A part whose keys have changed, with the law and the energy that follow from them.
-fn with_laws(part: Part) -> Part {
-    let (scene, mut faults) = (Scene::new(""), Sink::default());
-    let names = Names::collect(&scene, &mut faults);
-    let component = part.component();
-    Resolver::new(&scene, names, &mut faults).with_law(part, component)
 }
 
 struct Resolver<'s> {

@@ -1,7 +1,7 @@
 //! Joints, drivers and loads: tables to parts, by the keys of their components.
 
+use super::Resolver;
 use super::lower::Context;
-use super::{Resolver, UNKNOWN};
 use crate::component::{Component, Room, Section};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
@@ -84,25 +84,14 @@ impl Resolver<'_> {
         }
         reading.complete &= self.carrier_apart(&reading);
         let (_, between) = reading.ends.filter(|_| reading.complete)?;
-        let part = Part {
+        Some(Part {
             name: name.text.clone(),
             kind: component.name,
             owner,
             between,
             values: reading.values,
-            law: None,
-            energy: None,
             span: name.span,
-        };
-        Some(self.with_law(part, component))
-    }
-
-    /// The part with the law and the energy of its component.
-    pub(super) fn with_law(&mut self, mut part: Part, component: &Component) -> Part {
-        let mut lower = |law: Option<String>| law.map(|text| self.law_of(&text, &part).unwrap_or(UNKNOWN));
-        let (law, energy) = (lower((component.law)(&part)), lower((component.energy)(&part)));
-        (part.law, part.energy) = (law, energy);
-        part
+        })
     }
 
     fn unrecognised(&mut self, part: &written::Part, section: Section) {

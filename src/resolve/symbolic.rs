@@ -164,7 +164,7 @@ impl Namer<'_> {
             let about = About { owner: Some(&name), suffix: &suffix, letter, what: key, measure, signed: false };
             self.value(value, about);
         }
-        super::with_laws(part)
+        part
     }
 
     fn value(&mut self, value: &mut Value, about: About) {

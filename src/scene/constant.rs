@@ -73,3 +73,38 @@ macro_rules! operators {
 }
 
 operators!(Add add Add, Sub sub Subtract, Mul mul Multiply, Div div Divide);
+
+impl std::ops::Neg for Formula {
+    type Output = Formula;
+
+    fn neg(self) -> Formula {
+        negate(self)
+    }
+}
+
+impl Formula {
+    /// f(self)
+    pub(crate) fn of(self, function: Unary) -> Formula {
+        apply(Function::One(function), vec![self])
+    }
+
+    /// self^exponent
+    pub(crate) fn power(self, exponent: Formula) -> Formula {
+        combine(Binary::Power, self, exponent)
+    }
+
+    /// The same for a number.
+    pub(crate) fn raised(self, exponent: f64) -> Formula {
+        self.power(Formula::Number(exponent))
+    }
+
+    /// The smaller of two.
+    pub(crate) fn smaller(self, other: Formula) -> Formula {
+        combine(Binary::Min, self, other)
+    }
+
+    /// The larger of two.
+    pub(crate) fn larger(self, other: Formula) -> Formula {
+        combine(Binary::Max, self, other)
+    }
+}
