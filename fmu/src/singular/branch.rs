@@ -4,12 +4,12 @@
 //! go on. In the pose the velocities v that continue a branch fulfil J v = 0 and, for the combination l of the loop equations that vanishes, l (J_q v) v = 0:
 //! two straight lines, and l (J_q v) w = 0 too for v and w on the same one. So the rates a little before and a little after the pose tell the branches apart.
 
+use super::crossing::Changes;
 use super::passing::describe;
 use crate::constraints::poses::active_rows;
 use crate::constraints::reciprocals::read;
 use crate::context::Context;
 use crate::failure::Failure;
-use crate::linalg::sparse::Row;
 use crate::math;
 use crate::model::{Model, State};
 use crate::motion::Run;
@@ -21,8 +21,6 @@ const SAME: f64 = 0.01;
 /// At a pose between them, loop equations are closer to depending on each other than this share of what they are at the outer states. Closeness in the
 /// metric of the masses alone may change while they come no closer: very different masses do that.
 const NEARER: f64 = 0.8;
-/// For derivatives along the rates, in units of the scales.
-const DIFFERENCE: f64 = 1e-5;
 
 /// Looks at the end of the last step.
 ///
@@ -99,34 +97,10 @@ fn scaled(model: &Model, rates: &[f64]) -> Vec<f64> {
 
 /// How l J, the combination of the loop equations' rows, changes along a direction in units of the scales.
 fn change_along(model: &Model, pose: &State, combination: &[f64], direction: &[f64]) -> Vec<f64> {
-    let longest = direction.iter().fold(0.0, |most, part| math::maximum(most, part.abs()));
-    let at = |shift: f64| {
-        let mut aside = pose.clone();
-        let coordinates = direction.iter().zip(&model.program().coordinates);
-        let places = aside.positions_mut().iter_mut().zip(coordinates);
-        places.for_each(|(place, (part, coordinate))| *place += shift * part * coordinate.scale);
-        combined(&active_rows(model, &aside), combination, direction.len())
-    };
-    let shift = DIFFERENCE / longest;
-    at(shift).iter().zip(at(-shift)).map(|(one, other)| (one - other) / (2.0 * shift)).collect()
-}
-
-/// l J
-fn combined(rows: &[Row], combination: &[f64], columns: usize) -> Vec<f64> {
-    let mut sum = vec![0.0; columns];
-    for (row, share) in rows.iter().zip(combination) {
-        row.iter().for_each(|(&column, entry)| sum[column] += share * entry);
+    let mut sum = vec![0.0; direction.len()];
+    let directions = direction.iter().enumerate().map(|(column, part)| (column, [*part, 0.0, 0.0, 0.0]));
+    for (row, column, change) in Changes::new(model).along(pose, directions) {
+        sum[column] += combination[row] * change[0];
     }
     sum
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn rows_are_combined_by_their_shares() {
-        let rows = [Row::from([(0, 1.0), (2, 3.0)]), Row::from([(2, -1.0)])];
-        assert_eq!(combined(&rows, &[0.5, 2.0], 3), [0.5, 0.0, -0.5]);
-    }
 }

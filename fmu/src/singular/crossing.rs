@@ -5,12 +5,12 @@
 //! a distance of about the root of d, if it is not. A motion that is known to a tolerance comes by somewhere near, where what is left may have any value. So
 //! Newton's method goes to the saddle first; time is one of its unknowns, for drivers have a part in where it is.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-use nalgebra::{DMatrix, DVector, DVectorViewMut};
+use nalgebra::{DMatrix, DVector};
 
 use crate::constraints::poses::{Loops, scaled};
-use crate::linalg::lane::{Lane, WIDTH, ZERO};
+use crate::linalg::lane::{Lane, WIDTH, ZERO, multiply, splat};
 use crate::linalg::least_squares::Equations;
 use crate::linalg::sparse::{Factors, Row, columns, independent_rows, product_with_transposed};
 use crate::machine::Machine;
@@ -31,8 +31,8 @@ const FAR: f64 = 0.3;
 const DIFFERENCE: f64 = 1e-5;
 /// Directions in which the saddle bends by less than this share of the most do not matter for where it is.
 const FLAT: f64 = 1e-4;
-/// A loop equation with a smaller share in a combination has none.
-const SMALLEST: f64 = 1e-12;
+/// A loop equation with a smaller share in a combination does not bend its saddle: what is left is wrong by half of this times the square of a step of [`NEAR`].
+const SMALLEST: f64 = 1e-6;
 
 /// Which rows of a matrix J depend on each other.
 #[derive(Debug)]
@@ -113,8 +113,12 @@ struct Pose {
     rows: Vec<Row>,
     open: Vec<f64>,
     found: Dependences,
+    /// The shortest change that closes the independent equations.
+    closing: Row,
     /// What the independent equations leave of changes of single coordinates, as far as that has been asked for.
     free: BTreeMap<usize, Row>,
+    /// How the Jacobian changes with four coordinates, by the number of the four, as far as that has been asked for.
+    changes: BTreeMap<usize, Vec<Change>>,
 }
 
 impl Pose {
@@ -132,26 +136,48 @@ impl Pose {
 
 /// A step of Newton's method to a saddle.
 struct Step {
-    /// The columns of the equations that take part.
-    columns: Vec<usize>,
-    /// What closes the independent equations, and weights of changes along them.
-    closing: Row,
-    weights: DVector<f64>,
-    /// The step in these columns.
-    way: DVector<f64>,
+    /// By columns.
+    way: Vec<f64>,
+    /// Its largest part among those that bend the saddle.
+    length: f64,
     /// What is left of the combination in the saddle, up to second order: with the multipliers of the pose it is stationary there (Nocedal and Wright, Numerical
     /// Optimization, 2006, 18.1).
     left: f64,
 }
 
-impl Step {
-    /// The step in all columns.
-    fn whole(&self, pose: &mut Pose) -> Row {
-        let mut step = self.closing.clone();
-        for (&column, weight) in self.columns.iter().zip(&self.weights) {
-            pose.free(column).iter().for_each(|(&column, part)| *step.entry(column).or_default() -= weight * part);
-        }
-        step
+/// How an entry of an active loop equation's row changes along four directions: row and column, in units of the scales.
+pub(super) type Change = (usize, usize, Lane);
+
+/// Second derivatives of the loop equations, exact, along directions.
+pub(super) struct Changes<'a> {
+    model: &'a Model,
+    machine: Machine,
+    tangents: Vec<Lane>,
+}
+
+impl<'a> Changes<'a> {
+    pub fn new(model: &'a Model) -> Self {
+        Self { model, machine: Machine::new(model), tangents: vec![ZERO; model.program().registers as usize] }
+    }
+
+    /// Of the rows at a state along these changes of coordinates, in units of the scales.
+    pub fn along(&mut self, state: &State, directions: impl Iterator<Item = (usize, Lane)>) -> Vec<Change> {
+        let (model, program) = (self.model, self.model.program());
+        let (jacobian, first) = (&program.tapes.jacobian, model.layout().positions());
+        let scale = |column: usize| program.coordinates[column].scale;
+        self.machine.load(model, state);
+        self.tangents[first..][..model.coordinates()].fill(ZERO);
+        directions.for_each(|(column, parts)| self.tangents[first + column] = multiply(splat(scale(column)), parts));
+        self.machine.run_tangents(&jacobian.tape, &mut self.tangents);
+        let entries = jacobian.entries.iter().zip(&jacobian.tape.results);
+        let entries = entries.filter(|((_, column), _)| (*column as usize) < model.coordinates());
+        let change = |(&(row, column), &result): (&(u32, u32), &u32)| {
+            let (row, column) = (row as usize, column as usize);
+            let factor = scale(column) / program.constraints[row].scale;
+            let place = model.active().binary_search(&row).ok()?;
+            Some((place, column, multiply(splat(factor), self.tangents[result as usize])))
+        };
+        entries.filter_map(change).filter(|(.., changes)| *changes != ZERO).collect()
     }
 }
 
@@ -159,12 +185,12 @@ impl Step {
 struct Study<'a> {
     model: &'a Model,
     machine: Machine,
-    tangents: Vec<Lane>,
+    changes: Changes<'a>,
 }
 
 impl<'a> Study<'a> {
     fn new(model: &'a Model) -> Self {
-        Self { model, machine: Machine::new(model), tangents: vec![ZERO; model.program().registers as usize] }
+        Self { model, machine: Machine::new(model), changes: Changes::new(model) }
     }
 
     /// Evaluates a pose; none if its independent rows are not.
@@ -178,7 +204,9 @@ impl<'a> Study<'a> {
             row.insert(model.coordinates(), (after - before) / (2.0 * DIFFERENCE));
         }
         let found = Dependences::with(independent.to_vec(), &rows)?;
-        Some(Pose { state, rows, open, found, free: BTreeMap::new() })
+        let mut closing = found.shortest(&rows, &open);
+        closing.values_mut().for_each(|part| *part = -*part);
+        Some(Pose { state, rows, open, found, closing, free: BTreeMap::new(), changes: BTreeMap::new() })
     }
 
     /// The loop equations a little before a time, at it, and a little after, the pose the same.
@@ -187,7 +215,7 @@ impl<'a> Study<'a> {
         let mut values = vec![[0.0; 3]; model.active().len()];
         let (x, mut open) = (scaled(model, state), Vec::new());
         for (place, shift) in [-DIFFERENCE, 0.0, DIFFERENCE].into_iter().enumerate() {
-            let mut moved = moved(model, state, &Row::from([(model.coordinates(), 1.0)]), shift);
+            let mut moved = moved(model, state, [(model.coordinates(), 1.0)], shift);
             Loops { model, machine: &mut self.machine, state: &mut moved, only: Some(model.active()) }
                 .residuals(&x, &mut open);
             values.iter_mut().zip(&open).for_each(|(values, open)| values[place] = *open);
@@ -200,18 +228,16 @@ impl<'a> Study<'a> {
         let Some(mut step) = self.newton_step(here, place) else { return here.value(place) };
         let mut moved_on: Option<Pose> = None;
         for _ in 0..CORRECTIONS {
-            let pose = moved_on.as_mut().unwrap_or(here);
-            let length = step.way.amax();
-            if length < NEAR {
+            let pose = moved_on.as_ref().unwrap_or(here);
+            if step.length < NEAR {
                 return step.left;
             }
             // Written so that NaN leads elsewhere too.
-            let near = length <= FAR;
+            let near = step.length <= FAR;
             if !near {
                 return pose.value(place);
             }
-            let way = step.whole(pose);
-            let next = moved(self.model, &pose.state, &way, 1.0);
+            let next = moved(self.model, &pose.state, step.way.iter().copied().enumerate(), 1.0);
             let Some(mut next) = self.at(&here.found.independent, &next) else { return 0.0 };
             let Some(found) = self.newton_step(&mut next, place) else { return next.value(place) };
             step = found;
@@ -223,119 +249,99 @@ impl<'a> Study<'a> {
     /// One step of Newton's method to where the independent equations hold and a combination does not change along them.
     fn newton_step(&mut self, pose: &mut Pose, place: usize) -> Option<Step> {
         let combination = pose.found.combinations[place].clone();
-        let mut slopes = Row::new();
-        for (row, share) in pose.rows.iter().zip(&combination).filter(|(_, share)| share.abs() > SMALLEST) {
-            row.iter().for_each(|(&column, entry)| *slopes.entry(column).or_default() += share * entry);
+        let mut slope = vec![0.0; self.model.coordinates() + 1];
+        for (row, share) in pose.rows.iter().zip(&combination).filter(|(_, share)| **share != 0.0) {
+            row.iter().for_each(|(&column, entry)| slope[column] += share * entry);
         }
-        let columns: Vec<usize> = slopes.keys().copied().collect();
-        let (size, slope) = (columns.len(), DVector::from_iterator(columns.len(), slopes.into_values()));
+        let bending = pose.rows.iter().zip(&combination).filter(|(_, share)| share.abs() > SMALLEST);
+        let columns: BTreeSet<usize> = bending.flat_map(|(row, _)| row.keys().copied()).collect();
+        let columns: Vec<usize> = columns.into_iter().collect();
         let bend = self.bend(pose, &combination, &columns);
         if !bend.iter().all(|entry| entry.is_finite()) {
             return None;
         }
-        let mut places = vec![None; self.model.coordinates() + 1];
-        columns.iter().enumerate().for_each(|(place, &column)| places[column] = Some(place));
-        let on_columns = |row: &Row, mut into: DVectorViewMut<f64>| {
-            row.iter().for_each(|(&column, value)| {
-                if let Some(place) = places[column] {
-                    into[place] = *value
-                }
-            });
-        };
-        let mut projected = DMatrix::zeros(size, size);
-        for (place, &column) in columns.iter().enumerate() {
-            on_columns(pose.free(column), projected.column_mut(place));
-        }
-        let mut closing = pose.found.shortest(&pose.rows, &pose.open);
-        closing.values_mut().for_each(|part| *part = -*part);
-        let mut way = DVector::zeros(size);
-        on_columns(&closing, way.as_view_mut());
-        let sloping = &projected * (&slope + &bend * &way);
+        let on_columns =
+            |row: &Row| DVector::from_iterator(columns.len(), columns.iter().map(|column| entry(row, column)));
+        columns.iter().for_each(|&column| _ = pose.free(column));
+        let free: Vec<&Row> = columns.iter().map(|column| &pose.free[column]).collect();
+        let projected = DMatrix::from_columns(&free.iter().map(|row| on_columns(row)).collect::<Vec<_>>());
+        let sloping = DVector::from_iterator(columns.len(), free.iter().map(|row| dot(row, &slope)));
+        let sloping = sloping + &projected * (&bend * on_columns(&pose.closing));
         // A projection and second derivatives are symmetric.
         let eigen = (&projected * &bend * &projected).symmetric_eigen();
         let least = FLAT * eigen.eigenvalues.amax();
         let inverse = eigen.eigenvalues.map(|value| if value.abs() > least { 1.0 / value } else { 0.0 });
         let weights = &eigen.eigenvectors * eigen.eigenvectors.tr_mul(&sloping).component_mul(&inverse);
-        way -= &projected * &weights;
-        let left = pose.value(place) + slope.dot(&way) + 0.5 * way.dot(&(&bend * &way));
-        Some(Step { columns, closing, weights, way, left })
+        let mut way = vec![0.0; slope.len()];
+        pose.closing.iter().for_each(|(&column, part)| way[column] = *part);
+        for (row, weight) in free.iter().zip(&weights) {
+            row.iter().for_each(|(&column, part)| way[column] -= weight * part);
+        }
+        let bent = DVector::from_iterator(columns.len(), columns.iter().map(|&column| way[column]));
+        let left = pose.value(place)
+            + slope.iter().zip(&way).map(|(slope, part)| slope * part).sum::<f64>()
+            + 0.5 * bent.dot(&(&bend * &bent));
+        Some(Step { way, length: bent.amax(), left })
     }
 
     /// Second derivatives of a combination of the loop equations, its shares fixed, by some columns: those by the coordinates are exact.
-    fn bend(&mut self, pose: &Pose, combination: &[f64], columns: &[usize]) -> DMatrix<f64> {
-        let (model, n) = (self.model, self.model.coordinates());
+    fn bend(&mut self, pose: &mut Pose, combination: &[f64], columns: &[usize]) -> DMatrix<f64> {
+        let n = self.model.coordinates();
         let mut bend = DMatrix::zeros(columns.len(), columns.len());
-        let slopes =
-            self.slopes_along(&pose.state, combination, &columns[..columns.partition_point(|column| *column < n)]);
-        for (place, slope) in slopes.iter().enumerate() {
-            columns
-                .iter()
-                .enumerate()
-                .for_each(|(row, column)| bend[(row, place)] = slope.get(column).copied().unwrap_or_default());
+        let Pose { state, changes, .. } = pose;
+        for (place, &column) in columns.iter().enumerate().filter(|(_, column)| **column < n) {
+            let (four, lane) = (column / WIDTH, column % WIDTH);
+            let changes = changes.entry(four).or_insert_with(|| self.changes.along(state, unit_directions(four, n)));
+            for &(row, other, change) in changes.iter().filter(|(row, ..)| combination[*row].abs() > SMALLEST) {
+                if let Ok(other) = columns.binary_search(&other) {
+                    bend[(other, place)] += combination[row] * change[lane];
+                }
+            }
         }
         if columns.last() == Some(&n) {
-            let last = columns.len() - 1;
-            let time = Row::from([(n, 1.0)]);
-            let [before, after] = [-DIFFERENCE, DIFFERENCE].map(|shift| {
-                let mut moved = moved(model, &pose.state, &time, shift);
-                let x = scaled(model, &moved);
-                let rows =
-                    Loops { model, machine: &mut self.machine, state: &mut moved, only: Some(model.active()) }.rows(&x);
-                move |column: &usize| -> f64 {
-                    rows.iter()
-                        .zip(combination)
-                        .map(|(row, share)| share * row.get(column).copied().unwrap_or_default())
-                        .sum()
-                }
-            });
-            for (row, column) in columns[..last].iter().enumerate() {
-                let mixed = (after(column) - before(column)) / (2.0 * DIFFERENCE);
-                (bend[(row, last)], bend[(last, row)]) = (mixed, mixed);
-            }
-            let second = |[before, now, after]: [f64; 3]| (before - 2.0 * now + after) / (DIFFERENCE * DIFFERENCE);
-            bend[(last, last)] = self
-                .around(&pose.state)
-                .into_iter()
-                .zip(combination)
-                .map(|(values, share)| share * second(values))
-                .sum();
+            self.bend_in_time(state, combination, columns, &mut bend);
         }
         bend
     }
 
-    /// How the row of a combination changes along some coordinates, four at a time.
-    fn slopes_along(&mut self, state: &State, combination: &[f64], columns: &[usize]) -> Vec<Row> {
-        let (model, program) = (self.model, self.model.program());
-        let (jacobian, first) = (&program.tapes.jacobian, model.layout().positions());
-        let mut slopes = vec![Row::new(); columns.len()];
-        let scale = |column: usize| program.coordinates[column].scale;
-        for (four, slopes) in columns.chunks(WIDTH).zip(slopes.chunks_mut(WIDTH)) {
-            self.machine.load(model, state);
-            self.tangents.fill(ZERO);
-            for (lane, &column) in four.iter().enumerate() {
-                self.tangents[first + column][lane] = scale(column);
-            }
-            self.machine.run_tangents(&jacobian.tape, &mut self.tangents);
-            for (&(row, column), &result) in jacobian.entries.iter().zip(&jacobian.tape.results) {
-                let (row, column) = (row as usize, column as usize);
-                let Ok(place) = model.active().binary_search(&row) else { continue };
-                if column >= program.coordinates.len() || combination[place].abs() <= SMALLEST {
-                    continue;
-                }
-                let factor = combination[place] * scale(column) / program.constraints[row].scale;
-                for (slope, change) in slopes.iter_mut().zip(self.tangents[result as usize]) {
-                    *slope.entry(column).or_default() += factor * change;
-                }
-            }
+    /// The last row and column of the second derivatives.
+    fn bend_in_time(&mut self, state: &State, combination: &[f64], columns: &[usize], bend: &mut DMatrix<f64>) {
+        let (model, last) = (self.model, columns.len() - 1);
+        let [before, after] = [-DIFFERENCE, DIFFERENCE].map(|shift| {
+            let mut moved = moved(model, state, [(model.coordinates(), 1.0)], shift);
+            let x = scaled(model, &moved);
+            Loops { model, machine: &mut self.machine, state: &mut moved, only: Some(model.active()) }.rows(&x)
+        });
+        for (place, column) in columns[..last].iter().enumerate() {
+            let changes = after.iter().zip(&before).map(|(after, before)| entry(after, column) - entry(before, column));
+            let mixed: f64 = changes.zip(combination).map(|(change, share)| share * change).sum();
+            let mixed = mixed / (2.0 * DIFFERENCE);
+            (bend[(place, last)], bend[(last, place)]) = (mixed, mixed);
         }
-        slopes
+        let second = |[before, now, after]: [f64; 3]| (before - 2.0 * now + after) / (DIFFERENCE * DIFFERENCE);
+        let values = self.around(state).into_iter().map(second);
+        bend[(last, last)] = values.zip(combination).map(|(value, share)| share * value).sum();
     }
 }
 
+/// Each of four of so many coordinates by itself.
+fn unit_directions(four: usize, coordinates: usize) -> impl Iterator<Item = (usize, Lane)> {
+    let columns = four * WIDTH..coordinates.min((four + 1) * WIDTH);
+    columns.map(|column| (column, std::array::from_fn(|lane| if lane == column % WIDTH { 1.0 } else { 0.0 })))
+}
+
+fn entry(row: &Row, column: &usize) -> f64 {
+    row.get(column).copied().unwrap_or_default()
+}
+
+fn dot(row: &Row, columns: &[f64]) -> f64 {
+    row.iter().map(|(&column, value)| value * columns[column]).sum()
+}
+
 /// A pose so many times a way further, in units of the scales and in time.
-fn moved(model: &Model, pose: &State, way: &Row, times: f64) -> State {
+fn moved(model: &Model, pose: &State, way: impl IntoIterator<Item = (usize, f64)>, times: f64) -> State {
     let mut moved = pose.clone();
-    for (&column, part) in way {
+    for (column, part) in way.into_iter().filter(|(_, part)| *part != 0.0) {
         match model.program().coordinates.get(column) {
             Some(coordinate) => moved.positions_mut()[column] += times * part * coordinate.scale,
             None => model.advance_signals(pose, pose.time() + times * part, moved.registers_mut()),
