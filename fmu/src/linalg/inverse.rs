@@ -5,7 +5,7 @@ mod independent;
 use independent::Choice;
 
 use super::SINGULAR;
-use super::lane::{Lane, WIDTH, ZERO, add, lanes, larger, largest, minus, multiply, plus, splat, subtract};
+use super::lane::{Lane, WIDTH, ZERO, add, by_width, lanes, larger, largest, minus, multiply, plus, splat, subtract};
 use super::matrix::{Entries, Places};
 use crate::math;
 
@@ -175,11 +175,15 @@ impl Inverse {
         sum
     }
 
-    /// Replaces the matrix by its inverse, four rows and columns at a time without looking for pivots: as good as any other way where the masses
-    /// are alike and come before the loop equations, for then every pivot is a mass that is left, or minus the square of a distance between loop
-    /// equations. False if there is none, or if too little is left of a mass; the matrix is lost then.
+    by_width! {
+        /// Replaces the matrix by its inverse, four rows and columns at a time without looking for pivots: as good as any other way where the masses
+        /// are alike and come before the loop equations, for then every pivot is a mass that is left, or minus the square of a distance between loop
+        /// equations. False if there is none, or if too little is left of a mass; the matrix is lost then.
+        pub fn invert_in_order(&mut self: Inverse) -> bool = invert_in_order_any
+    }
+
     #[inline(always)]
-    pub fn invert_in_order(&mut self) -> bool {
+    fn invert_in_order_any(&mut self) -> bool {
         // The same for every width; small ones are known to the compiler.
         match self.width {
             2 => self.eliminate_in_order(2),
@@ -238,9 +242,13 @@ impl Inverse {
         true
     }
 
-    /// Replaces the matrix by its inverse, by Gauss and Jordan with row pivots. False if there is none.
+    by_width! {
+        /// Replaces the matrix by its inverse, by Gauss and Jordan with row pivots. False if there is none.
+        pub fn invert(&mut self: Inverse) -> bool = invert_any
+    }
+
     #[inline(always)]
-    pub fn invert(&mut self) -> bool {
+    fn invert_any(&mut self) -> bool {
         // The same for every width; small ones are known to the compiler.
         match self.width {
             1 => self.eliminate_all(1),

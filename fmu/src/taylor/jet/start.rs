@@ -21,16 +21,18 @@ impl Jet {
     /// signals of this time. Returns how far the loops were open, relative to their scales.
     pub fn begin(&mut self, model: &Model, registers: &[f64], order: usize, motion: &[f64]) -> Result<f64, Singular> {
         self.scalars.begin(model, registers, order);
-        let open = self.begin_motion(motion)?;
+        self.pose(motion)?;
+        self.load(1, &motion[self.form.coordinates.len()..]);
+        let open = self.close(0, CLOSED);
+        self.turn_rates();
+        self.close(1, CLOSED);
+        self.respond();
+        self.weigh();
         for k in 0..2 {
             self.follow(k);
         }
         self.advance(0, 0);
         Ok(open)
-    }
-
-    by_width! {
-        fn begin_motion(&mut self: Jet, motion: &[f64]) -> Result<f64, Singular> = begin_any
     }
 
     /// Accelerations of the coordinates and reactions of the program's loop equations at the state in the registers, put on the loops; reactions of equations
@@ -83,16 +85,19 @@ impl Jet {
         fn respond(&mut self: Jet) = respond_any
     }
 
-    #[inline(always)]
-    fn begin_any(&mut self, motion: &[f64]) -> Result<f64, Singular> {
-        self.pose_any(motion)?;
-        self.load(1, &motion[self.form.coordinates.len()..]);
-        let open = self.close(0, CLOSED);
-        self.turn_rates();
-        self.close(1, CLOSED);
-        self.respond_any();
-        self.weigh();
-        Ok(open)
+    by_width! {
+        /// One Newton step of positions or rates onto the loops, in the metric of the masses.
+        fn close(&mut self: Jet, order: usize, goal: f64) -> f64 = close_any
+    }
+
+    by_width! {
+        /// Poses of arms from the unknowns.
+        fn turn(&mut self: Jet) = turn_any
+    }
+
+    by_width! {
+        /// Rates of arms from the rates of the unknowns.
+        fn turn_rates(&mut self: Jet) = turn_rates_any
     }
 
     /// The unknowns of coordinates.
@@ -118,9 +123,8 @@ impl Jet {
         slot.map_or(0.0, |slot| self.scalars.get(slot, order))
     }
 
-    /// Poses of arms from the unknowns.
     #[inline(always)]
-    fn turn(&mut self) {
+    fn turn_any(&mut self) {
         for lane in 0..self.shape.lanes[0] {
             let [cosine, sine] = cosine_and_sine(self.angles(lane, 0));
             self.x[at(lane, 0)] = multiply(cosine, self.present[lane]);
@@ -131,9 +135,8 @@ impl Jet {
         self.stretch(0);
     }
 
-    /// Rates of arms from the rates of the unknowns.
     #[inline(always)]
-    fn turn_rates(&mut self) {
+    fn turn_rates_any(&mut self) {
         for lane in 0..self.shape.lanes[0] {
             let omega = self.angles(lane, 1);
             let (c, s) = (self.x[at(lane, 0)], self.y[at(lane, 0)]);
@@ -290,9 +293,8 @@ impl Jet {
         sizes.fold(0.0, math::maximum)
     }
 
-    /// One Newton step of positions or rates onto the loops, in the metric of the masses.
     #[inline(always)]
-    fn close(&mut self, order: usize, goal: f64) -> f64 {
+    fn close_any(&mut self, order: usize, goal: f64) -> f64 {
         if self.form.rows.is_empty() {
             return 0.0;
         }
