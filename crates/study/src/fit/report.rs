@@ -6,7 +6,7 @@ use cotree::mechanism::Units;
 use serde_json::{Value, json};
 
 use super::{Column, Ended, Fit, Quantity};
-use crate::analysis::report::align;
+use crate::analysis::report::page;
 
 impl Fit {
     /// For people, in these units.
@@ -17,10 +17,9 @@ impl Fit {
             Ended::Settled => "at a minimum: no step makes the residuals smaller",
             Ended::Exhausted => "without a minimum: as many motions as are permitted were computed",
         };
-        let [estimates, correlation, columns] =
-            [self.estimates(units), self.correlations(), self.residuals(units)].map(|l| align(&l));
-        let search = format!("ended {ended}; {} motions were computed with their derivatives", self.evaluations);
-        format!("{all}\n\n{estimates}\n{correlation}\n{columns}\n{search}\n")
+        let tables = [self.estimates(units), self.correlations(), self.residuals(units)].map(|rows| ("", rows));
+        let search = format!("\nended {ended}; {} motions were computed with their derivatives\n", self.evaluations);
+        page(&all, tables, &search)
     }
 
     fn estimates(&self, units: &Units) -> Vec<Vec<String>> {

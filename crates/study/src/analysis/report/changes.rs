@@ -7,7 +7,7 @@ use cotree::mechanism::Units;
 use serde_json::{Value, json};
 
 use super::modes::ratio;
-use super::{Report, align, csv, number, told};
+use super::{Report, csv, exact, number, page, told};
 use crate::analysis::{Changes, Feature, Kind, Mode, ModeChanges, Sensitivities};
 
 /// What happens in a motion, and the parameters it is differentiated by, with their units.
@@ -49,14 +49,20 @@ impl Report for Sensitivities {
         let parameters = shown_by(&self.parameters, units);
         let mut rows = vec![cells!["output", "value", "unit"]];
         rows[0].extend(parameters.iter().map(|(name, _)| format!("d/d({name})")));
-        for (name, unit, value, derivatives) in self.rows() {
-            let unit = shown(units, unit);
-            let mut row = cells![name, number(value / unit.factor, 0.0), unit.name];
-            let derivatives = derivatives.iter().zip(&parameters).map(|(value, (_, by))| value * by / unit.factor);
-            row.extend(derivatives.map(|value| number(value, 0.0)));
+        for (name, si, value, derivatives) in self.rows() {
+            let unit = shown(units, si);
+            let most = |of: &dyn Fn((f64, Vec<f64>)) -> f64| {
+                let same = self.rows().filter(|(_, other, ..)| *other == si);
+                same.map(|(.., value, derivatives)| of((value, derivatives)).abs()).fold(0.0, f64::max)
+            };
+            let size = most(&|(value, _)| value).max(if si == "rad" { 1.0 } else { 0.0 });
+            let mut row = cells![name, number(value / unit.factor, size / unit.factor), unit.name];
+            row.extend(derivatives.iter().zip(&parameters).enumerate().map(|(column, (value, (_, by)))| {
+                number(value * by / unit.factor, most(&|(_, derivatives)| derivatives[column]) * by / unit.factor)
+            }));
             rows.push(row);
         }
-        format!("Where it rests{}:\n\n{}", told(units), align(&rows))
+        page(&format!("Where it rests{}:", told(units)), [("", rows)], "")
     }
 
     fn json(&self) -> Value {
@@ -69,7 +75,7 @@ impl Report for Sensitivities {
     fn csv(&self, _: &Units) -> String {
         let lines = self.rows().flat_map(|(name, _, value, derivatives)| {
             let parameters = self.parameters.iter().zip(derivatives);
-            parameters.map(move |((parameter, _), by)| format!("{name},{value:?},{parameter},{by:?}"))
+            parameters.map(move |((parameter, _), by)| cells![name, exact(value), parameter, exact(by)])
         });
         csv("output,value,parameter,derivative", lines)
     }
@@ -102,15 +108,20 @@ impl Report for ModeChanges {
             "d(damping ratio)"
         ]];
         for (index, mode) in self.modes.iter().enumerate() {
+            let relative = mode.eigenvalue.norm() / std::f64::consts::TAU;
             for ((_, parts), (name, by)) in self.cells(index).zip(&parameters) {
-                let [_, _, frequency, damping] =
-                    parts.map_or([(); 4].map(|()| "-".to_owned()), |parts| parts.map(|value| number(value * by, 0.0)));
+                // A damping ratio changes with the frequency over itself.
+                let shown = |[_, _, frequency, damping]: [f64; 4]| {
+                    let most = frequency.abs().max(relative * damping.abs());
+                    [number(frequency * by, most * by), number(damping * by, most * by / relative)]
+                };
+                let [frequency, damping] = parts.map_or(["-", "-"].map(str::to_owned), shown);
                 rows.push(cells![index + 1, number(mode.frequency(), 0.0), ratio(mode), name, frequency, damping]);
             }
         }
         let note = "A mode without derivatives moves freely, or its eigenvalue is there twice.\n";
         let note = if self.derivatives.iter().any(Option::is_none) { note } else { "" };
-        format!("{}: vibration about its equilibrium{}\n\n{}{note}", self.name, told(units), align(&rows))
+        page(&format!("{}: vibration about its equilibrium{}", self.name, told(units)), [("", rows)], note)
     }
 
     fn json(&self) -> Value {
@@ -131,9 +142,8 @@ impl Report for ModeChanges {
     fn csv(&self, _: &Units) -> String {
         let lines = self.modes.iter().enumerate().flat_map(|(index, mode)| {
             self.cells(index).map(move |(name, parts)| {
-                let parts =
-                    parts.map_or_else(|| ",,,".to_owned(), |parts| parts.map(|part| format!("{part:?}")).join(","));
-                format!("{},{:?},{name},{parts}", index + 1, mode.frequency())
+                let parts = parts.map_or_else(|| vec![String::new(); 4], |parts| parts.map(exact).to_vec());
+                [cells![index + 1, exact(mode.frequency()), name], parts].concat()
             })
         });
         csv("mode,frequency,parameter,real,imaginary,d_frequency,d_damping_ratio", lines)
@@ -163,13 +173,15 @@ impl Report for Features {
         let (parameters, second) = (shown_by(&self.parameters, units), shown(units, "s"));
         let at = titled("at", &second.name);
         let mut rows = vec![cells!["output", "", "value", "unit", at, "with respect to", "d(value)", "d(time)"]];
-        for ((own, _, by), (parameter, size)) in self.cells().zip(parameters.iter().cycle()) {
+        for ((own, column, by), (parameter, size)) in self.cells().zip(parameters.iter().cycle()) {
             let unit = shown(units, &own.output.1);
-            let scaled = |[value, time]: [f64; 2], by: f64| {
-                [value * by / unit.factor, time * by / second.factor].map(|value| number(value, 0.0))
+            let scaled = |[value, time]: [f64; 2], by: f64, most: f64| {
+                [number(value * by / unit.factor, most * by / unit.factor), number(time * by / second.factor, 0.0)]
             };
-            let [value, time] = scaled([own.value, own.time], 1.0);
-            let [d_value, d_time] = by.map_or(["-", "-"].map(str::to_owned), |by| scaled(by, *size));
+            let [value, time] = scaled([own.value, own.time], 1.0, 0.0);
+            let same = self.cells().filter(|(other, name, _)| other.output.1 == own.output.1 && *name == column);
+            let most = same.filter_map(|(.., by)| by).fold(0.0, |most: f64, [value, _]| most.max(value.abs()));
+            let [d_value, d_time] = by.map_or(["-", "-"].map(str::to_owned), |by| scaled(by, *size, most));
             rows.push(cells![own.output.0, word(own.kind), value, unit.name, time, parameter, d_value, d_time]);
         }
         let why = |own: &Feature| {
@@ -177,7 +189,7 @@ impl Report for Features {
             Some(format!("  no derivatives of the {} of {}: {what}\n", word(own.kind), own.output.0))
         };
         let notes: String = self.features.iter().filter_map(why).collect();
-        format!("{}: peaks and crossings{}\n\n{}{notes}", self.name, told(units), align(&rows))
+        page(&format!("{}: peaks and crossings{}", self.name, told(units)), [("", rows)], &notes)
     }
 
     fn json(&self) -> Value {
@@ -194,8 +206,8 @@ impl Report for Features {
     fn csv(&self, _: &Units) -> String {
         let lines = self.cells().map(|(own, parameter, by)| {
             let (name, kind) = (&own.output.0, word(own.kind));
-            let by = by.map_or_else(|| ",".to_owned(), |[value, time]| format!("{value:?},{time:?}"));
-            format!("{name},{kind},{:?},{:?},{parameter},{by}", own.value, own.time)
+            let [value, time] = by.map_or_else(Default::default, |by| by.map(exact));
+            cells![name, kind, exact(own.value), exact(own.time), parameter, value, time]
         });
         csv("output,kind,value,time,parameter,d_value,d_time", lines)
     }

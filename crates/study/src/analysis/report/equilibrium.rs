@@ -7,11 +7,11 @@ use cotree::formulate::Formulated;
 use cotree::mechanism::{Dimension, Mechanism, Quantity, Units, Variable};
 use serde_json::{Value, json};
 
-use super::{Report, align, at, csv, largest, number};
+use super::{Report, at, csv, exact, largest, number, page};
 use crate::analysis::resting::pose;
 use crate::analysis::{Equilibrium, Point, Stability};
 
-/// Groups are not magnified below this [m, rad, N, N.m].
+/// Nothing is magnified below this [m, N, N.m].
 const LEAST: f64 = 1e-6;
 
 #[derive(Clone, Debug, PartialEq)]
@@ -61,6 +61,12 @@ impl Statics {
     pub fn value(&self, name: &str) -> Option<f64> {
         let mut values = self.groups.iter().flat_map(|group| &group.values);
         values.find(|(known, ..)| known == name).map(|(_, value, _)| *value)
+    }
+
+    /// The largest value in a unit; angles count as large as one radian.
+    fn size(&self, si: &str) -> f64 {
+        let values = self.groups.iter().flat_map(|group| &group.values).filter(|(.., unit)| *unit == si);
+        largest(values.map(|(_, value, _)| value)).max(if si == "rad" { 1.0 } else { LEAST })
     }
 }
 
@@ -164,25 +170,21 @@ impl Stability {
 impl Report for Statics {
     fn text(&self, units: &Units) -> String {
         let Statics { name, time, stability, .. } = self;
-        let mut text = format!("{name} at rest, {}\n{}\n", at(*time, units), stability.sentence());
-        if !self.by_motion {
-            text.push_str("(judged by stiffness alone: the motion cannot be linearised here)\n");
-        }
-        for group in &self.groups {
-            let largest = largest(group.values.iter().map(|(_, value, _)| value)).max(LEAST);
-            text.push_str(&format!("\n{}\n", group.title));
-            let line = |(name, value, unit): &(String, f64, &str)| {
-                let unit = shown(units, unit);
-                cells![name, number(value / unit.factor, largest / unit.factor), unit.name]
+        let judged = "\n(judged by stiffness alone: the motion cannot be linearised here)";
+        let judged = if self.by_motion { "" } else { judged };
+        let table = |group: &Group| {
+            let own = largest(group.values.iter().map(|(_, value, _)| value));
+            let line = |(name, value, si): &(String, f64, &str)| {
+                let (unit, size) = (shown(units, si), own.max(self.size(si)));
+                cells![name, number(value / unit.factor, size / unit.factor), unit.name]
             };
-            text.push_str(&align(&group.values.iter().map(line).collect::<Vec<_>>()));
-        }
-        if let Some(body) = &self.weightless {
-            text.push_str(&format!(
-                "\nThe reactions are not known: body `{body}` has no mass, so its weight is not known.\n"
-            ));
-        }
-        text
+            (group.title, group.values.iter().map(line).collect())
+        };
+        let unknown =
+            |body| format!("\nThe reactions are not known: body `{body}` has no mass, so its weight is not known.\n");
+        let note = self.weightless.as_ref().map_or_else(String::new, unknown);
+        let title = format!("{name} at rest, {}\n{}{judged}", at(*time, units), stability.sentence());
+        page(&title, self.groups.iter().map(table), &note)
     }
 
     fn json(&self) -> Value {
@@ -205,12 +207,12 @@ impl Report for Statics {
     }
 
     fn csv(&self, units: &Units) -> String {
-        let lines = self.groups.iter().flat_map(|Group { title, values }| {
+        let rows = self.groups.iter().flat_map(|Group { title, values }| {
             values.iter().map(move |(name, value, unit)| {
                 let unit = shown(units, unit);
-                format!("{title},{name},{:?},{}", value / unit.factor, unit.name)
+                cells![title, name, exact(value / unit.factor), unit.name]
             })
         });
-        csv("group,name,value,unit", lines)
+        csv("group,name,value,unit", rows)
     }
 }

@@ -5,7 +5,7 @@ use cotree::mechanism::Units;
 use nalgebra::DMatrix;
 use serde_json::{Value, json};
 
-use super::{Report, align, at, csv, largest, number};
+use super::{Report, Table, at, csv, exact, largest, number, page};
 use crate::analysis::{Signal, StateSpace};
 
 #[derive(Clone, Debug)]
@@ -63,28 +63,23 @@ impl StateSpace {
     }
 
     fn text(&self, units: &Units) -> String {
-        let mut text = format!("{}\n", at(self.time, units));
-        for (title, signals) in [("states", &self.states), ("inputs", &self.inputs), ("outputs", &self.outputs)] {
-            if !signals.is_empty() {
-                let line = |signal: &Signal| {
-                    let unit = units.of(&signal.unit);
-                    cells![signal.name, number(signal.value / unit.factor, 1.0 / unit.factor), unit.name]
-                };
-                text.push_str(&format!("\n{title}\n{}", align(&signals.iter().map(line).collect::<Vec<_>>())));
-            }
-        }
-        for (name, matrix, rows, columns) in self.matrices() {
-            if matrix.is_empty() {
-                continue;
-            }
+        let line = |signal: &Signal| {
+            let unit = units.of(&signal.unit);
+            cells![signal.name, number(signal.value / unit.factor, 1.0 / unit.factor), unit.name]
+        };
+        let signals = [("states", &self.states), ("inputs", &self.inputs), ("outputs", &self.outputs)];
+        let signals = signals.map(|(title, signals)| (title, signals.iter().map(line).collect()));
+        let matrices = self.matrices().into_iter().filter(|(_, matrix, ..)| !matrix.is_empty());
+        let matrices = matrices.map(|(name, matrix, rows, columns)| {
             let largest = largest(matrix.iter());
             let mut lines = vec![[cells![name], columns].concat()];
             for (row, label) in matrix.row_iter().zip(rows) {
                 lines.push([label].into_iter().chain(row.iter().map(|&value| number(value, largest))).collect());
             }
-            text.push_str(&format!("\n{}", align(&lines)));
-        }
-        text
+            ("", lines)
+        });
+        let tables = signals.into_iter().chain(matrices).filter(|(_, rows): &Table| !rows.is_empty());
+        page(&at(self.time, units), tables, "")
     }
 }
 
@@ -107,15 +102,14 @@ impl Report for Linearization {
     }
 
     fn csv(&self, _: &Units) -> String {
-        let mut lines = Vec::new();
-        for (point, (name, matrix, rows, columns)) in
-            self.points.iter().flat_map(|own| own.matrices().map(|of| (own, of)))
-        {
-            for (place, value) in matrix.transpose().iter().enumerate() {
+        let matrices = self.points.iter().flat_map(|own| own.matrices().map(|of| (own.time, of)));
+        let lines = matrices.flat_map(|(time, (name, matrix, rows, columns))| {
+            let entry = |(place, value): (usize, &f64)| {
                 let (row, column) = (&rows[place / columns.len()], &columns[place % columns.len()]);
-                lines.push(format!("{:?},{name},{row},{column},{value:?}", point.time));
-            }
-        }
+                cells![exact(time), name, row, column, exact(*value)]
+            };
+            matrix.transpose().iter().enumerate().map(entry).collect::<Vec<_>>()
+        });
         csv("time,matrix,row,column,value", lines)
     }
 }

@@ -8,6 +8,7 @@ mod modes;
 use cotree::columns;
 use cotree::compile::shown;
 use cotree::mechanism::Units;
+use cotree::output::csv::field;
 use serde_json::Value;
 
 pub use changes::Features;
@@ -24,14 +25,27 @@ pub trait Report {
     fn csv(&self, units: &Units) -> String;
 }
 
-/// A table whose first column stands to the left, the others to the right.
-pub(crate) fn align(rows: &[Vec<String>]) -> String {
-    columns::aligned(rows, 1, "  ")
+/// A heading, which may be empty, and the rows below it.
+pub(crate) type Table = (&'static str, Vec<Vec<String>>);
+
+/// A result for people: its title, tables whose first column stands to the left, the others to the right, and notes.
+pub(crate) fn page(title: &str, tables: impl IntoIterator<Item = Table>, notes: &str) -> String {
+    let table = |(heading, rows): Table| {
+        let heading = if heading.is_empty() { String::new() } else { format!("{heading}\n") };
+        format!("\n{heading}{}", columns::aligned(&rows, 1, "  "))
+    };
+    format!("{title}\n{}{notes}", tables.into_iter().map(table).collect::<String>())
 }
 
 /// A table for spreadsheets.
-fn csv(header: &str, lines: impl IntoIterator<Item = String>) -> String {
-    std::iter::once(header.to_owned()).chain(lines).map(|line| line + "\n").collect()
+fn csv(header: &str, rows: impl IntoIterator<Item = Vec<String>>) -> String {
+    let line = |row: Vec<String>| row.iter().map(|cell| field(cell)).collect::<Vec<_>>().join(",");
+    std::iter::once(header.to_owned()).chain(rows.into_iter().map(line)).map(|line| line + "\n").collect()
+}
+
+/// The shortest text that reads back as the same number.
+fn exact(value: f64) -> String {
+    format!("{value:?}")
 }
 
 /// A number beside the largest of its kind: less than rounding leaves of that is zero.

@@ -4,7 +4,7 @@ use cotree::cells;
 use cotree::mechanism::Units;
 use serde_json::{Value, json};
 
-use super::{Report, align, at, csv, number};
+use super::{Report, Table, at, csv, exact, number, page};
 use crate::analysis::Mode;
 
 /// Parts of a shape below this do not show in the table.
@@ -22,7 +22,7 @@ pub struct Vibration {
 }
 
 impl Vibration {
-    fn table(&self) -> String {
+    fn table(&self) -> Table {
         let mut rows = vec![cells!["mode", "frequency [Hz]", "damping ratio", "eigenvalue [1/s]", ""]];
         for (index, mode) in self.modes.iter().enumerate() {
             let (value, size) = (mode.eigenvalue, mode.eigenvalue.norm());
@@ -31,17 +31,17 @@ impl Vibration {
             let frequency = if value.im > 0.0 { number(mode.frequency(), 0.0) } else { "-".to_owned() };
             rows.push(cells![index + 1, frequency, ratio(mode), eigenvalue, kind(mode)]);
         }
-        align(&rows)
+        ("", rows)
     }
 
-    fn shapes(&self, units: &Units) -> String {
+    fn shapes(&self, units: &Units) -> Table {
         let mut rows = vec![cells![if *units == Units::default() { "shape" } else { "shape (SI)" }]];
         rows[0].extend((1..=self.modes.len()).map(|mode| format!("mode {mode}")));
         for (row, coordinate) in self.coordinates.iter().enumerate() {
             let parts = self.modes.iter().map(|mode| part(mode.shape[row]));
             rows.push(std::iter::once(coordinate.clone()).chain(parts).collect());
         }
-        align(&rows)
+        ("", rows)
     }
 }
 
@@ -69,13 +69,11 @@ impl Report for Vibration {
     fn text(&self, units: &Units) -> String {
         let about =
             if self.resting { "about its equilibrium" } else { "about its motion, as if the point stood still" };
-        let mut text = format!("{}: vibration {about}, {}\n", self.name, at(self.time, units));
-        if self.modes.is_empty() {
-            text.push_str("\nThe drivers determine the motion: nothing can vibrate.\n");
-        } else {
-            text.push_str(&format!("\n{}\n{}", self.table(), self.shapes(units)));
+        let title = format!("{}: vibration {about}, {}", self.name, at(self.time, units));
+        match self.modes.is_empty() {
+            true => page(&title, [], "\nThe drivers determine the motion: nothing can vibrate.\n"),
+            false => page(&title, [self.table(), self.shapes(units)], ""),
         }
-        text
     }
 
     fn json(&self) -> Value {
@@ -97,11 +95,12 @@ impl Report for Vibration {
 
     fn csv(&self, _: &Units) -> String {
         let lines = self.modes.iter().enumerate().flat_map(|(index, mode)| {
-            let ratio = mode.damping_ratio().map_or_else(String::new, |ratio| format!("{ratio:?}"));
-            let (value, frequency, natural) = (mode.eigenvalue, mode.frequency(), mode.natural_frequency());
-            let head = format!("{},{:?},{:?},{frequency:?},{natural:?},{ratio}", index + 1, value.re, value.im);
+            let ratio = mode.damping_ratio().map_or_else(String::new, exact);
+            let value = mode.eigenvalue;
+            let numbers = [value.re, value.im, mode.frequency(), mode.natural_frequency()].map(exact);
+            let head = [cells![index + 1], numbers.to_vec(), vec![ratio]].concat();
             let parts = self.coordinates.iter().zip(&mode.shape);
-            parts.map(move |(name, part)| format!("{head},{name},{:?},{:?}", part.re, part.im))
+            parts.map(move |(name, part)| [head.clone(), cells![name, exact(part.re), exact(part.im)]].concat())
         });
         csv(
             "mode,real,imaginary,frequency,natural_frequency,damping_ratio,coordinate,shape_real,shape_imaginary",
