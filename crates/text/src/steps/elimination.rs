@@ -7,7 +7,7 @@ use cotree::graph::ElementId;
 
 use super::graphs::list;
 use super::numbers::agree;
-use super::projection::{Rows, by_branches, by_chords};
+use super::projection::{Rows, by_branches, is_free};
 use super::view::Edge;
 use super::{Lesson, check, heading, with, words};
 use crate::document::{Block, Piece};
@@ -56,8 +56,7 @@ impl Lesson<'_> {
     }
 
     fn arms(&self) -> Rows {
-        let is_arm = |element| matches!(self.equations.system.element(element).origin, Origin::Arm(..));
-        by_chords(&self.translation, is_arm, |label| self.letters.force(label))
+        self.by_chords(|cut| !cut.angular && matches!(cut.element.origin, Origin::Arm(..)))
     }
 
     fn centres(&self) -> Rows {
@@ -71,7 +70,11 @@ impl Lesson<'_> {
     }
 
     fn angles(&self) -> Rows {
-        let free = self.rotation.chords.iter().filter(|chord| !chord.is_term && self.is_free(chord));
+        let free = self
+            .rotation
+            .chords
+            .iter()
+            .filter(|chord| !chord.is_term && is_free(self.equations.system.element(chord.element)));
         free.map(|chord| by_branches(&self.rotation, chord, |label| self.letters.angle(label))).collect()
     }
 

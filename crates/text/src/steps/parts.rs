@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 
 use cotree::columns::counted;
-use cotree::component::{Angle, Direction, Element, Known, Origin};
+use cotree::component::{Direction, Element, Known, Origin};
 use cotree::expr::{Expr, Symbol};
 use cotree::graph::ElementId;
 
+use super::projection::is_free;
 use super::{Lesson, heading, thinned, words};
 use crate::document::{Block, Piece};
 use crate::name::symbol_name;
@@ -189,7 +190,7 @@ impl Lesson<'_> {
 /// How many freedoms a joint or driver takes: the size of its reaction spaces.
 fn takes(element: &Element) -> usize {
     let forces = element.translation.as_ref().map_or(0, |row| row.reaction.len());
-    let turns = element.rotation.as_ref().is_some_and(|row| !matches!(row.angle, Angle::Free(_)));
+    let turns = element.rotation.is_some() && !is_free(element);
     forces + usize::from(turns) + usize::from(element.coupling.is_some())
 }
 
@@ -210,10 +211,10 @@ pub fn kind(element: &Element) -> &'static str {
         Origin::Implied(_) => "implied relation",
         Origin::Joint(_) if element.coupling.is_some() && element.translation.is_none() => "coupling",
         Origin::Joint(_) if element.coupling.is_some() => "rolling disc",
-        Origin::Joint(_) => match (&element.translation, &element.rotation) {
-            (Some(row), Some(turn)) if !row.motion.is_empty() && matches!(turn.angle, Angle::Free(_)) => "pin in slot",
-            (Some(row), _) if !row.motion.is_empty() => "prismatic joint",
-            (_, Some(row)) if matches!(row.angle, Angle::Free(_)) => "revolute joint",
+        Origin::Joint(_) => match &element.translation {
+            Some(row) if !row.motion.is_empty() && is_free(element) => "pin in slot",
+            Some(row) if !row.motion.is_empty() => "prismatic joint",
+            _ if is_free(element) => "revolute joint",
             _ => "weld",
         },
     }

@@ -59,10 +59,7 @@ impl Lesson<'_> {
     /// The circuit of the first loop equation.
     pub fn picture_of_circuit(&mut self) -> Vec<Block> {
         let Some(element) = self.equations.loops().next().map(|(_, own)| own.element) else { return Vec::new() };
-        let Some(chord) = self.translation.chords.iter().find(|chord| !chord.is_term && chord.element == element)
-        else {
-            return Vec::new();
-        };
+        let Some(chord) = self.translation.chord(element) else { return Vec::new() };
         let (label, walk) = (chord.label.clone(), self.translation.walk(chord));
         let places = self.equations.system.places();
         let corners = positions(self.source, walk.into_iter().map(|node| places[node]));

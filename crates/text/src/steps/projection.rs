@@ -3,7 +3,7 @@
 use cotree::component::{Angle, Direction, Element, Held, Known, Origin};
 use cotree::equations::Constraint;
 use cotree::expr::Expr;
-use cotree::graph::{ElementId, Rotation};
+use cotree::graph::ElementId;
 
 use super::graphs::{list, shortened};
 use super::view::{Edge, Row, View};
@@ -22,7 +22,8 @@ impl Lesson<'_> {
             blocks.push(words("The scene gives no masses: this is a kinematic analysis, and no balance is needed."));
             return blocks;
         }
-        let (rows, reduced) = (self.balances(), self.reduced_balances());
+        let known = self.through_variables();
+        let (rows, reduced) = (self.balances(Tree::sum), self.balances(|terms| inserted(&known, terms.into_iter())));
         let none = self.without_balance();
         if rows.is_empty() {
             blocks.push(words("No branch is free to move: there are no equations of motion."));
@@ -52,36 +53,36 @@ impl Lesson<'_> {
         blocks
     }
 
-    /// The projected cutset of each branch; `sum` adds what is cut.
-    fn balances_of(&self, sum: impl Fn(&str, &Row, &dyn Fn(&str) -> Tree) -> Tree) -> Rows {
-        let letters = self.letters;
-        let mut rows = Rows::new();
+    /// The cutsets of T, then those of R.
+    pub fn cuts(&self) -> Vec<Cut<'_>> {
+        let mut cuts = Vec::new();
+        let mut add = |branch: (&str, ElementId), cutset: Row, angular: bool, letter: &dyn Fn(&str) -> Tree| {
+            let element = self.equations.system.element(branch.1);
+            let chords = cutset.iter().map(|(label, sign)| (*sign < 0, letter(label))).collect();
+            cuts.push(Cut { element, angular, own: letter(branch.0), chords });
+        };
         for (branch, cutset) in self.translation.branches.iter().zip(self.translation.cutsets()) {
-            let element = self.equations.system.element(branch.element);
-            for (along, _) in element.translation.iter().flat_map(|row| &row.motion) {
-                let sum = sum(&branch.label, &cutset, &|label| letters.force(label));
-                rows.push((letters.projected(sum, *along, element, true), Tree::zero()));
-            }
+            add((&branch.label, branch.element), cutset, false, &|label| self.letters.force(label));
         }
         for (branch, cutset) in self.rotation.branches.iter().zip(self.rotation.cutsets()) {
-            if self.is_free(branch) {
-                rows.push((sum(&branch.label, &cutset, &|label| letters.torque(label)), Tree::zero()));
+            add((&branch.label, branch.element), cutset, true, &|label| self.letters.torque(label));
+        }
+        cuts
+    }
+
+    /// The cutset of each branch, projected on each direction in which it is free; `sum` adds what is cut.
+    fn balances(&self, sum: impl Fn(Vec<(bool, Tree)>) -> Tree) -> Rows {
+        let mut rows = Rows::new();
+        for cut in self.cuts() {
+            let terms: Vec<_> = std::iter::once((false, cut.own.clone())).chain(cut.chords.iter().cloned()).collect();
+            match &cut.element.translation {
+                _ if cut.angular => rows.extend(is_free(cut.element).then(|| (sum(terms), Tree::zero()))),
+                row => rows.extend(row.iter().flat_map(|row| &row.motion).map(|(along, _)| {
+                    (self.letters.projected(sum(terms.clone()), *along, cut.element, true), Tree::zero())
+                })),
             }
         }
         rows
-    }
-
-    fn balances(&self) -> Rows {
-        self.balances_of(|branch, cutset, letter| signed(Some(branch), cutset, letter))
-    }
-
-    /// The same with forces and torques of terminal equations in their place.
-    fn reduced_balances(&mut self) -> Rows {
-        let known = self.through_variables();
-        self.balances_of(|branch, cutset, letter| {
-            let own = [(branch.to_owned(), 1)].into_iter().chain(cutset.iter().cloned());
-            inserted(&known, own.map(|(label, sign)| (sign < 0, letter(&label))))
-        })
     }
 
     /// Whole forces and torques that a terminal equation gives.
@@ -97,20 +98,21 @@ impl Lesson<'_> {
     }
 
     fn without_balance(&self) -> Vec<String> {
-        let fixed = |edge: &&Edge<_>| {
-            let element: &Element = self.equations.system.element(edge.element);
-            element.translation.as_ref().is_some_and(|row| row.motion.is_empty())
-        };
-        let points = self.translation.branches.iter().filter(fixed).map(|edge| edge.label.clone());
-        let bodies =
-            self.rotation.branches.iter().filter(|edge| !self.is_free(edge)).map(|edge| format!("{} (R)", edge.label));
-        points.chain(bodies).collect()
+        let without = self.cuts().into_iter().filter_map(|cut| match &cut.element.translation {
+            _ if cut.angular => (!is_free(cut.element)).then(|| format!("{} (R)", cut.element.label)),
+            row => row.as_ref().is_some_and(|row| row.motion.is_empty()).then(|| cut.element.label.clone()),
+        });
+        without.collect()
     }
 
     fn efforts(&self) -> Rows {
-        let is_driver = |element| matches!(self.equations.system.element(element).origin, Origin::Driver(_));
-        let forces = by_chords(&self.translation, is_driver, |label| self.letters.force(label));
-        [forces, by_chords(&self.rotation, is_driver, |label| self.letters.torque(label))].concat()
+        self.by_chords(|cut| matches!(cut.element.origin, Origin::Driver(_)))
+    }
+
+    /// Through variables of some branches as sums of those of chords.
+    pub fn by_chords(&self, is_one: impl Fn(&Cut) -> bool) -> Rows {
+        let cuts = self.cuts().into_iter().filter(is_one);
+        cuts.map(|cut| (cut.own.clone(), Tree::sum(cut.others().collect()))).collect()
     }
 
     /// Step 2: circuits of chords, projected on their reaction spaces; and the displacements of slides.
@@ -183,50 +185,48 @@ impl Lesson<'_> {
         blocks
     }
 
+    /// The loop equations that are circuits of one chord.
+    fn own_circuits(&self) -> impl Iterator<Item = &Constraint> {
+        self.equations.loops().map(|(_, own)| own).filter(|own| own.coupled.is_empty())
+    }
+
     /// The circuit equations; of the reduced ones what is zero is left out.
     fn held(&self, reduced: bool) -> Rows {
-        let own = self.equations.constraints.iter().filter(|own| own.coupled.is_empty() && !own.says_nothing());
-        own.filter_map(|constraint| Some((self.circuit_row(constraint, reduced)?, Tree::zero()))).collect()
+        self.own_circuits()
+            .filter_map(|constraint| Some((self.circuit_row(constraint, reduced)?, Tree::zero())))
+            .collect()
     }
 
     fn circuit_row(&self, constraint: &Constraint, reduced: bool) -> Option<Tree> {
+        let Held::Along(along) = constraint.held else {
+            let chord = self.rotation.chord(constraint.element)?;
+            return Some(signed(Some(&chord.label), &self.rotation.circuit(chord), |label| self.letters.angle(label)));
+        };
+        let chord = self.translation.chord(constraint.element)?;
+        let keeps = |label: &str| !reduced || !self.is_struck(label, along);
+        let circuit: Row = self.translation.circuit(chord).into_iter().filter(|(label, _)| keeps(label)).collect();
+        let own = keeps(&chord.label).then_some(chord.label.as_str());
+        let sum = signed(own, &circuit, |label| self.letters.displacement(label));
         let element = self.equations.system.element(constraint.element);
-        match constraint.held {
-            Held::Along(along) => {
-                let chord = self.translation.chords.iter().find(|chord| chord.element == constraint.element)?;
-                let keeps = |label: &str| !reduced || !self.is_struck(label, along);
-                let circuit: Row =
-                    self.translation.circuit(chord).into_iter().filter(|(label, _)| keeps(label)).collect();
-                let own = keeps(&chord.label).then_some(chord.label.as_str());
-                let sum = signed(own, &circuit, |label| self.letters.displacement(label));
-                Some(self.letters.projected(sum, along, element, is_along(element)))
-            }
-            Held::Angle | Held::Length => {
-                let chord = self.rotation.chords.iter().find(|chord| chord.element == constraint.element)?;
-                Some(signed(Some(&chord.label), &self.rotation.circuit(chord), |label| self.letters.angle(label)))
-            }
-        }
+        Some(self.letters.projected(sum, along, element, is_along(element)))
     }
 
     /// What is zero in the circuit equations, each once.
     fn struck(&self) -> Rows {
         let mut rows = Rows::new();
-        let own = self.equations.constraints.iter().filter(|own| own.coupled.is_empty() && !own.says_nothing());
-        for constraint in own {
-            let (Held::Along(along), element) = (constraint.held, self.equations.system.element(constraint.element))
+        for constraint in self.own_circuits() {
+            let (Held::Along(along), Some(chord)) = (constraint.held, self.translation.chord(constraint.element))
             else {
                 continue;
             };
-            let Some(chord) = self.translation.chords.iter().find(|chord| chord.element == constraint.element) else {
-                continue;
-            };
-            let labels =
-                self.translation.circuit(chord).into_iter().map(|(label, _)| label).chain([chord.label.clone()]);
-            for label in labels.filter(|label| self.is_struck(label, along)) {
+            let element = self.equations.system.element(constraint.element);
+            let others = self.translation.circuit(chord).into_iter().map(|(label, _)| label);
+            for label in others.chain([chord.label.clone()]).filter(|label| self.is_struck(label, along)) {
                 let vector = self.letters.displacement(&label);
-                let whole = self.is_pin(&label);
-                let left =
-                    if whole { vector } else { self.letters.projected(vector, along, element, is_along(element)) };
+                let left = match self.is_pin(&label) {
+                    true => vector,
+                    false => self.letters.projected(vector, along, element, is_along(element)),
+                };
                 if !rows.iter().any(|(own, _)| *own == left) {
                     rows.push((left, Tree::zero()));
                 }
@@ -285,11 +285,25 @@ impl Lesson<'_> {
         });
         slides.collect()
     }
+}
 
-    pub fn is_free(&self, edge: &Edge<Rotation>) -> bool {
-        let row = self.equations.system.element(edge.element).rotation.as_ref();
-        row.is_some_and(|row| matches!(row.angle, Angle::Free(_)))
+/// A cutset in letters: the through variable of its branch, and those of the chords with their signs, true for minus.
+pub struct Cut<'l> {
+    pub element: &'l Element,
+    pub angular: bool,
+    pub own: Tree,
+    chords: Vec<(bool, Tree)>,
+}
+
+impl Cut<'_> {
+    /// The branch's variable is the sum of these.
+    pub fn others(&self) -> impl Iterator<Item = (bool, Tree)> {
+        self.chords.iter().map(|(minus, tree)| (!minus, tree.clone()))
     }
+}
+
+pub fn is_free(element: &Element) -> bool {
+    element.rotation.as_ref().is_some_and(|row| matches!(row.angle, Angle::Free(_)))
 }
 
 /// Is the direction that a joint holds its axis, and not across it?
@@ -315,16 +329,6 @@ pub fn inserted(known: &Rows, terms: impl Iterator<Item = (bool, Tree)>) -> Tree
 /// An across variable of a chord as a sum of those of branches.
 pub fn by_branches<D>(view: &View<D>, chord: &Edge<D>, letter: impl Fn(&str) -> Tree) -> (Tree, Tree) {
     (letter(&chord.label), signed(None, &view.path(chord), &letter))
-}
-
-/// Through variables of some branches as sums of those of chords.
-pub fn by_chords<D>(view: &View<D>, is_one: impl Fn(ElementId) -> bool, letter: impl Fn(&str) -> Tree) -> Rows {
-    let branches = view.branches.iter().zip(view.cutsets()).filter(|(branch, _)| is_one(branch.element));
-    branches.map(|(branch, cutset)| (letter(&branch.label), signed(None, &negated(&cutset), &letter))).collect()
-}
-
-pub fn negated(row: &Row) -> Row {
-    row.iter().map(|(label, sign)| (label.clone(), -sign)).collect()
 }
 
 /// A sum of variables of edges with the signs of a row.

@@ -1,6 +1,6 @@
 //! Reactions: the cutsets that Step 1 did not use, on the reaction spaces of their branches; and the numbers of the start.
 
-use cotree::component::{Angle, Element, Origin};
+use cotree::component::{Held, Origin};
 use cotree::expr::{Expr, Order};
 use cotree::formulate::equations;
 use cotree::graph::ElementId;
@@ -8,8 +8,7 @@ use cotree::mechanism::{BodyId, Coordinates, Mechanism, Owner, Place, Quantity, 
 
 use super::graphs::list;
 use super::numbers::{Values, agree, short};
-use super::projection::{Rows, inserted, is_along, negated};
-use super::view::Row;
+use super::projection::{Cut, Rows, inserted, is_along, is_free};
 use super::{Lesson, check, heading, words};
 use crate::document::{Block, Piece};
 use crate::motion::{self, dynamics};
@@ -60,29 +59,16 @@ impl Lesson<'_> {
     /// F and T of the joints that are branches, by their cutsets, in two steps.
     fn tree_joints(&mut self) -> Rows {
         let known = self.through_variables();
-        let mut rows = Rows::new();
-        let mut add = |own: Tree, cutset: &Row, letter: &dyn Fn(&str) -> Tree| {
-            let terms: Vec<(bool, Tree)> =
-                negated(cutset).iter().map(|(label, sign)| (*sign < 0, letter(label))).collect();
-            let with = inserted(&known, terms.iter().cloned());
-            rows.push((own.clone(), Tree::sum(terms)));
-            rows.push((own, with));
+        let holds = |cut: &Cut| match &cut.element.translation {
+            _ if cut.angular => cut.element.rotation.is_some() && !is_free(cut.element),
+            row => row.as_ref().is_some_and(|row| !row.reaction.is_empty()),
         };
-        let letters = self.letters;
-        for (branch, cutset) in self.translation.branches.iter().zip(self.translation.cutsets()) {
-            let element = self.equations.system.element(branch.element);
-            if is_joint(element) && element.translation.as_ref().is_some_and(|row| !row.reaction.is_empty()) {
-                add(letters.force(&branch.label), &cutset, &|label| letters.force(label));
-            }
-        }
-        for (branch, cutset) in self.rotation.branches.iter().zip(self.rotation.cutsets()) {
-            let element = self.equations.system.element(branch.element);
-            let held = element.rotation.as_ref().is_some_and(|row| !matches!(row.angle, Angle::Free(_)));
-            if is_joint(element) && held {
-                add(letters.torque(&branch.label), &cutset, &|label| letters.torque(label));
-            }
-        }
-        rows
+        let joints = self.cuts().into_iter().filter(|cut| matches!(cut.element.origin, Origin::Joint(_)) && holds(cut));
+        let both = joints.flat_map(|cut| {
+            let [whole, with] = [Tree::sum(cut.others().collect()), inserted(&known, cut.others())];
+            [(cut.own.clone(), whole), (cut.own, with)]
+        });
+        both.collect()
     }
 
     fn multipliers(&self) -> Vec<Block> {
@@ -95,7 +81,7 @@ impl Lesson<'_> {
                 let element = self.equations.system.element(own.element);
                 let lambda = Tree::Name(Name::entry("lambda", &[row]));
                 let left = match own.held {
-                    cotree::component::Held::Along(along) => {
+                    Held::Along(along) => {
                         self.letters.projected(self.letters.force(&element.label), along, element, is_along(element))
                     }
                     _ => self.letters.torque(&element.label),
@@ -220,10 +206,6 @@ impl Lesson<'_> {
             holds,
         )
     }
-}
-
-fn is_joint(element: &Element) -> bool {
-    matches!(element.origin, Origin::Joint(_))
 }
 
 /// Accelerations of the bodies, forces of the joints.

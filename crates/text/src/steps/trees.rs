@@ -2,12 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use cotree::component::{Angle, Origin};
+use cotree::component::Origin;
 use cotree::graph::{ElementId, Tree as SpanningTree};
 use cotree::tree::Trees;
 use cotree_draw::graph::GraphDrawing;
 
 use super::graphs::shortened;
+use super::projection::is_free;
 use super::view::{Edge, View};
 use super::{Lesson, check, heading, words};
 use crate::document::{Block, Piece};
@@ -92,8 +93,8 @@ impl Lesson<'_> {
     }
 
     fn rotational(&self, id: ElementId) -> Facts {
-        let row = self.equations.system.element(id).rotation.as_ref();
-        let free = row.is_some_and(|row| matches!(row.angle, Angle::Free(_)));
+        let element = self.equations.system.element(id);
+        let (row, free) = (element.rotation.as_ref(), is_free(element));
         Facts {
             rank: row.map_or(u8::MAX, |row| row.priority),
             unknowns: usize::from(free),

@@ -77,6 +77,11 @@ impl<D> View<D> {
         if pieces.is_empty() { Piece::words("-") } else { Piece::Row(pieces) }
     }
 
+    /// The chord that an element is itself.
+    pub fn chord(&self, element: ElementId) -> Option<&Edge<D>> {
+        self.chords.iter().find(|chord| !chord.is_term && chord.element == element)
+    }
+
     /// The row of \[B\] of a chord.
     pub fn circuit(&self, chord: &Edge<D>) -> Row {
         let row = self.topology.circuit_between(chord.ends);
