@@ -127,19 +127,20 @@ fn paths(text: &str) -> Vec<&str> {
     codes.filter(is_path).collect()
 }
 
-/// `docs/step.md` follows the runtime: places as `file.rs::function`, in `fmu/src`.
+/// `docs/walk.md` follows the library and `docs/step.md` the runtime: places as `file.rs::function`, in `src` and `fmu/src`.
 #[test]
-fn the_page_that_follows_a_step_names_places_that_are_there() {
-    let page = read(&root().join("docs/step.md"));
-    let places: Vec<(&str, &str)> =
-        page.split('`').skip(1).step_by(2).filter_map(|code| code.split_once("::")).collect();
-    assert!(places.len() > 30, "{places:?}");
-    for (file, function) in places {
-        let source = read(&root().join("fmu/src").join(file));
-        assert!(
-            source.contains(&format!("fn {function}(")) || source.contains(&format!("fn {function}<")),
-            "{file} has no `{function}`"
-        );
+fn the_pages_that_follow_the_code_name_places_that_are_there() {
+    for (page, folder) in [("docs/walk.md", "src"), ("docs/step.md", "fmu/src")] {
+        let text = read(&root().join(page));
+        let codes = text.split('`').skip(1).step_by(2);
+        let places: Vec<(&str, &str)> = codes.filter_map(|code| code.split_once("::")).collect();
+        assert!(places.len() > 30, "{page}: {places:?}");
+        for (file, function) in places {
+            let source = read(&root().join(folder).join(file));
+            let is_there =
+                [format!("fn {function}("), format!("fn {function}<")].iter().any(|own| source.contains(own));
+            assert!(is_there, "{page}: {folder}/{file} has no `{function}`");
+        }
     }
 }
 
