@@ -300,3 +300,73 @@ fn models_agree_with_their_equation_by_hand() {
         assert_eq!(count, rows);
     }
 }
+
+/// A disc held at its centre by a bushing alone swings in three ways that do not know of each other.
+#[test]
+fn a_bushing_holds_a_disc_by_a_force_and_a_torque() {
+    let (m, inertia) = (2.0, 0.1);
+    let (k, c, kt, ct, free) = (90.0, 3.0, 4.0, 0.2, 0.3);
+    let bushing = Load::bushing("ground", "disc", k).damping(c).torsion_stiffness(kt).torsion_damping(ct).free(free);
+    let scene = Scene::new("disc")
+        .body("disc", Body::new().mass(m).inertia(inertia))
+        .load("ring", bushing)
+        .initial("disc.x", 0.05)
+        .initial("disc.y", -0.02)
+        .initial("disc.angle", 0.9)
+        .initial("disc.vx", 0.0)
+        .initial("disc.vy", 0.3)
+        .initial("disc.omega", 0.0)
+        .with_every_output();
+    // m z" + c z' + k z = 0
+    let free_swing = |[m, c, k]: [f64; 3], [z, v]: [f64; 2], t: f64| {
+        let (decay, omega) = (0.5 * c / m, (k / m - (0.5 * c / m).powi(2)).sqrt());
+        (-decay * t).exp() * (z * (omega * t).cos() + (v + decay * z) / omega * (omega * t).sin())
+    };
+    let mut run = Run::new(&scene);
+    for time in [0.0, 0.2, 0.9] {
+        run.to(time).check("disc.x", free_swing([m, c, k], [0.05, 0.0], time));
+        run.check("disc.y", free_swing([m, c, k], [-0.02, 0.3], time));
+        let turned = free_swing([inertia, ct, kt], [0.9 - free, 0.0], time);
+        run.check("disc.angle", free + turned);
+        let [x, vx, omega] = ["disc.x", "disc.vx", "disc.omega"].map(|name| run.get(name));
+        run.check("ring.fx", -k * x - c * vx);
+        run.check("ring.torque", -kt * turned - ct * omega);
+    }
+}
+
+/// At a point beside the mass centre, and between two bodies that move: a spring of free length zero and a torsion spring do the same.
+#[test]
+fn a_bushing_is_springs_across_each_other_and_a_torsion_spring() {
+    let chain = |loads: fn(Scene) -> Scene| {
+        let scene = Scene::new("chain")
+            .gravity([0.0, -G])
+            .body("arm", Body::new().mass(1.5).inertia(0.08).point("inner", [-0.4, 0.0]).point("outer", [0.4, 0.1]))
+            .body("hand", Body::new().mass(0.6).inertia(0.02).point("grip", [-0.2, 0.05]))
+            .revolute("shoulder", "ground", "arm.inner")
+            .initial("arm.angle", 0.2)
+            .initial("arm.omega", 1.0)
+            .initial("hand.x", 1.02)
+            .initial("hand.y", 0.1)
+            .initial("hand.angle", -0.4)
+            .initial("hand.vx", 0.0)
+            .initial("hand.vy", 0.5)
+            .initial("hand.omega", -0.7);
+        loads(scene).with_every_output()
+    };
+    let mut bushing = Run::new(&chain(|scene| {
+        scene.load("ring", Load::bushing("arm.outer", "hand.grip", 700).torsion_stiffness(3).free(-0.25))
+    }));
+    let mut springs = Run::new(&chain(|scene| {
+        scene
+            .load("ring", Load::spring("arm.outer", "hand.grip", 700).free(0.0))
+            .load("coil", Load::torsion_spring("arm", "hand", 3).free(-0.25))
+    }));
+    for time in [0.0, 0.3, 1.0] {
+        springs.to(time);
+        bushing.to(time);
+        for name in ["arm.angle", "hand.x", "hand.y", "hand.angle", "hand.vx", "hand.omega", "energy.total"] {
+            bushing.check(name, springs.get(name));
+        }
+        bushing.check("ring.torque", springs.get("coil.torque"));
+    }
+}

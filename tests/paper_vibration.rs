@@ -106,7 +106,7 @@ fn constants(equations: &mut Equations) -> [Vec<(String, f64)>; 3] {
     let masses = mechanism.bodies.iter().map(|body| (body.name.clone(), number(body.mass.as_ref().unwrap()))).collect();
     let (mut dampers, mut springs) = (Vec::new(), Vec::new());
     for load in &mechanism.loads {
-        if load.kind == "spring" {
+        if load.component().name == "spring" {
             dampers.push((load.name.clone(), number(load.formula("damping"))));
             springs.push((load.name.clone(), number(load.formula("stiffness"))));
         }
@@ -194,7 +194,7 @@ fn the_floating_system_needs_a_mass_in_its_tree() {
     let mechanism = mechanism(&floating());
     let system = System::new(&mechanism);
     let is_spring = |id: &cotree::graph::ElementId| match system.element(*id).origin {
-        Origin::Load(load) => mechanism.loads[load.0].kind == "spring",
+        Origin::Load(load) => mechanism.loads[load.0].component().name == "spring",
         _ => false,
     };
     let springs: Vec<_> = system.translation.edges().map(|(id, _)| id).filter(is_spring).collect();

@@ -213,7 +213,7 @@ fn slides(equations: &mut Equations) -> Vec<(String, Expr)> {
     let mut slides = Vec::new();
     for (index, joint) in equations.system.mechanism.clone().joints.iter().enumerate() {
         let name = format!("{}.s", joint.name);
-        let slides_freely = ["prismatic", "slot", "rolling"].contains(&joint.kind);
+        let slides_freely = ["prismatic", "slot", "rolling"].contains(&joint.component().name);
         if slides_freely && equations.coordinates.iter().all(|coordinate| coordinate.name.position != name) {
             let slide = Variable { owner: Owner::Joint(JointId(index)), quantity: Quantity::S };
             slides.push((name, equations.variable(slide)));

@@ -97,7 +97,10 @@ fn the_slider_crank_resolves() {
     assert_eq!((rod.value, rod.min, rod.unit.si.as_str(), rod.tunable), (1.5, Some(0.6), "m", false));
     assert!(mechanism.parameters[2].tunable);
     let force = &mechanism.loads[0];
-    assert_eq!((force.kind, force.between[1], force.choice("frame")), ("force", Place::Centre(BodyId(2)), None));
+    assert_eq!(
+        (force.component().name, force.between[1], force.choice("frame")),
+        ("force", Place::Centre(BodyId(2)), None)
+    );
     assert_eq!(force.vector("vector")[0], minus(Formula::Input(InputId(0))));
     assert!(!mechanism.initial[1].known && mechanism.initial[0].known);
     let outputs: Vec<_> = mechanism
@@ -207,10 +210,10 @@ fn drivers_follow_inputs_and_laws() {
          [drivers.turn]\nbetween = [\"ground\", \"block\"]\nangle = \"0.4356 + 4*pi*t\"\n",
     ));
     let motor = &mechanism.drivers[0];
-    assert_eq!((motor.kind, motor.bodies()), ("angle", [None, Some(BodyId(0))]));
+    assert_eq!((motor.component().name, motor.bodies()), ("angle", [None, Some(BodyId(0))]));
     assert_eq!((motor.motion(), motor.joint()), (Some(&Motion::Velocity(InputId(0))), Some(JointId(0))));
     let path = &mechanism.drivers[1];
-    assert_eq!((path.kind, path.between[1]), ("position", Place::Centre(BodyId(1))));
+    assert_eq!((path.component().name, path.between[1]), ("position", Place::Centre(BodyId(1))));
     let built = Driver::angle("pin", cotree::scene::Motion::follows("u", InputAs::Velocity));
     let built = Scene::from_toml(&crank("")).unwrap().driver("motor", built).resolve().unwrap().mechanism;
     assert_eq!(built.drivers[0].values, motor.values);
@@ -226,7 +229,7 @@ fn laws_know_their_own_variables_and_those_of_the_scene() {
     let force = &mechanism.loads[0].law().unwrap();
     let own = Variable { owner: Owner::Load(LoadId(0)), quantity: Quantity::Length };
     assert!(format!("{force:?}").contains(&format!("{own:?}")));
-    assert_eq!((mechanism.loads[2].kind, mechanism.loads[2].bodies()), ("torque", [None, Some(BodyId(0))]));
+    assert_eq!((mechanism.loads[2].component().name, mechanism.loads[2].bodies()), ("torque", [None, Some(BodyId(0))]));
 }
 
 #[test]

@@ -6,18 +6,17 @@ use crate::graph::TNode;
 use crate::mechanism::{BodyId, Place};
 
 pub(super) fn of_body(system: &mut System, body: BodyId, point: usize) -> Element {
-    let owner = &system.mechanism.clone().bodies[body.0];
-    let known = Known::Fixed(Some(body), system.values(&owner.points[point].at));
-    let name = format!("{}.{}", owner.name, owner.points[point].name);
+    let known = Known::Fixed(Some(body), system.values(&system.mechanism.clone().bodies[body.0].points[point].at));
+    let name = system.mechanism.place_name(Place::Point(body, point));
     let ends = [Place::Centre(body), Place::Point(body, point)].map(|place| system.t_node(place));
     arm(system.label("r", ""), name, Origin::Arm(body, point), ends, known)
 }
 
 pub(super) fn of_ground(system: &mut System, point: usize) -> Element {
-    let owner = &system.mechanism.clone().ground[point];
-    let known = Known::Fixed(None, system.values(&owner.at));
+    let known = Known::Fixed(None, system.values(&system.mechanism.clone().ground[point].at));
     let ends = [TNode::DATUM, system.t_node(Place::Ground(point))];
-    arm(system.label("R", ""), format!("ground.{}", owner.name), Origin::GroundVector(point), ends, known)
+    let name = system.mechanism.place_name(Place::Ground(point));
+    arm(system.label("R", ""), name, Origin::GroundVector(point), ends, known)
 }
 
 fn arm(label: String, name: String, origin: Origin, ends: [TNode; 2], known: Known) -> Element {

@@ -6,6 +6,7 @@ mod angle_driver;
 mod arm;
 mod belt;
 pub mod body;
+mod bushing;
 mod cam;
 mod constant_force;
 mod coupled;
@@ -84,6 +85,7 @@ pub(crate) const ALL: &[&Component] = &[
     &gas_spring::GAS_SPRING,
     &constant_force::CONSTANT_FORCE,
     &torsion_damper::TORSION_DAMPER,
+    &bushing::BUSHING,
 ];
 
 /// The variables `energy.x`.
@@ -232,6 +234,9 @@ impl Component {
     pub fn coordinates(&self, dimension: Dimension) -> &'static [Quantity] {
         use Quantity::{Acceleration, Alpha, Angle, Ax, Ay, Length, Omega, Rate, Vx, Vy, X, Y};
         match (self.section, self.room, dimension) {
+            (Section::Loads, Room::Turning, _) if self.variables.contains(&X) => {
+                &[X, Y, Vx, Vy, Ax, Ay, Angle, Omega, Alpha]
+            }
             (Section::Loads, Room::Turning, _) => &[Angle, Omega, Alpha],
             (Section::Loads, _, Dimension::One) => &[Length, Rate, Acceleration],
             (Section::Loads, _, Dimension::Two) => &[X, Y, Vx, Vy, Ax, Ay],
@@ -251,8 +256,8 @@ pub(crate) type Linear = [Formula; 3];
 
 impl Part {
     pub fn component(&self) -> &'static Component {
-        // Parts are made with the names of components only.
-        ALL.iter().copied().find(|component| component.name == self.kind).unwrap_or(&weld::WELD)
+        let own = ALL.iter().copied().find(|component| component.name == self.kind);
+        own.unwrap_or_else(|| unreachable!("a part has the name of a component: nothing else makes one"))
     }
 
     /// The force that pushes its ends apart \[N\] or the torque on its second body [N.m], if it has such a law.

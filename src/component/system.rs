@@ -200,15 +200,9 @@ impl System {
             }
         }
         for &place in &self.used {
-            let name = match place {
-                Place::Origin | Place::Centre(_) => continue,
-                Place::Ground(point) => format!("ground.{}", self.mechanism.ground[point].name),
-                Place::Point(body, point) => {
-                    let body = &self.mechanism.bodies[body.0];
-                    format!("{}.{}", body.name, body.points[point].name)
-                }
-            };
-            self.t_nodes.insert(place, self.translation.add_node(name));
+            if matches!(place, Place::Ground(_) | Place::Point(..)) {
+                self.t_nodes.insert(place, self.translation.add_node(self.mechanism.place_name(place)));
+            }
         }
     }
 

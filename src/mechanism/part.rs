@@ -9,7 +9,7 @@ pub struct Part {
     /// The user's name.
     pub name: String,
     /// The name of its component, such as `revolute`.
-    pub kind: &'static str,
+    pub(crate) kind: &'static str,
     /// Which joint, driver or load it is.
     pub owner: Owner,
     /// The points joined; the mass centre stands for a whole body, the origin for the ground.

@@ -1,7 +1,7 @@
 //! The naming table: variables that the user can name, and their names.
 
 use super::measure::*;
-use super::{DriverId, JointId, LoadId, Mechanism, Place};
+use super::{BodyId, DriverId, JointId, LoadId, Mechanism, Place};
 
 /// A variable of the naming table, such as `crank.angle`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -149,6 +149,14 @@ impl Mechanism {
             },
         };
         variable.quantity.of(&owner)
+    }
+
+    /// The mass centres of all bodies, each with the points of its body after it.
+    pub fn body_places(&self) -> impl Iterator<Item = Place> {
+        self.bodies.iter().enumerate().flat_map(|(index, body)| {
+            let id = BodyId(index);
+            std::iter::once(Place::Centre(id)).chain((0..body.points.len()).map(move |point| Place::Point(id, point)))
+        })
     }
 
     /// The user's name of a point.

@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use crate::component::{Origin, System};
 use crate::expr::{Binary, Function, Unary};
 use crate::mechanism::measure::{ACCELERATION, INERTIA, LENGTH, MASS, NUMBER, Wanted};
-use crate::mechanism::{Formula, Mechanism, Motion, Parameter, ParameterId, Part, Unit, Value};
+use crate::mechanism::{Formula, Mechanism, Motion, Parameter, ParameterId, Part, Place, Unit, Value};
 use crate::scene::constant::{evaluate, negate};
 use crate::scene::key::Form;
 
@@ -107,7 +107,7 @@ impl Namer<'_> {
             let mass = body.mass.as_ref().map(|mass| self.number(mass, about("m", "mass", MASS)));
             let inertia = body.inertia.as_ref().map(|own| self.number(own, about("I", "moment of inertia", INERTIA)));
             for (point, own) in body.points.iter().enumerate() {
-                let name = format!("{}.{}", body.name, own.name);
+                let name = self.mechanism.place_name(Place::Point(id, point));
                 self.mechanism.bodies[index].points[point].at =
                     self.place(Origin::Arm(id, point), &name, &own.at, ["l", "l"]);
             }

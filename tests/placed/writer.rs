@@ -312,7 +312,14 @@ impl Writer {
         let [a, b] = self.either_way([&anchor, &format!("{body}.e")]).map(str::to_owned);
         let between = format!("between = [\"{a}\", \"{b}\"]\n");
         let some = self.number(1.0, 30.0);
-        let (kind, keys): (&'static str, String) = match self.pick(5) {
+        let (kind, keys): (&'static str, String) = match self.pick(6) {
+            5 => {
+                let turning = format!("torsion_stiffness = {:e}\nangle = {:e}\n", 0.5 * some, self.number(-1.0, 1.0));
+                let keys = format!("{between}stiffness = {some:e}\ndamping = 0.7\ntorsion_damping = 0.2\n{turning}");
+                let on_ground = [&a, &b].map(|end| *end == anchor);
+                self.entry("loads", "ring", "bushing", Sort::Load, on_ground, &keys);
+                return;
+            }
             0 => {
                 let side = ["both", "above", "below"][self.pick(3)];
                 ("spring", format!("stiffness = {some:e}\nlength = 5\ndamping = 0.7\nside = \"{side}\"\n"))

@@ -337,31 +337,26 @@ fn variables(equations: &mut Equations) -> HashMap<Expr, String> {
 fn laws(equations: &mut Equations) -> HashMap<Expr, String> {
     let mut laws = Vec::new();
     for element in equations.system.elements.iter().filter(|element| matches!(element.origin, Origin::Load(_))) {
-        let name = |word: &str| format!("{}.{word}", element.name);
+        let own = || element.name.clone();
         match element.translation.as_ref().map(|row| row.through.clone()) {
-            Some(Force::Line(law)) => laws.push((law, name("force"))),
+            Some(Force::Line(law)) => laws.push((law, own(), Quantity::Force)),
             // Components in the axes of a body have no name: `fx` and `fy` are those in the axes of the world.
-            Some(Force::World([x, y])) => laws.extend([(x, name("fx")), (y, name("fy"))]),
+            Some(Force::World([x, y])) => laws.extend([(x, own(), Quantity::Fx), (y, own(), Quantity::Fy)]),
             _ => {}
         }
         if let Some(Torque::Law(law)) = element.rotation.as_ref().map(|row| row.through.clone()) {
-            laws.push((law, name("torque")));
+            laws.push((law, own(), Quantity::Torque));
         }
     }
-    let laws: Vec<(Expr, String)> = laws.into_iter().map(|(law, name)| (equations.formula(&law), name)).collect();
+    let laws: Vec<(Expr, String, Quantity)> =
+        laws.into_iter().map(|(law, owner, quantity)| (equations.formula(&law), owner, quantity)).collect();
     // A force that pulls is written without its sign.
     let arena = &equations.system.arena;
-    let unsigned = laws.into_iter().filter_map(|(law, name)| match arena.node(law) {
-        Node::Unary(Unary::Negate, inner) => {
-            let (owner, word) = name.rsplit_once('.')?;
-            let word = match word {
-                "force" => "pull",
-                "torque" => "resistance",
-                _ => return None,
-            };
-            Some((inner, format!("{owner}.{word}")))
-        }
-        _ => Some((law, name)),
+    let unsigned = laws.into_iter().filter_map(|(law, owner, quantity)| match (arena.node(law), quantity) {
+        (Node::Unary(Unary::Negate, inner), Quantity::Force) => Some((inner, format!("{owner}.pull"))),
+        (Node::Unary(Unary::Negate, inner), Quantity::Torque) => Some((inner, format!("{owner}.resistance"))),
+        (Node::Unary(Unary::Negate, _), _) => None,
+        _ => Some((law, quantity.of(&owner))),
     });
     unsigned.filter(|(law, _)| deserves_name(arena, *law)).collect()
 }

@@ -203,7 +203,8 @@ impl<'a> Pose<'a> {
     }
 
     fn turn(&mut self, part: &Part, glyph: Option<RoundGlyph>) -> Turn {
-        let place = self.turning_point(part.bodies());
+        let is_point = matches!(part.between[1], Place::Point(..) | Place::Ground(_));
+        let place = if is_point { part.between[1] } else { self.turning_point(part.bodies()) };
         Turn { name: part.name.clone(), on: place.body().map(|body| body.0), at: self.at(place), glyph }
     }
 

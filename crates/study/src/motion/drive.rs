@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use cotree::compile::compile;
 use cotree::component::body::{POINT_VARIABLES, VARIABLES};
-use cotree::mechanism::{Class, Dimension, JointId, Mechanism, Part, Quantity};
+use cotree::mechanism::{Class, Dimension, JointId, Mechanism, Part, Place, Quantity};
 use cotree::scene::constant::evaluate;
 use cotree::scene::{Driver, Faults, Load, Scene, Text};
 use cotree::simulate::{RunError, SimulateError};
@@ -125,11 +125,11 @@ pub fn names(mechanism: &Mechanism) -> Vec<String> {
         let there = quantities.iter().filter(|quantity| plane || quantity.is_on_a_line());
         names.extend(there.map(|quantity| quantity.of(owner)));
     };
-    for body in &mechanism.bodies {
-        push(&body.name, VARIABLES);
-        body.points.iter().for_each(|point| push(&format!("{}.{}", body.name, point.name), POINT_VARIABLES));
+    for place in mechanism.body_places() {
+        push(&mechanism.place_name(place), if matches!(place, Place::Centre(_)) { VARIABLES } else { POINT_VARIABLES });
     }
-    mechanism.ground.iter().for_each(|point| push(&format!("ground.{}", point.name), &POINT_VARIABLES[..2]));
+    let ground = (0..mechanism.ground.len()).map(Place::Ground);
+    ground.for_each(|point| push(&mechanism.place_name(point), &POINT_VARIABLES[..2]));
     mechanism.joints.iter().for_each(|joint| push(&joint.name, joint.component().variables));
     for load in &mechanism.loads {
         let moves = load.component().variables.iter().copied().filter(|quantity| quantity.class() != Class::Effort);

@@ -194,11 +194,7 @@ pub(super) fn of(subject: &Subject, table: &Table, folds: Option<[f64; 2]>) -> R
 }
 
 fn unknown_point(mechanism: &Mechanism, point: &str) -> MotionError {
-    let points = mechanism.bodies.iter().flat_map(|body| {
-        let own = body.points.iter().map(|point| format!("{}.{}", body.name, point.name));
-        std::iter::once(body.name.clone()).chain(own)
-    });
-    let points: Vec<String> = points.collect();
+    let points: Vec<String> = mechanism.body_places().map(|place| mechanism.place_name(place)).collect();
     let known = cotree::diagnostic::suggest::known(point, points.iter().map(String::as_str).collect::<Vec<_>>());
     MotionError::Request(format!("there is no point `{point}`; {known}"))
 }
