@@ -1,15 +1,31 @@
 //! The register file that a tape runs over.
 
+use super::Instruction;
+use super::field::{Field, Real};
+use super::tangent::Tangent;
+
 /// Registers of a small file: it has exactly so many, and needs no comparison for each access.
 pub(crate) const FEW_REGISTERS: usize = 256;
 
 /// Registers by their numbers, which must have been checked before.
 pub(super) trait File {
-    fn get(&self, register: u32) -> f64;
-    fn set(&mut self, register: u32, value: f64);
+    type Value: Field;
+
+    fn get(&self, register: u32) -> Self::Value;
+    fn set(&mut self, register: u32, value: Self::Value);
+
+    /// If both results go to one register, the first of them stays.
+    #[inline(always)]
+    fn run_sine_and_cosine(&mut self, instruction: &Instruction) {
+        let [sine, cosine] = self.get(instruction.a).sine_and_cosine();
+        self.set(instruction.c, cosine);
+        self.set(instruction.target, sine);
+    }
 }
 
 impl File for [f64; FEW_REGISTERS] {
+    type Value = f64;
+
     #[inline(always)]
     fn get(&self, register: u32) -> f64 {
         self[register as usize % FEW_REGISTERS]
@@ -21,14 +37,37 @@ impl File for [f64; FEW_REGISTERS] {
     }
 }
 
-impl File for [f64] {
+impl<F: Field> File for [F] {
+    type Value = F;
+
     #[inline(always)]
-    fn get(&self, register: u32) -> f64 {
+    fn get(&self, register: u32) -> F {
         self[register as usize]
     }
 
     #[inline(always)]
-    fn set(&mut self, register: u32, value: f64) {
+    fn set(&mut self, register: u32, value: F) {
         self[register as usize] = value;
+    }
+}
+
+/// Values, and in a file beside it their derivatives.
+pub(super) struct Beside<'a, V, const D: usize> {
+    pub values: &'a mut [V],
+    pub tangents: &'a mut [[V; D]],
+}
+
+impl<V: Real, const D: usize> File for Beside<'_, V, D> {
+    type Value = Tangent<V, D>;
+
+    #[inline(always)]
+    fn get(&self, register: u32) -> Tangent<V, D> {
+        Tangent { value: self.values[register as usize], along: self.tangents[register as usize] }
+    }
+
+    #[inline(always)]
+    fn set(&mut self, register: u32, Tangent { value, along }: Tangent<V, D>) {
+        self.values[register as usize] = value;
+        self.tangents[register as usize] = along;
     }
 }

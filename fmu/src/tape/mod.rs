@@ -1,17 +1,17 @@
 //! Straight-line programs over a register file of `f64`.
 
+mod field;
 mod file;
-mod interpreter;
-mod lanes;
 mod operations;
+mod run;
 mod series;
 mod tangent;
 
 use serde::{Deserialize, Serialize};
 
 pub(crate) use file::FEW_REGISTERS;
-pub(crate) use lanes::{DIRECTIONS, Lanes};
 pub use operations::Operation;
+pub(crate) use run::{DIRECTIONS, Lanes};
 pub use series::{ORDER, Series};
 
 /// A straight-line program: no branch, no loop, no memory but the registers.
@@ -66,4 +66,17 @@ pub struct Instruction {
     pub b: u32,
     /// Third operand; for `SinCos` the register that receives the cosine.
     pub c: u32,
+}
+
+impl Instruction {
+    /// Registers read, as many of a, b, c as the operation uses.
+    pub fn operands(&self) -> impl Iterator<Item = u32> {
+        [self.a, self.b, self.c].into_iter().take(self.operation.operands())
+    }
+
+    /// Registers written.
+    pub fn targets(&self) -> impl Iterator<Item = u32> {
+        let second = (self.operation == Operation::SinCos).then_some(self.c);
+        core::iter::once(self.target).chain(second)
+    }
 }

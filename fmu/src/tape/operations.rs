@@ -1,88 +1,103 @@
-//! The operations of tapes, one line each: name and operands, in words, first result, its derivative, its series.
+//! The operations of tapes, one line each: those of arithmetic by what they are of any registers, functions by their value, their slope and their series.
 
 use serde::{Deserialize, Serialize};
 
-use super::Tape;
-use super::file::{FEW_REGISTERS, File};
-use super::interpreter::sines_and_cosines;
+use super::field::{Field, Real};
+use super::file::File;
 use super::series::Series;
-use super::tangent::chain;
+use super::{Instruction, Tape};
 use crate::math;
 
-/// Everything that follows from the table. Names of operands are those of the fields of [`super::Instruction`]; `value` is the first result, `d` means the
+/// Everything that follows from the table. Names of operands are those of the fields of [`super::Instruction`]; of functions `value` is the result, `d` means the
 /// derivative along a direction.
 macro_rules! operations {
     (
         ($a:ident, $b:ident, $c:ident), ($da:ident, $db:ident, $dc:ident), $value:ident;
+        $($simple:ident($($given:ident),+): $said:literal = $result:expr;)+
+        ;
         $($name:ident($($operand:ident),+): $words:literal = $of:expr, slope $slope:expr, series $series:expr;)+
     ) => {
         /// What an instruction does. No fused multiply-add: every operation rounds once, so that results have the same bits everywhere.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
         pub enum Operation {
+            $(#[doc = $said] $simple,)+
+            /// target = sin a, register c = cos a
+            SinCos,
             $(#[doc = $words] $name,)+
         }
 
         impl Operation {
             /// Every one of them.
             #[cfg(test)]
-            pub(super) const ALL: &[Self] = &[$(Self::$name),+];
+            pub(super) const ALL: &[Self] = &[$(Self::$simple,)+ Self::SinCos, $(Self::$name),+];
 
             /// How many of the operands a, b, c it reads.
             pub fn operands(self) -> usize {
                 match self {
+                    $(Self::$simple => [$(stringify!($given)),+].len(),)+
+                    Self::SinCos => 1,
                     $(Self::$name => [$(stringify!($operand)),+].len(),)+
                 }
             }
 
-            /// The first result.
+            /// The result of a function.
+            #[inline(always)]
             pub(super) fn value(self, [$a, $b, $c]: [f64; 3]) -> f64 {
                 match self {
                     $(Self::$name => $of,)+
+                    // Arithmetic has its own arm wherever tapes are run.
+                    _ => f64::NAN,
                 }
             }
 
-            /// Derivative of the first result, given it, the operands (of `SinCos`, in place of c, the second result), and their derivatives.
-            pub(super) fn tangent(self, $value: f64, [$a, $b, $c]: [f64; 3], [$da, $db, $dc]: [f64; 3]) -> f64 {
+            /// Runs instructions that are all this function.
+            pub(super) fn run_values<F: File<Value = f64> + ?Sized>(self, instructions: &[Instruction], file: &mut F) {
+                match self {
+                    $(Self::$name => {
+                        for instruction in instructions {
+                            $(let $operand = file.get(instruction.$operand);)+
+                            file.set(instruction.target, $of);
+                        }
+                    })+
+                    _ => {}
+                }
+            }
+
+            /// Derivative of the result of a function, given it, the operands and their derivatives.
+            #[allow(unused_variables, reason = "no slope needs the third operand")]
+            pub(super) fn slope(self, $value: f64, [$a, $b, $c]: [f64; 3], [$da, $db, $dc]: [f64; 3]) -> f64 {
                 match self {
                     $(Self::$name => $slope,)+
+                    _ => f64::NAN,
                 }
             }
 
-            /// Series of the first result.
+            /// Series of the result of a function.
             pub(super) fn series(self, [$a, $b, $c]: [Series; 3]) -> Series {
                 match self {
                     $(Self::$name => $series,)+
+                    _ => Series::constant(f64::NAN),
                 }
             }
         }
 
         impl Tape {
-            /// Runs the tape over a register file.
-            ///
-            /// # Panics
-            /// If an instruction names a register outside the file; a program that passed [`crate::program::Program::check`] has none.
-            pub fn run(&self, registers: &mut [f64]) {
-                match <&mut [f64; FEW_REGISTERS]>::try_from(&mut *registers) {
-                    Ok(few) => self.run_over(few),
-                    Err(_) => self.run_over(registers),
-                }
-            }
-
-            /// What the exporter has put side by side needs no decision for each.
-            #[allow(unreachable_patterns, reason = "sine and cosine have two results, and so an arm before that of their line")]
-            fn run_over<F: File + ?Sized>(&self, file: &mut F) {
+            /// Runs the tape over a file of registers. What the exporter has put side by side needs no decision for each.
+            #[inline(always)]
+            pub(super) fn run_over<F: File + ?Sized>(&self, file: &mut F) {
                 let mut rest = &self.instructions[..];
                 for &count in &self.runs {
                     let (alike, after) = rest.split_at(count as usize);
                     rest = after;
                     match alike[0].operation {
-                        Operation::SinCos => sines_and_cosines(alike, file),
-                        $(Operation::$name => {
+                        $(Operation::$simple => {
                             for instruction in alike {
-                                $(let $operand = file.get(instruction.$operand);)+
-                                file.set(instruction.target, $of);
+                                $(let $given = file.get(instruction.$given);)+
+                                file.set(instruction.target, $result);
                             }
                         })+
+                        Operation::SinCos => Field::run_sines_and_cosines(alike, file),
+                        function => Field::run_functions(function, alike, file),
                     }
                 }
             }
@@ -90,23 +105,25 @@ macro_rules! operations {
     };
 }
 
+/// slope * direction, but nothing for nothing.
+fn chain(slope: f64, direction: f64) -> f64 {
+    Real::chain(slope, direction)
+}
+
 operations! {
     (a, b, c), (da, db, dc), value;
-    Add(a, b): "a + b" = a + b, slope da + db, series a.add(b);
-    Subtract(a, b): "a - b" = a - b, slope da - db, series a.add(b.scale(-1.0));
-    Multiply(a, b): "a * b" = a * b, slope chain(b, da) + chain(a, db), series a.multiply(b);
-    Divide(a, b): "a / b" = a / b, slope (da - chain(db, value)) / b, series a.divide(b);
-    Negate(a): "-a" = -a, slope -da, series a.scale(-1.0);
-    MultiplyAdd(a, b, c): "a * b + c, rounded twice" = a * b + c, slope chain(b, da) + chain(a, db) + dc, series a.multiply(b).add(c);
-    MultiplySubtract(a, b, c): "a * b - c, rounded twice" = a * b - c, slope chain(b, da) + chain(a, db) - dc,
-        series a.multiply(b).add(c.scale(-1.0));
-    SubtractProduct(a, b, c): "c - a * b, rounded twice" = c - a * b, slope dc - (chain(b, da) + chain(a, db)),
-        series c.add(a.multiply(b).scale(-1.0));
-    SquareRoot(a): "sqrt a" = a.sqrt(), slope chain(0.5 / value, da),
-        series a.map(a.0[0].sqrt(), |root| Series::constant(0.5).divide(root));
+    Add(a, b): "a + b" = a.add(b);
+    Subtract(a, b): "a - b" = a.subtract(b);
+    Multiply(a, b): "a * b" = a.multiply(b);
+    Divide(a, b): "a / b" = a.divide(b);
+    Negate(a): "-a" = a.negate();
+    MultiplyAdd(a, b, c): "a * b + c, rounded twice" = a.multiply(b).add(c);
+    MultiplySubtract(a, b, c): "a * b - c, rounded twice" = a.multiply(b).subtract(c);
+    SubtractProduct(a, b, c): "c - a * b, rounded twice" = c.subtract(a.multiply(b));
+    SquareRoot(a): "sqrt a" = a.square_root();
+    ;
     Absolute(a): "|a|" = a.abs(), slope chain(math::sign(a), da),
         series a.scale(if a.0[0] == 0.0 { 0.0 } else { math::sign(a.0[0]) });
-    SinCos(a): "target = sin a, register c = cos a" = math::sin_cos(a).0, slope chain(c, da), series a.sine_cosine().0;
     Tangent(a): "tan a" = libm::tan(a), slope chain(1.0 + value * value, da),
         series a.map(libm::tan(a.0[0]), |value| value.multiply(value).plus(1.0));
     ArcSine(a): "asin a" = libm::asin(a), slope chain(1.0 / (1.0 - a * a).sqrt(), da),

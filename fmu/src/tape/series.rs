@@ -3,7 +3,8 @@
 //! Where a function has no derivative (a step, a corner) the series of the active side is taken. What does not move stays a constant even
 //! where the slope is infinite.
 
-use super::{Instruction, Operation, Tape};
+use super::Operation;
+use super::field::Field;
 use crate::math;
 
 /// The highest order kept.
@@ -15,29 +16,49 @@ const PRODUCTS: f64 = 32.0;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Series(pub [f64; ORDER + 1]);
 
-impl Tape {
-    /// Runs the tape over a register file of series.
-    ///
-    /// # Panics
-    /// As [`Tape::run`].
-    pub fn run_series(&self, registers: &mut [Series]) {
-        for instruction in self.instructions() {
-            instruction.run_series(registers);
-        }
+impl Field for Series {
+    fn add(self, other: Self) -> Self {
+        Self(std::array::from_fn(|k| self.0[k] + other.0[k]))
     }
-}
 
-impl Instruction {
-    fn run_series(&self, registers: &mut [Series]) {
-        let [a, b, c] = [self.a, self.b, self.c].map(|register| registers[register as usize]);
-        if self.operation == Operation::SinCos {
-            let (sine, cosine) = a.sine_cosine();
-            // In the order of [`Tape::run`]: the first result wins if both go to one register.
-            registers[self.c as usize] = cosine;
-            registers[self.target as usize] = sine;
-        } else {
-            registers[self.target as usize] = self.operation.series([a, b, c]);
+    fn subtract(self, other: Self) -> Self {
+        self.add(other.scale(-1.0))
+    }
+
+    fn multiply(self, other: Self) -> Self {
+        Self(std::array::from_fn(|k| (0..=k).map(|j| self.0[j] * other.0[k - j]).sum()))
+    }
+
+    fn divide(self, divisor: Self) -> Self {
+        let mut quotient = Self::default();
+        for k in 0..=ORDER {
+            let known: f64 = (1..=k).map(|j| divisor.0[j] * quotient.0[k - j]).sum();
+            quotient.0[k] = (self.0[k] - known) / divisor.0[0];
         }
+        quotient
+    }
+
+    fn negate(self) -> Self {
+        self.scale(-1.0)
+    }
+
+    fn square_root(self) -> Self {
+        self.map(self.0[0].sqrt(), |root| Self::constant(0.5).divide(root))
+    }
+
+    fn sine_and_cosine(self) -> [Self; 2] {
+        let values = math::sin_cos(self.0[0]);
+        let (mut sine, mut cosine) = (Self::constant(values.0), Self::constant(values.1));
+        for _ in 0..ORDER {
+            let next = cosine.multiply(self.rate()).integral(values.0);
+            cosine = sine.multiply(self.rate()).negate().integral(values.1);
+            sine = next;
+        }
+        [sine, cosine]
+    }
+
+    fn function(operation: Operation, operands: [Self; 3]) -> Self {
+        operation.series(operands)
     }
 }
 
@@ -68,10 +89,6 @@ impl Series {
         self.0[1..].iter().any(|coefficient| *coefficient != 0.0)
     }
 
-    pub(super) fn add(self, other: Self) -> Self {
-        Self(std::array::from_fn(|k| self.0[k] + other.0[k]))
-    }
-
     pub(super) fn plus(mut self, value: f64) -> Self {
         self.0[0] += value;
         self
@@ -79,19 +96,6 @@ impl Series {
 
     pub(super) fn scale(self, factor: f64) -> Self {
         Self(self.0.map(|coefficient| factor * coefficient))
-    }
-
-    pub(super) fn multiply(self, other: Self) -> Self {
-        Self(std::array::from_fn(|k| (0..=k).map(|j| self.0[j] * other.0[k - j]).sum()))
-    }
-
-    pub(super) fn divide(self, divisor: Self) -> Self {
-        let mut quotient = Self::default();
-        for k in 0..=ORDER {
-            let known: f64 = (1..=k).map(|j| divisor.0[j] * quotient.0[k - j]).sum();
-            quotient.0[k] = (self.0[k] - known) / divisor.0[0];
-        }
-        quotient
     }
 
     /// f(self) from its first value and its slope, which may depend on f: each round is right to one order more.
@@ -105,22 +109,10 @@ impl Series {
         result
     }
 
-    pub(super) fn sine_cosine(self) -> (Self, Self) {
-        let values = math::sin_cos(self.0[0]);
-        let (mut sine, mut cosine) = (Self::constant(values.0), Self::constant(values.1));
-        for _ in 0..ORDER {
-            let next = cosine.multiply(self.rate()).integral(values.0);
-            cosine = sine.multiply(self.rate()).scale(-1.0).integral(values.1);
-            sine = next;
-        }
-        (sine, cosine)
-    }
-
     /// 1 / sqrt(1 - a^2)
     pub(super) fn arc_slope(self) -> Self {
         let square = self.multiply(self).scale(-1.0).plus(1.0);
-        let root = square.map(square.0[0].sqrt(), |root| Self::constant(0.5).divide(root));
-        Self::constant(1.0).divide(root)
+        Self::constant(1.0).divide(square.square_root())
     }
 
     /// atan2(self, x)
@@ -129,7 +121,7 @@ impl Series {
         if !self.moves() && !x.moves() {
             return Self::constant(value);
         }
-        let turning = x.multiply(self.rate()).add(self.multiply(x.rate()).scale(-1.0));
+        let turning = x.multiply(self.rate()).subtract(self.multiply(x.rate()));
         turning.divide(self.multiply(self).add(x.multiply(x))).integral(value)
     }
 
@@ -151,6 +143,7 @@ impl Series {
 
 #[cfg(test)]
 mod tests {
+    use super::super::{Instruction, Tape};
     use super::*;
     use Operation::*;
 

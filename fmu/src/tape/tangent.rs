@@ -1,48 +1,86 @@
-//! Running a tape together with its derivative along one direction: a second register file holds the derivative of the first.
+//! A number with its derivatives along some directions: what a tape finds together with its own derivatives.
 //!
 //! Where a function has no derivative (a step, a corner) the one of the active side is taken. What does not move has derivative zero even
 //! where the slope is infinite, as that of a square root at zero is; nor does a quotient whose divisor is.
 
-use super::{Instruction, Operation, Tape};
+use super::Operation;
+use super::field::{Field, Real, of_two};
 
-impl Tape {
-    /// Runs the tape over `registers`, and its derivative over `tangents`, whose entries for what the tape reads are the direction.
-    ///
-    /// # Panics
-    /// As [`Tape::run`]; both files must have the same size.
-    pub fn run_tangent(&self, registers: &mut [f64], tangents: &mut [f64]) {
-        for instruction in self.instructions() {
-            instruction.run_tangent(registers, tangents);
+/// A value and its derivatives.
+#[derive(Clone, Copy)]
+pub(super) struct Tangent<V, const D: usize> {
+    pub value: V,
+    pub along: [V; D],
+}
+
+impl<V: Real, const D: usize> Tangent<V, D> {
+    /// This value, with derivatives from those of this number and another one.
+    #[inline(always)]
+    fn with(&self, other: &Self, value: V, of: impl Fn(V, V) -> V) -> Self {
+        let mut along = self.along;
+        for i in 0..D {
+            along[i] = of(self.along[i], other.along[i]);
         }
+        Self { value, along }
+    }
+
+    /// This value, with derivatives from those of this number.
+    #[inline(always)]
+    fn of(&self, value: V, of: impl Fn(V) -> V) -> Self {
+        self.with(self, value, |own, _| of(own))
     }
 }
 
-impl Instruction {
-    #[inline]
-    fn run_tangent(&self, registers: &mut [f64], tangents: &mut [f64]) {
-        // Operands first: the target may be one of them.
-        let mut operands = [self.a, self.b, self.c].map(|register| registers[register as usize]);
-        let directions = [self.a, self.b, self.c].map(|register| tangents[register as usize]);
-        self.run(registers);
-        let value = registers[self.target as usize];
-        if self.operation == Operation::SinCos {
-            // The second result, at c, is the cosine.
-            operands[2] = registers[self.c as usize];
-            tangents[self.c as usize] = chain(-value, directions[0]);
-        }
-        tangents[self.target as usize] = self.operation.tangent(value, operands, directions);
+impl<V: Real, const D: usize> Field for Tangent<V, D> {
+    of_two! {
+        self, other:
+        add = self.with(&other, self.value.add(other.value), V::add);
+        subtract = self.with(&other, self.value.subtract(other.value), V::subtract);
+        multiply = {
+            let [a, b] = [self.value, other.value];
+            self.with(&other, a.multiply(b), |da, db| b.chain(da).add(a.chain(db)))
+        };
+        divide = {
+            let (value, divisor) = (self.value.divide(other.value), other.value);
+            self.with(&other, value, |da, db| da.subtract(db.chain(value)).divide(divisor))
+        };
     }
-}
 
-/// slope * direction, but nothing for nothing.
-pub(super) fn chain(slope: f64, direction: f64) -> f64 {
-    if direction == 0.0 { 0.0 } else { slope * direction }
+    #[inline(always)]
+    fn negate(self) -> Self {
+        self.of(self.value.negate(), |da| da.negate())
+    }
+
+    #[inline(always)]
+    fn square_root(self) -> Self {
+        let root = self.value.square_root();
+        let slope = V::constant(0.5).divide(root);
+        self.of(root, |da| slope.chain(da))
+    }
+
+    #[inline(always)]
+    fn sine_and_cosine(self) -> [Self; 2] {
+        let [sine, cosine] = self.value.sine_and_cosine();
+        let falling = sine.negate();
+        [self.of(sine, |da| cosine.chain(da)), self.of(cosine, |da| falling.chain(da))]
+    }
+
+    #[inline(always)]
+    fn function(operation: Operation, [a, b, c]: [Self; 3]) -> Self {
+        let operands = [a.value, b.value, c.value];
+        let value = V::function(operation, operands);
+        let mut along = a.along;
+        for i in 0..D {
+            along[i] = V::slope(operation, value, operands, [a.along[i], b.along[i], c.along[i]]);
+        }
+        Self { value, along }
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use Operation::*;
+    use super::super::{Instruction, Tape};
+    use super::Operation::{self, *};
 
     /// Values and derivatives of both results.
     fn apply(operation: Operation, point: [f64; 3], direction: [f64; 3]) -> [[f64; 2]; 2] {
