@@ -1,6 +1,7 @@
 //! Joints, drivers and loads: parts of a mechanism, each of a kind that its component knows.
 
 use super::{BodyId, Formula, InputId, JointId, Owner, ParameterId, Place};
+use crate::component::Component;
 use crate::diagnostic::Span;
 
 /// A joint, driver or load with everything that its keys say.
@@ -8,8 +9,8 @@ use crate::diagnostic::Span;
 pub struct Part {
     /// The user's name.
     pub name: String,
-    /// The name of its component, such as `revolute`.
-    pub(crate) kind: &'static str,
+    /// What it is, such as `revolute`.
+    pub(crate) component: &'static Component,
     /// Which joint, driver or load it is.
     pub owner: Owner,
     /// The points joined; the mass centre stands for a whole body, the origin for the ground.
