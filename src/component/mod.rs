@@ -177,13 +177,6 @@ pub struct Component {
     pub icon: IconOf,
 }
 
-/// There is one component of a name.
-impl PartialEq for Component {
-    fn eq(&self, other: &Self) -> bool {
-        self.name == other.name
-    }
-}
-
 type RowsOf = fn(&Part, &mut System) -> Rows;
 type PlacedOf = fn(&mut Placed<'_>);
 type IconOf = fn(&Part) -> Icon;
@@ -251,6 +244,11 @@ impl Component {
         }
     }
 
+    /// Its place among all of them.
+    pub(crate) fn kind(&self) -> usize {
+        ALL.iter().take_while(|other| other.name != self.name).count()
+    }
+
     /// Its reactions in a scene of this dimension.
     pub fn reactions(&self, dimension: Dimension) -> impl Iterator<Item = Quantity> {
         let is_there = move |quantity: &Quantity| dimension == Dimension::Two || quantity.is_on_a_line();
@@ -264,7 +262,7 @@ pub(crate) type Linear = [Formula; 3];
 impl Part {
     /// What it is: its keys, its variables, its equations.
     pub fn component(&self) -> &'static Component {
-        self.component
+        ALL[self.kind]
     }
 
     /// The force that pushes its ends apart \[N\] or the torque on its second body [N.m], if it has such a law.

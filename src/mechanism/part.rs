@@ -1,7 +1,6 @@
 //! Joints, drivers and loads: parts of a mechanism, each of a kind that its component knows.
 
 use super::{BodyId, Formula, InputId, JointId, Owner, ParameterId, Place};
-use crate::component::Component;
 use crate::diagnostic::Span;
 
 /// A joint, driver or load with everything that its keys say.
@@ -9,8 +8,8 @@ use crate::diagnostic::Span;
 pub struct Part {
     /// The user's name.
     pub name: String,
-    /// What it is, such as `revolute`.
-    pub(crate) component: &'static Component,
+    /// Which of the components it is, by its place among all of them.
+    pub(crate) kind: usize,
     /// Which joint, driver or load it is.
     pub owner: Owner,
     /// The points joined; the mass centre stands for a whole body, the origin for the ground.

@@ -104,7 +104,7 @@ fn solve_tree(own: &Equations, tree: &lower::SolveTree) -> SolveTree {
 
 fn describe_joint(mechanism: &Mechanism, joint: &Part) -> Joint {
     let between = joint.between.map(|place| mechanism.place_name(place));
-    Joint { name: joint.name.clone(), kind: joint.component.name.to_string(), between }
+    Joint { name: joint.name.clone(), kind: joint.component().name.to_string(), between }
 }
 
 fn coordinates(equations: &Equations) -> Vec<Coordinate> {

@@ -84,7 +84,14 @@ impl Resolver<'_> {
         }
         reading.complete &= self.carrier_apart(&reading);
         let (_, between) = reading.ends.filter(|_| reading.complete)?;
-        Some(Part { name: name.text.clone(), component, owner, between, values: reading.values, span: name.span })
+        Some(Part {
+            name: name.text.clone(),
+            kind: component.kind(),
+            owner,
+            between,
+            values: reading.values,
+            span: name.span,
+        })
     }
 
     fn unrecognised(&mut self, part: &written::Part, section: Section) {

@@ -21,7 +21,7 @@ impl Tape {
     /// Runs the tape over a register file.
     ///
     /// # Panics
-    /// If an instruction names a register outside the file; a program that passed [`crate::program::Program::check`] has none.
+    /// If an instruction names a register outside the file; a program that passed its check has none.
     pub fn run(&self, registers: &mut [f64]) {
         match <&mut [f64; FEW_REGISTERS]>::try_from(&mut *registers) {
             Ok(few) => self.run_over(few),
