@@ -7,12 +7,14 @@ use super::Failure;
 
 /// Iterations for each row and column.
 const ITERATIONS: usize = 300;
+/// A singular value below this share of the largest is a rounding error.
+const NOTHING: f64 = 1e-12;
 
 /// Singular values, in descending order, and vectors.
 ///
 /// # Errors
 /// The numbers are too large.
-pub(super) fn svd<T: ComplexField<RealField = f64>>(
+pub(crate) fn svd<T: ComplexField<RealField = f64>>(
     matrix: DMatrix<T>,
     left: bool,
     right: bool,
@@ -22,6 +24,24 @@ pub(super) fn svd<T: ComplexField<RealField = f64>>(
     let mut found = found.filter(|svd| !svd.singular_values.iter().any(|value| value.is_nan()));
     found.iter_mut().for_each(SVD::sort_by_singular_values);
     found.ok_or(Failure::Range)
+}
+
+/// x of the damped least-squares problem |A x - b|^2 + damping |x|^2; without damping the smallest of the best.
+///
+/// # Errors
+/// The numbers are too large.
+pub(crate) fn least_squares(a: &DMatrix<f64>, b: &DVector<f64>, damping: f64) -> Result<DVector<f64>, Failure> {
+    if a.is_empty() {
+        return Ok(DVector::zeros(a.ncols()));
+    }
+    let svd = svd(a.clone(), true, true)?;
+    let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else { return Err(Failure::Range) };
+    let least = NOTHING * svd.singular_values.max();
+    let mut parts = u.tr_mul(b);
+    for (part, &s) in parts.iter_mut().zip(&svd.singular_values) {
+        *part *= if s > least { s / (s * s + damping) } else { 0.0 };
+    }
+    Ok(v_t.tr_mul(&parts))
 }
 
 /// v with N v = 0, or of a smallest singular value that is there more than once the one so many before. With the adjoint matrix the left one: those that the

@@ -1,7 +1,7 @@
 //! Analysis without simulation: equilibria and their stability, linearisation, natural vibrations. All derivatives are exact: the equations are
 //! differentiated symbolically.
 
-mod decompose;
+pub(crate) mod decompose;
 mod equilibrium;
 mod independent;
 mod matrix;

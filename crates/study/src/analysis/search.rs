@@ -8,7 +8,7 @@ use cotree::compile::shown;
 use cotree::formulate::Formulated;
 use nalgebra::{DMatrix, DVector};
 
-use super::decompose::svd;
+use super::decompose::{least_squares, svd};
 use super::variation::{Column, Numbers, Row, Variation};
 use super::{Failure, Point};
 
@@ -65,7 +65,7 @@ fn accelerations(numbers: &Numbers, point: &Point) -> Result<DVector<f64>, Failu
     let (motion, loops) = (numbers.values(Row::Motion), numbers.values(Row::Accelerations));
     let right = DVector::from_iterator(motion.len() + loops.len(), motion.iter().chain(&loops).map(|value| -value));
     // The solution holds changes of the reactions too. In a singular pose: the solution of least norm.
-    Ok(solve(&numbers.system(), &right, 0.0)?.rows(0, coordinates).into_owned())
+    Ok(least_squares(&numbers.system(), &right, 0.0)?.rows(0, coordinates).into_owned())
 }
 
 /// Why the search ends at a point that is no equilibrium: something accelerates there, or branches of the motion cross, where least-norm accelerations vanish though the loads
@@ -97,21 +97,6 @@ fn stuck_at(formulated: &Formulated, variation: &Variation, point: &Point) -> Re
 
 pub(super) fn scales(formulated: &Formulated) -> Vec<f64> {
     formulated.lowered.program.coordinates.iter().map(|coordinate| coordinate.scale).collect()
-}
-
-/// x of the damped least-squares problem |A x - b|^2 + damping |x|^2; without damping the smallest of the best.
-fn solve(a: &DMatrix<f64>, b: &DVector<f64>, damping: f64) -> Result<DVector<f64>, Failure> {
-    if a.is_empty() {
-        return Ok(DVector::zeros(a.ncols()));
-    }
-    let svd = svd(a.clone(), true, true)?;
-    let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else { return Ok(DVector::zeros(a.ncols())) };
-    let least = 1e-12 * svd.singular_values.max();
-    let mut parts = u.tr_mul(b);
-    for (part, &s) in parts.iter_mut().zip(&svd.singular_values) {
-        *part *= if s > least { s / (s * s + damping) } else { 0.0 };
-    }
-    Ok(v_t.tr_mul(&parts))
 }
 
 /// Orthonormal basis of the null space of a matrix: its right singular vectors whose singular values are at most a share of the largest.
@@ -163,7 +148,7 @@ impl<'a> Search<'a> {
     /// The reactions that balance the loads best, by least squares.
     fn carry(&mut self, numbers: &Numbers) -> Result<(), Failure> {
         let reactions = numbers.block(Row::Motion, Column::Reactions);
-        let change = solve(&reactions, &-numbers.values(Row::Motion), 0.0)?;
+        let change = least_squares(&reactions, &-numbers.values(Row::Motion), 0.0)?;
         self.change_reactions(change.as_slice());
         Ok(())
     }
@@ -214,7 +199,7 @@ impl<'a> Search<'a> {
             let numbers = self.variation.motion_at(&self.formulated.equations, &self.point)?;
             let jacobian = self.jacobian(&numbers);
             loop {
-                let next = self.moved(&solve(&jacobian, &-&residual, damping)?);
+                let next = self.moved(&least_squares(&jacobian, &-&residual, damping)?);
                 let rest = self.residual(&next);
                 // Written so that NaN is no progress.
                 if rest.norm() < residual.norm() {
@@ -259,7 +244,7 @@ impl<'a> Search<'a> {
         }
         for _ in 0..MOVES {
             let numbers = self.variation.motion_at(equations, &self.point)?;
-            let step = solve(&numbers.block(Row::Loops, Column::Positions), &-numbers.values(Row::Loops), 0.0)?;
+            let step = least_squares(&numbers.block(Row::Loops, Column::Positions), &-numbers.values(Row::Loops), 0.0)?;
             self.point.positions_mut().iter_mut().zip(&step).for_each(|(q, change)| *q += change);
         }
         let numbers = self.variation.motion_at(equations, &self.point)?;

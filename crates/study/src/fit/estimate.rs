@@ -1,13 +1,14 @@
 //! How well the measured values determine the quantities.
 
 use cotree::diagnostic::suggest;
-use nalgebra::{DMatrix, DVector, SVD};
+use nalgebra::{DMatrix, DVector};
 
 use super::Quantity;
 use super::levenberg::Residuals;
 use super::request::Weighed;
 use super::student::{NORMAL, limits_95};
 use crate::analysis::Varying;
+use crate::analysis::decompose::svd;
 
 /// Quantities are not determined where a combination of them has less than this share of the effect of others.
 const UNDETERMINED: f64 = 1e-6;
@@ -98,9 +99,7 @@ fn covariance(jacobian: &DMatrix<f64>, norms: &[f64]) -> Result<DMatrix<f64>, DV
     }
     let scaled = DMatrix::from_fn(jacobian.nrows(), count, |row, column| jacobian[(row, column)] / norms[column]);
     let everything = || DVector::from_element(count, 1.0);
-    let most = 300 * (scaled.nrows() + count);
-    let mut parts = SVD::try_new_unordered(scaled, false, true, 5.0 * f64::EPSILON, most).ok_or_else(everything)?;
-    parts.sort_by_singular_values();
+    let parts = svd(scaled, false, true).map_err(|_| everything())?;
     let Some(right) = &parts.v_t else { return Err(everything()) };
     let singular = &parts.singular_values;
     let last = singular.len() - 1;

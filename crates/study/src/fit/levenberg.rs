@@ -1,9 +1,10 @@
 //! Nonlinear least squares with bounds: Levenberg (1944) and Marquardt (1963), with the scaling of Moré (1978). Steps are cut at the bounds, and what is pushed
 //! against its bound stays there.
 
-use nalgebra::{DMatrix, DVector, SVD};
+use nalgebra::{DMatrix, DVector};
 
 use crate::analysis::Failure;
+use crate::analysis::decompose::least_squares;
 
 /// A step that changes the values by less than this share is the last.
 const SETTLED: f64 = 1e-9;
@@ -161,13 +162,7 @@ impl<'a> Step<'a> {
         let scaled = DMatrix::from_fn(values.len(), free.len(), |row, column| {
             derivatives[(row, free[column])] / self.scales[free[column]]
         });
-        let most = 300 * (scaled.nrows() + scaled.ncols());
-        let parts = SVD::try_new(scaled, true, true, 5.0 * f64::EPSILON, most)?;
-        let mut along = parts.u?.tr_mul(&(values + derivatives * (next - self.values)));
-        for (part, singular) in along.iter_mut().zip(parts.singular_values.iter()) {
-            *part *= singular / (singular * singular + damping).max(f64::MIN_POSITIVE);
-        }
-        Some(parts.v_t?.tr_mul(&along))
+        least_squares(&scaled, &(values + derivatives * (next - self.values)), damping).ok()
     }
 }
 
