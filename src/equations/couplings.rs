@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 use super::constraints::{Constraint, assemble};
 use super::form::{Coefficient, Form};
-use super::kinematics::{Kinematics, Motion, project};
+use super::kinematics::{Kinematics, PointMotion, project};
 use super::vector::{Scalar, Vector};
 use crate::component::{Coupling, Curve, Port, System};
 use crate::expr::{Arena, Expr, Symbol, Unary};
@@ -101,7 +101,7 @@ fn on_curve(arena: &mut Arena, kinematics: &Kinematics, ends: [RNode; 2], curve:
 }
 
 /// |r| with its derivatives v.e and a.e + (v.v - (v.e)^2)/|r|, and the unit vector e = r/|r|.
-fn length(system: &mut System, kinematics: &Kinematics, gap: &Motion) -> (ScalarMotion, Vector) {
+fn length(system: &mut System, kinematics: &Kinematics, gap: &PointMotion) -> (ScalarMotion, Vector) {
     let speeds = [Vector::x(), Vector::y()].map(|axis| kinematics.component(system, &gap.velocity, &axis));
     let arena = &mut system.arena;
     let square = gap.position.dot(arena, &gap.position).total(arena, &kinematics.frames);

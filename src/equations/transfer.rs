@@ -2,7 +2,7 @@
 
 use super::constraints::split;
 use super::form::Form;
-use super::kinematics::{Motion, ScalarMotion};
+use super::kinematics::{PointMotion, ScalarMotion};
 use super::vector::Scalar;
 use super::{Coordinate, Equations};
 use crate::component::{Direction, Known};
@@ -127,12 +127,12 @@ impl Equations {
     }
 
     /// The across variable of a coordinate's element without its known part, and the direction of the coordinate.
-    fn free_motion(&mut self, coordinate: &Coordinate) -> Option<(Motion, Direction)> {
+    fn free_motion(&mut self, coordinate: &Coordinate) -> Option<(PointMotion, Direction)> {
         let row = self.system.element(coordinate.element).translation.clone()?;
         let direction = row.motion.iter().find(|(_, name)| *name == coordinate.name)?.0;
         let known = self.kinematics.known(&mut self.system, &row.known);
         let arena = &mut self.system.arena;
         let across = self.kinematics.across(arena, row.ends);
-        Some((Motion::between(arena, &known, &across), direction))
+        Some((PointMotion::between(arena, &known, &across), direction))
     }
 }

@@ -2,7 +2,7 @@
 
 use super::form::{Coefficient, Form};
 use super::inertias::{inertia, mass};
-use super::kinematics::{Kinematics, Motion, ScalarMotion};
+use super::kinematics::{Kinematics, PointMotion, ScalarMotion};
 use super::vector::Vector;
 use super::{Constraint, Equations};
 use crate::component::{Angle, Curve, Direction, Force, Origin, Port, RotationalRow, System, Torque, TranslationalRow};
@@ -56,7 +56,7 @@ impl Equations {
             _ if let Some(total) = self.total_of(place, quantity) => total,
             Quantity::X | Quantity::Y => {
                 let position = self.kinematics.position(&mut self.system, place);
-                self.of_motion(&Motion { position, ..Motion::default() }, quantity)
+                self.of_motion(&PointMotion { position, ..PointMotion::default() }, quantity)
             }
             _ => {
                 let motion = self.kinematics.place(&mut self.system, place);
@@ -71,7 +71,7 @@ impl Equations {
         Some(self.kinematics.total_of_place(&mut self.system, place, order)?[axis])
     }
 
-    fn of_motion(&mut self, motion: &Motion, quantity: Quantity) -> Expr {
+    fn of_motion(&mut self, motion: &PointMotion, quantity: Quantity) -> Expr {
         let Some((order, axis)) = component(quantity) else { return Expr::ZERO };
         let axis = if axis == 0 { Vector::x() } else { Vector::y() };
         match order {
@@ -155,7 +155,7 @@ impl Equations {
         let Some(&(direction, _)) = row.motion.first() else { return Expr::ZERO };
         let known = self.kinematics.known(&mut self.system, &row.known);
         let across = self.kinematics.across(&mut self.system.arena, row.ends);
-        let across = Motion::between(&mut self.system.arena, &known, &across);
+        let across = PointMotion::between(&mut self.system.arena, &known, &across);
         let (frame, axis) = self.kinematics.direction(&mut self.system, direction);
         match quantity {
             Quantity::S => self.dot(&across.position, &axis),

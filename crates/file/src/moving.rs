@@ -13,7 +13,7 @@ use cotree_fmu::instance::{Inaccuracy, Instance, InstanceError};
 use cotree_fmu::model::Model as Runnable;
 
 use crate::overview::{Overview, overview};
-use crate::page::{Display, GroundPoint, Live, Model, Motion, Page, Variable, point_names, prose};
+use crate::page::{Display, GroundPoint, Live, Model, MotionSource, Page, Variable, point_names, prose};
 
 /// A stored run has at most so many samples.
 const SAMPLES: f64 = 1000.0;
@@ -143,7 +143,7 @@ fn assemble(
     let motion = match origin {
         Origin::Solver(module) => {
             let program = everything.program.to_bytes().map_err(|error| error.to_string())?;
-            Motion::Solver { module, program }
+            MotionSource::Solver { module, program }
         }
         Origin::Stored(until) => {
             let stop = until.min(description.experiment.stop);
@@ -156,7 +156,7 @@ fn assemble(
             let early = || format!("The stored run ends at {stop:.3} s: there is much to compute.");
             model.cut = cut.or_else(|| (!whole).then(early));
             model.warning = inaccuracy.map(|found| format!("Warning: {found}; {}", found.help()));
-            Motion::Stored { times, columns: columns.collect() }
+            MotionSource::Stored { times, columns: columns.collect() }
         }
     };
     Ok(Live { model, motion })

@@ -7,7 +7,7 @@ use cotree::mechanism::{DriverId, InputId};
 use serde_json::{Map, Value, json};
 
 use super::matrices::Matrices;
-use super::motion::Motion;
+use super::motion::MotionEquations;
 use super::name::Name;
 use super::notation::plain::PLAIN;
 use super::symbol_name;
@@ -15,13 +15,13 @@ use super::tree::{Formulas, Tree};
 
 /// The whole description. Numbers have 15 digits: those of the printed code are exact.
 pub fn json(equations: &mut Equations) -> String {
-    let motion = Motion::new(equations);
+    let motion = MotionEquations::new(equations);
     let value = described(equations, &motion);
     format!("{value:#}\n")
 }
 
 /// Some equations of a mechanism as JSON.
-pub fn described(equations: &mut Equations, motion: &Motion) -> Value {
+pub fn described(equations: &mut Equations, motion: &MotionEquations) -> Value {
     let Formulas { angles, definitions, formulas } = motion.formulas(equations);
     let mut formulas = formulas.into_iter();
     let mut groups = Map::new();

@@ -45,7 +45,7 @@ use cotree::expr::Symbol;
 pub use document::html_page;
 pub use json::json;
 pub use minimal::minimal;
-use motion::Motion;
+use motion::MotionEquations;
 pub use notation::latex::escape as latex_text;
 pub use steps::steps;
 pub use symbols::Written;
@@ -83,14 +83,14 @@ pub fn motion(equations: &mut Equations, prose: Prose) -> String {
 
 /// The same behind other blocks.
 pub(crate) fn titled(equations: &mut Equations, mut blocks: Vec<document::Block>, prose: Prose) -> String {
-    blocks.extend(Motion::new(equations).blocks(equations));
+    blocks.extend(MotionEquations::new(equations).blocks(equations));
     let title = format!("Equations of motion of {}", equations.system.mechanism.name);
     page(&title, &blocks, prose)
 }
 
 /// The equations of motion as a piece of HTML with MathML, to be put into a page.
 pub fn mathml(equations: &mut Equations) -> String {
-    let blocks = Motion::new(equations).blocks(equations);
+    let blocks = MotionEquations::new(equations).blocks(equations);
     document::fragment(&blocks)
 }
 

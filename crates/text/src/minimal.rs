@@ -11,7 +11,7 @@ use cotree::formulate::Formulated;
 use cotree::resolve::symbolic::{Style, Symbolic};
 
 use super::document::{Block, Piece};
-use super::motion::{Entry, Motion, has_masses};
+use super::motion::{Entry, MotionEquations, has_masses};
 use super::name::Name;
 use super::symbols::{values, with_names};
 use super::tree::Tree;
@@ -24,7 +24,7 @@ use solve::{Solved, solve};
 struct Minimal {
     independent: Vec<usize>,
     dependent: Vec<usize>,
-    motion: Motion,
+    motion: MotionEquations,
     /// Coordinates whose loop equation has no closed form.
     open: Vec<usize>,
 }
@@ -90,7 +90,12 @@ impl Minimal {
         groups.push(("Loop equations without a closed form: = 0", open));
         groups.retain(|(_, entries)| !entries.is_empty());
         let Solved { independent, dependent, .. } = solved;
-        Ok(Minimal { independent, dependent, open: closed.open, motion: Motion { groups, dynamic, sums: Vec::new() } })
+        Ok(Minimal {
+            independent,
+            dependent,
+            open: closed.open,
+            motion: MotionEquations { groups, dynamic, sums: Vec::new() },
+        })
     }
 
     fn blocks(&self, equations: &mut Equations) -> Vec<Block> {

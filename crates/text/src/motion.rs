@@ -19,14 +19,14 @@ pub type Entry = (Name, Expr);
 
 /// The equations, quantity by quantity. Zeros of matrices are left out.
 #[derive(Clone, Debug)]
-pub struct Motion {
+pub struct MotionEquations {
     pub groups: Vec<(&'static str, Vec<Entry>)>,
     pub dynamic: bool,
     /// {Q} as a sum of columns that are among the groups.
     pub sums: Vec<(Name, Tree)>,
 }
 
-impl Motion {
+impl MotionEquations {
     /// Collects M and Q (of a model with masses), Phi, Phi_q, Phi_t, gamma, and the displacements and efforts that follow from the
     /// motion.
     pub fn new(equations: &mut Equations) -> Self {
@@ -44,7 +44,7 @@ impl Motion {
         }
         groups.retain(|(_, entries)| !entries.is_empty());
         let sums = if dynamic && equations.symbolic { in_parts(equations, &mut groups) } else { Vec::new() };
-        Motion { groups, dynamic, sums }
+        MotionEquations { groups, dynamic, sums }
     }
 
     pub fn formulas(&self, equations: &mut Equations) -> Formulas {

@@ -258,9 +258,9 @@ fn loads<'a>(lead: Lead, moves: Vector<'a>, out: Vector<'a>, reach: Term<'a>) ->
 }
 
 /// A law, where the guide starts, and its sense.
-type Motion<'g> = (&'g [Expr; 4], Expr, f64);
+type Lift<'g> = (&'g [Expr; 4], Expr, f64);
 
-fn roller(arena: &mut Arena, lead: Lead, radius: Expr, (law, start, sense): Motion) -> Contact {
+fn roller(arena: &mut Arena, lead: Lead, radius: Expr, (law, start, sense): Lift) -> Contact {
     let made = build_all(arena, [start, radius, law[0], law[1], law[2]], |[start, radius, s, v, a]| {
         let Path { p: [p, first, second], moves } = path(lead, [s, v, a], start, sense);
         let tangent = difference(first, normal(p));
@@ -309,7 +309,7 @@ fn line<'a>(lead: Lead, face: Vector<'a>, law: [Term<'a>; 3], start: Term<'a>, s
     }
 }
 
-fn flat(arena: &mut Arena, lead: Lead, face: [Expr; 2], (law, start, sense): Motion) -> Contact {
+fn flat(arena: &mut Arena, lead: Lead, face: [Expr; 2], (law, start, sense): Lift) -> Contact {
     let made = build_all(arena, [start, law[0], law[1], law[2]], |[start, s, v, a]| {
         let face = face.map(|component| start.other(component));
         let Line { h: [h, first, second], normal: m, eta, along, p } = line(lead, face, [s, v, a], start, sense);

@@ -18,7 +18,7 @@ use crate::graph::{ElementId, RNode, Rotation, TNode, Topology, Translation};
 use crate::mechanism::Place;
 
 pub use frames::is_constant;
-pub use motion::{Motion, ScalarMotion};
+pub use motion::{PointMotion, ScalarMotion};
 pub use terminal::{known_angle, project};
 
 use frames::{angles, frames};
@@ -58,7 +58,7 @@ impl Kinematics {
             let Some(row) = system.elements[branch.0].translation.clone() else { continue };
             let unsigned = kinematics.across_branch(system, &row, t_coordinates.get(&branch).copied());
             let sign = system.arena.constant(f64::from(sign));
-            let mut across = Motion::default();
+            let mut across = PointMotion::default();
             across.accumulate(&mut system.arena, sign, &unsigned);
             let before = kinematics.steps[parent.index()].as_ref();
             let (depth, angles, frame) = before.map_or((0, 0, FrameId::WORLD), |s| (s.depth, s.angles, s.frame));
@@ -70,15 +70,15 @@ impl Kinematics {
         kinematics
     }
 
-    pub fn node(&self, arena: &mut Arena, node: TNode) -> Motion {
+    pub fn node(&self, arena: &mut Arena, node: TNode) -> PointMotion {
         self.relative(arena, TNode::DATUM, node)
     }
 
     /// Across variable of an element from the branches that connect its nodes (Eq. 12).
-    pub fn across(&self, arena: &mut Arena, ends: [TNode; 2]) -> Motion {
+    pub fn across(&self, arena: &mut Arena, ends: [TNode; 2]) -> PointMotion {
         let base = self.meeting(ends);
         let [from, to] = ends.map(|end| self.relative(arena, base, end));
-        Motion::between(arena, &from, &to)
+        PointMotion::between(arena, &from, &to)
     }
 
     pub fn angle(&self, node: RNode) -> &ScalarMotion {
@@ -99,7 +99,7 @@ impl Kinematics {
     }
 
     /// Motion of any point of the scene, whether an element uses it or not.
-    pub fn place(&self, system: &mut System, place: Place) -> Motion {
+    pub fn place(&self, system: &mut System, place: Place) -> PointMotion {
         let mechanism = &*system.mechanism.clone();
         match place {
             _ if system.has_node(place) => {
@@ -118,7 +118,7 @@ impl Kinematics {
                 motion.accumulate(&mut system.arena, Expr::ONE, &arm);
                 motion
             }
-            Place::Origin | Place::Centre(_) => Motion::default(),
+            Place::Origin | Place::Centre(_) => PointMotion::default(),
         }
     }
 

@@ -7,7 +7,7 @@ use crate::expr::{Arena, Expr, Order, Symbol};
 
 /// Position, velocity and acceleration of a point, or across an element.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Motion {
+pub struct PointMotion {
     pub position: Vector,
     /// v, linear in the rates.
     pub velocity: Form<Vector>,
@@ -15,16 +15,16 @@ pub struct Motion {
     pub acceleration: Form<Vector>,
 }
 
-impl Motion {
+impl PointMotion {
     /// self += factor x other
-    pub fn accumulate(&mut self, arena: &mut Arena, factor: Expr, other: &Motion) {
+    pub fn accumulate(&mut self, arena: &mut Arena, factor: Expr, other: &PointMotion) {
         let position = other.position.scaled(arena, factor);
         self.position.accumulate(arena, &position);
         self.velocity.accumulate(arena, factor, &other.velocity);
         self.acceleration.accumulate(arena, factor, &other.acceleration);
     }
 
-    pub fn between(arena: &mut Arena, from: &Motion, to: &Motion) -> Motion {
+    pub fn between(arena: &mut Arena, from: &PointMotion, to: &PointMotion) -> PointMotion {
         let mut motion = to.clone();
         let minus = arena.constant(-1.0);
         motion.accumulate(arena, minus, from);

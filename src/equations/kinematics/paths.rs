@@ -1,6 +1,6 @@
 //! The tree of steps from node to node, and the paths through it.
 
-use super::{Kinematics, Motion};
+use super::{Kinematics, PointMotion};
 use crate::equations::vector::{FrameId, Vector};
 use crate::expr::{Arena, Expr};
 use crate::graph::TNode;
@@ -19,7 +19,7 @@ pub(super) struct Step {
     pub(super) angles: usize,
     pub(super) frame: FrameId,
     /// Motion of the node relative to the one before it.
-    pub(super) across: Motion,
+    pub(super) across: PointMotion,
 }
 
 impl Kinematics {
@@ -28,8 +28,8 @@ impl Kinematics {
     }
 
     /// Motion of a node relative to one that its path to the datum passes.
-    pub(super) fn relative(&self, arena: &mut Arena, base: TNode, node: TNode) -> Motion {
-        let mut motion = Motion::default();
+    pub(super) fn relative(&self, arena: &mut Arena, base: TNode, node: TNode) -> PointMotion {
+        let mut motion = PointMotion::default();
         for across in self.path(base, node) {
             motion.accumulate(arena, Expr::ONE, across);
         }
@@ -49,7 +49,7 @@ impl Kinematics {
     }
 
     /// Across variables of the branches from a node on the path to the datum to another node.
-    pub(super) fn path(&self, base: TNode, node: TNode) -> impl Iterator<Item = &Motion> {
+    pub(super) fn path(&self, base: TNode, node: TNode) -> impl Iterator<Item = &PointMotion> {
         let mut path = Vec::new();
         let mut at = node;
         while let (true, Some(step)) = (at != base, &self.steps[at.index()]) {

@@ -1,6 +1,6 @@
 //! Terminal equations of the across variables: rigid arms, displacements along an axis, prescribed motions (Table 1).
 
-use super::{Kinematics, Motion, ScalarMotion};
+use super::{Kinematics, PointMotion, ScalarMotion};
 use crate::component::{Angle, Direction, Element, Known, System, TranslationalRow};
 use crate::equations::form::{Coefficient, Form};
 use crate::equations::vector::{Frame, FrameId, Scalar, Vector};
@@ -28,9 +28,9 @@ impl Kinematics {
     }
 
     /// The known part of an element's across variable.
-    pub fn known(&self, system: &mut System, known: &Known) -> Motion {
+    pub fn known(&self, system: &mut System, known: &Known) -> PointMotion {
         match *known {
-            Known::Zero => Motion::default(),
+            Known::Zero => PointMotion::default(),
             Known::Fixed(body, at) => self.fixed(system, body, at),
             Known::Along(body, unit, signal) => {
                 let displacement = ScalarMotion::signal(&mut system.arena, signal);
@@ -46,12 +46,17 @@ impl Kinematics {
         }
     }
 
-    pub fn fixed(&self, system: &mut System, body: Option<BodyId>, at: [Expr; 2]) -> Motion {
+    pub fn fixed(&self, system: &mut System, body: Option<BodyId>, at: [Expr; 2]) -> PointMotion {
         let unit = ScalarMotion::constant(&mut system.arena, Expr::ONE);
         self.along(system, body, at, &unit)
     }
 
-    pub(super) fn across_branch(&self, system: &mut System, row: &TranslationalRow, first: Option<usize>) -> Motion {
+    pub(super) fn across_branch(
+        &self,
+        system: &mut System,
+        row: &TranslationalRow,
+        first: Option<usize>,
+    ) -> PointMotion {
         let mut motion = self.known(system, &row.known);
         for (offset, (direction, _)) in row.motion.iter().enumerate() {
             let coordinate = ScalarMotion::coordinate(&mut system.arena, first.unwrap_or_default() + offset);
@@ -65,7 +70,7 @@ impl Kinematics {
     /// Terminal equations of r = s u, with u fixed in a body that turns with omega:
     /// v = s' u + s omega (k x u), a = s'' u + 2 s' omega (k x u) + s alpha (k x u) - s omega^2 u.
     /// A rigid arm is the case of constant s (Table 1).
-    fn along(&self, system: &mut System, body: Option<BodyId>, unit: [Expr; 2], s: &ScalarMotion) -> Motion {
+    fn along(&self, system: &mut System, body: Option<BodyId>, unit: [Expr; 2], s: &ScalarMotion) -> PointMotion {
         let (frame, u) = self.in_frame(system, body, unit);
         let arena = &mut system.arena;
         let frame = self.frames.get(frame);
@@ -80,7 +85,7 @@ impl Kinematics {
             |arena, &c| u.scaled(arena, c),
             |arena, &c| across.scaled(arena, c),
         );
-        Motion { position, velocity, acceleration }
+        PointMotion { position, velocity, acceleration }
     }
 }
 
@@ -89,7 +94,7 @@ impl Kinematics {
 pub fn project(
     kinematics: &Kinematics,
     arena: &mut Arena,
-    gap: &Motion,
+    gap: &PointMotion,
     (frame, direction): &(FrameId, Vector),
 ) -> (Scalar, Form<Scalar>, Form<Scalar>) {
     let frame = kinematics.frames.get(*frame);

@@ -1,7 +1,7 @@
 //! Sums along deep paths, made once and shared: all of them together grow with the number of nodes and not with its square.
 
 use super::Kinematics;
-use super::Motion;
+use super::PointMotion;
 use super::paths::DEEP;
 use crate::component::System;
 use crate::equations::form::Form;
@@ -44,7 +44,7 @@ impl Kinematics {
     }
 
     /// Position and velocity across an element that is not part of the equations of motion itself: shared sums if it spans a deep path.
-    pub fn spanned(&mut self, system: &mut System, ends: [TNode; 2]) -> Motion {
+    pub fn spanned(&mut self, system: &mut System, ends: [TNode; 2]) -> PointMotion {
         let [from, to] = ends.map(|end| self.moving(end));
         if from + to <= DEEP + 2 * self.moving(self.meeting(ends)) {
             return self.across(&mut system.arena, ends);
@@ -55,11 +55,11 @@ impl Kinematics {
         };
         let (position, velocity) = (between(system, Order::Position), between(system, Order::Velocity));
         let velocity = Form::term(&mut system.arena, Expr::ONE, &velocity);
-        Motion { position, velocity, acceleration: Form::default() }
+        PointMotion { position, velocity, acceleration: Form::default() }
     }
 
     /// Components of a motion in the axes of the world.
-    fn in_world(&self, system: &mut System, motion: &Motion, order: Order) -> [Expr; 2] {
+    fn in_world(&self, system: &mut System, motion: &PointMotion, order: Order) -> [Expr; 2] {
         [Vector::x(), Vector::y()].map(|axis| match order {
             Order::Position => motion.position.dot(&mut system.arena, &axis).total(&mut system.arena, &self.frames),
             Order::Velocity => self.component(system, &motion.velocity, &axis),

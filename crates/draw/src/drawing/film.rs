@@ -31,7 +31,7 @@ pub struct Film {
 }
 
 /// How a part of the picture moves.
-enum Motion {
+enum Moves {
     Still,
     /// Place [px] and angle [deg] at each sample.
     Rigid(Vec<[f64; 3]>),
@@ -113,10 +113,10 @@ impl Film {
         let mut svg = Svg::default();
         for (carrier, elements) in drawn.parts() {
             match self.motion(carrier, view) {
-                Motion::Still => svg.raw(elements.trim_end()),
-                Motion::Rigid(places) => self.rigid(&mut svg, elements, &places, sample),
-                Motion::Bending(lines) => self.bending(&mut svg, &lines, sample),
-                Motion::Left => {}
+                Moves::Still => svg.raw(elements.trim_end()),
+                Moves::Rigid(places) => self.rigid(&mut svg, elements, &places, sample),
+                Moves::Bending(lines) => self.bending(&mut svg, &lines, sample),
+                Moves::Left => {}
             }
         }
         for curve in &self.curves {
@@ -128,10 +128,10 @@ impl Film {
         svg.finish(Frame::around(frames.iter()).widened(ROOM * view.pin), &self.drawing.title)
     }
 
-    fn motion(&self, carrier: Carrier, view: &View) -> Motion {
+    fn motion(&self, carrier: Carrier, view: &View) -> Moves {
         let drawing = &self.drawing;
         match carrier {
-            Carrier::Ground => Motion::Still,
+            Carrier::Ground => Moves::Still,
             Carrier::Body(body) => self.places(view, |sample| {
                 let [x, y, angle] = self.poses[sample].get(body).copied().unwrap_or_default();
                 ([x, y], angle)
@@ -142,16 +142,16 @@ impl Film {
                     let [a, b] = [0, 1].map(|side| self.at(drawing.couplings[index].between[side], ends[side], sample));
                     (a, (b[1] - a[1]).atan2(b[0] - a[0]))
                 }),
-                _ => Motion::Left,
+                _ => Moves::Left,
             },
             Carrier::Spring(index) => self.spring(index, view),
             Carrier::Band(index) => self.band(index, view),
-            Carrier::Name => Motion::Left,
+            Carrier::Name => Moves::Left,
         }
     }
 
     /// Places and angles at all samples, if they change.
-    fn places(&self, view: &View, place: impl Fn(usize) -> ([f64; 2], f64)) -> Motion {
+    fn places(&self, view: &View, place: impl Fn(usize) -> ([f64; 2], f64)) -> Moves {
         let mut before: Option<f64> = None;
         let places = self.samples().map(|sample| {
             let (at, angle) = place(sample);
@@ -165,9 +165,9 @@ impl Film {
         let places: Vec<[f64; 3]> = places.collect();
         let finite = places.iter().flatten().all(|x| x.is_finite());
         match places.iter().any(|place| *place != places[0]) {
-            _ if !finite => Motion::Left,
-            false => Motion::Still,
-            true => Motion::Rigid(places),
+            _ if !finite => Moves::Left,
+            false => Moves::Still,
+            true => Moves::Rigid(places),
         }
     }
 
@@ -235,7 +235,7 @@ impl Film {
         self.rigid(svg, dot.elements(), &places, sample);
     }
 
-    fn spring(&self, index: usize, view: &View) -> Motion {
+    fn spring(&self, index: usize, view: &View) -> Moves {
         let spring = &self.drawing.springs[index];
         let full = spring.ends.map(|end| view.pixel(end));
         let drawn = self.drawing.spring_ends(spring, view);
@@ -248,17 +248,17 @@ impl Film {
             styles: [false, true].map(|front| symbols::stroke_style(front, form.closed)).to_vec(),
             data: self.samples().map(|sample| stroke_data(form, at(sample), retreat, length, view.pin)).collect(),
         };
-        Motion::Bending(forms.iter().map(line).collect())
+        Moves::Bending(forms.iter().map(line).collect())
     }
 
-    fn band(&self, index: usize, view: &View) -> Motion {
-        let CouplingKind::Band { wheels, crossed } = &self.drawing.couplings[index].kind else { return Motion::Left };
+    fn band(&self, index: usize, view: &View) -> Moves {
+        let CouplingKind::Band { wheels, crossed } = &self.drawing.couplings[index].kind else { return Moves::Left };
         let radii = wheels.map(|wheel| view.length(wheel.radius));
         let data = self.samples().map(|sample| {
             let centres = wheels.map(|wheel| view.pixel(self.at(wheel.body, wheel.centre, sample)));
             tangents(centres, radii, *crossed).into_iter().flatten().map(|line| polyline(&line)).collect::<String>()
         });
-        Motion::Bending(vec![Line { styles: vec![symbols::band_style()], data: data.collect() }])
+        Moves::Bending(vec![Line { styles: vec![symbols::band_style()], data: data.collect() }])
     }
 
     /// Where a point of a body, given at the start, is at a sample.

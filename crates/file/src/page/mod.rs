@@ -59,7 +59,7 @@ pub struct Page {
 pub struct Live {
     /// What the scripts need.
     pub model: Model,
-    pub motion: Motion,
+    pub motion: MotionSource,
 }
 
 /// The mechanism and its variables, as data for the scripts.
@@ -140,7 +140,7 @@ pub struct Times {
 
 /// Where the motion comes from.
 #[derive(Clone, Debug)]
-pub enum Motion {
+pub enum MotionSource {
     /// The runtime for browsers, and the program that it runs.
     Solver {
         /// The WebAssembly module.
@@ -185,8 +185,8 @@ impl Page {
         let Live { model, motion } = &self.live;
         let model = serde_json::to_string(model).unwrap_or_default();
         let (module, program, run) = match motion {
-            Motion::Solver { module, program } => (packed(module), packed(program), String::new()),
-            Motion::Stored { times, columns } => {
+            MotionSource::Solver { module, program } => (packed(module), packed(program), String::new()),
+            MotionSource::Stored { times, columns } => {
                 let values = columns.iter().flatten().flat_map(|value| value.to_le_bytes());
                 let bytes: Vec<u8> = times.iter().flat_map(|time| time.to_le_bytes()).chain(values).collect();
                 (String::new(), String::new(), packed(&bytes))

@@ -132,7 +132,7 @@ fn partition(
 }
 
 /// Variations of the motion, one column for each state and input.
-struct Motion {
+struct MotionChanges {
     positions: DMatrix<f64>,
     rates: DMatrix<f64>,
     accelerations: DMatrix<f64>,
@@ -175,7 +175,7 @@ impl Basis {
     }
 
     /// Varies the loop equations, their rates, and the equations of motion; `None` in a singular pose.
-    fn motion(&self, numbers: &Numbers, partition: &Partition) -> Option<Motion> {
+    fn motion(&self, numbers: &Numbers, partition: &Partition) -> Option<MotionChanges> {
         let Partition { independent, dependent } = partition;
         let jacobian = numbers.block(Row::Loops, Column::Positions);
         let (n, count) = (jacobian.ncols(), self.signals.ncols());
@@ -207,10 +207,10 @@ impl Basis {
         }
         let solution = solve(numbers.system(), &right)?;
         let (accelerations, reactions) = (solution.rows(0, n).into_owned(), solution.rows(n, m).into_owned());
-        Some(Motion { positions, rates, accelerations, reactions })
+        Some(MotionChanges { positions, rates, accelerations, reactions })
     }
 
-    fn outputs(&self, numbers: &Numbers, motion: &Motion) -> DMatrix<f64> {
+    fn outputs(&self, numbers: &Numbers, motion: &MotionChanges) -> DMatrix<f64> {
         let of = |column: Column| numbers.block(Row::Outputs, column);
         of(Column::Positions) * &motion.positions
             + of(Column::Rates) * &motion.rates
@@ -219,7 +219,7 @@ impl Basis {
             + of(Column::Signals) * &self.signals
     }
 
-    fn rate(&self, formulated: &Formulated, state: Symbol, motion: &Motion) -> nalgebra::RowDVector<f64> {
+    fn rate(&self, formulated: &Formulated, state: Symbol, motion: &MotionChanges) -> nalgebra::RowDVector<f64> {
         match state {
             Symbol::Coordinate(index, Order::Position) => motion.rates.row(index).into_owned(),
             Symbol::Coordinate(index, _) => motion.accelerations.row(index).into_owned(),

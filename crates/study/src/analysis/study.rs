@@ -159,7 +159,7 @@ impl Study {
         };
         self.formulated(&self.mechanism.clone(), |formulated| {
             let variation = Variation::new(formulated);
-            let point = Motion::new(formulated)?.point(time)?;
+            let point = Followed::new(formulated)?.point(time)?;
             vibration(formulated, &variation, &point, false)
         })
     }
@@ -191,7 +191,7 @@ impl Study {
 /// The linear systems at these times of the motion.
 fn along(formulated: &mut Formulated, times: &[f64]) -> Result<Vec<StateSpace>, Failure> {
     let variation = Variation::new(formulated);
-    let mut motion = Motion::new(formulated)?;
+    let mut motion = Followed::new(formulated)?;
     let mut systems: Vec<StateSpace> = Vec::with_capacity(times.len());
     for &time in times {
         systems.push(StateSpace::new(formulated, &variation, &motion.point(time)?, systems.last())?.with_outputs()?);
@@ -220,16 +220,16 @@ fn vibration(
 /// # Errors
 /// The motion cannot be continued until then.
 pub fn state_at(formulated: &Formulated, time: f64) -> Result<State, Failure> {
-    Motion::new(formulated)?.state(time)
+    Followed::new(formulated)?.state(time)
 }
 
 /// A motion from its start on.
-struct Motion {
+struct Followed {
     model: Arc<Model>,
     instance: Instance,
 }
 
-impl Motion {
+impl Followed {
     /// Assembles the mechanism at the start of its experiment.
     fn new(formulated: &Formulated) -> Result<Self, Failure> {
         let program = formulated.lowered.program.clone();
@@ -238,7 +238,7 @@ impl Motion {
         let mut instance = Instance::new(Arc::clone(&model));
         instance.setup(experiment.start, None, Some(experiment.tolerance))?;
         instance.initialise()?;
-        Ok(Motion { model, instance })
+        Ok(Followed { model, instance })
     }
 
     /// Moves on to a time, not before the last one.

@@ -13,7 +13,7 @@ use cotree::simulate::{RunError, SimulateError};
 use cotree_fmu::instance::{Instance, InstanceError};
 use cotree_fmu::model::Model;
 
-use super::samples::{ANGULAR, Motion, SLIDING, Samples};
+use super::samples::{ANGULAR, Derivatives, SLIDING, Samples};
 use super::{Drive, MotionError};
 
 /// Samples of one turn, and of a range, that are shown.
@@ -68,19 +68,19 @@ impl Table {
 }
 
 /// The motion that a driver prescribes, by its component.
-pub fn motion_by(driver: &str) -> Motion {
+pub fn motion_by(driver: &str) -> Derivatives {
     if driver == "displacement" { SLIDING } else { ANGULAR }
 }
 
 /// The motions of a joint that a driver can prescribe.
-pub fn motions_of(joint: &Part) -> impl Iterator<Item = Motion> {
+pub fn motions_of(joint: &Part) -> impl Iterator<Item = Derivatives> {
     let component = joint.component();
-    let reported = |motion: &Motion| motion.iter().all(|quantity| component.variables.contains(quantity));
+    let reported = |motion: &Derivatives| motion.iter().all(|quantity| component.variables.contains(quantity));
     component.drivers.iter().map(|driver| motion_by(driver)).filter(reported)
 }
 
 /// What a joint's motion is called: the joint's first one has its name.
-pub fn called(joint: &Part, motion: Motion) -> String {
+pub fn called(joint: &Part, motion: Derivatives) -> String {
     match motions_of(joint).next() {
         Some(first) if first == motion => joint.name.clone(),
         _ => motion[0].of(&joint.name),
@@ -88,7 +88,7 @@ pub fn called(joint: &Part, motion: Motion) -> String {
 }
 
 /// Does a driver prescribe this motion of this joint?
-pub fn moves(driver: &Part, (id, motion): (JointId, Motion), joint: &Part) -> bool {
+pub fn moves(driver: &Part, (id, motion): (JointId, Derivatives), joint: &Part) -> bool {
     let beside = driver.joint() == Some(id) || driver.is_angular() && driver.bodies() == joint.bodies();
     beside && motion_by(driver.component().name) == motion
 }

@@ -17,7 +17,7 @@ use super::flywheel::Fluctuation;
 use super::grashof;
 use super::input::Output;
 use super::report::radius_of;
-use super::samples::{ANGULAR, At, Motion, Samples, lagrange};
+use super::samples::{ANGULAR, At, Derivatives, Samples, lagrange};
 use super::{Drive, MotionError, Request, unit_of};
 use crate::contact;
 
@@ -243,7 +243,7 @@ impl Masses {
 }
 
 /// 1 N.m on the body that the output joint holds, or 1 N along it.
-fn unit_load(mechanism: &Mechanism, output: &Part, motion: Motion) -> Option<Load> {
+fn unit_load(mechanism: &Mechanism, output: &Part, motion: Derivatives) -> Option<Load> {
     let body = &mechanism.bodies[moving(output)?.0].name;
     match motion {
         ANGULAR => Some(Load::torque("ground", body, 1.0)),

@@ -10,15 +10,15 @@ use cotree::scene::Scene;
 
 use super::MotionError;
 use super::drive::{self, POSE};
-use super::samples::Motion;
+use super::samples::Derivatives;
 use super::{Drive, unit_of};
 
 /// The joint that is driven, and how.
-pub(super) fn driven(mechanism: &Mechanism, name: Option<&str>) -> Result<(JointId, Motion), MotionError> {
-    let all: Vec<(String, (JointId, Motion))> = motions(mechanism).collect();
+pub(super) fn driven(mechanism: &Mechanism, name: Option<&str>) -> Result<(JointId, Derivatives), MotionError> {
+    let all: Vec<(String, (JointId, Derivatives))> = motions(mechanism).collect();
     let by_driver = |driver: &Part| {
         let moved =
-            |(_, input): &&(String, (JointId, Motion))| drive::moves(driver, *input, &mechanism.joints[input.0.0]);
+            |(_, input): &&(String, (JointId, Derivatives))| drive::moves(driver, *input, &mechanism.joints[input.0.0]);
         all.iter().find(moved).map(|(_, input)| *input)
     };
     let found = match name {
@@ -45,15 +45,15 @@ pub(super) fn driven(mechanism: &Mechanism, name: Option<&str>) -> Result<(Joint
 }
 
 /// What drivers can move, by its name.
-fn motions(mechanism: &Mechanism) -> impl Iterator<Item = (String, (JointId, Motion))> {
+fn motions(mechanism: &Mechanism) -> impl Iterator<Item = (String, (JointId, Derivatives))> {
     mechanism.joints.iter().enumerate().flat_map(|(index, joint)| {
         drive::motions_of(joint).map(move |motion| (drive::called(joint, motion), (JointId(index), motion)))
     })
 }
 
 /// The motion with a name such as `pin`, `pin.angle` or `pin.s`.
-fn asked(mechanism: &Mechanism, name: &str) -> Option<(JointId, Motion)> {
-    let is_it = |(called, (joint, motion)): &(String, (JointId, Motion))| {
+fn asked(mechanism: &Mechanism, name: &str) -> Option<(JointId, Derivatives)> {
+    let is_it = |(called, (joint, motion)): &(String, (JointId, Derivatives))| {
         called == name || motion[0].of(&mechanism.joints[joint.0].name) == name
     };
     motions(mechanism).find(is_it).map(|(_, motion)| motion)
@@ -66,11 +66,11 @@ pub(super) struct Output {
     pub variables: Vec<String>,
     pub unit: Unit,
     /// The joint on the ground whose motion it is.
-    pub joint: Option<(JointId, Motion)>,
+    pub joint: Option<(JointId, Derivatives)>,
 }
 
 impl Output {
-    fn of_joint(mechanism: &Mechanism, (id, motion): (JointId, Motion)) -> Output {
+    fn of_joint(mechanism: &Mechanism, (id, motion): (JointId, Derivatives)) -> Output {
         let joint = &mechanism.joints[id.0];
         Output {
             name: drive::called(joint, motion),
@@ -85,7 +85,7 @@ impl Output {
 pub(super) fn output(
     scene: &Scene,
     mechanism: &Mechanism,
-    input: (JointId, Motion),
+    input: (JointId, Derivatives),
     name: Option<&str>,
 ) -> Result<Option<Output>, MotionError> {
     let on_ground = |id: JointId| mechanism.joints[id.0].bodies().contains(&None);
@@ -139,9 +139,9 @@ fn variable(scene: &Scene, mechanism: &Mechanism, name: &str) -> Result<Output, 
 /// The variables that are the derivatives of another by time, one after the other.
 fn rates(of: Quantity) -> &'static [Quantity] {
     use Quantity::{A, Acceleration, Alpha, Angle, Ax, Ay, Length, Omega, Rate, S, V, Vx, Vy, X, Y};
-    const CHAINS: [Motion; 5] =
+    const CHAINS: [Derivatives; 5] =
         [[Angle, Omega, Alpha], [S, V, A], [X, Vx, Ax], [Y, Vy, Ay], [Length, Rate, Acceleration]];
-    let after = |chain: &'static Motion| Some(&chain[chain.iter().position(|own| *own == of)? + 1..]);
+    let after = |chain: &'static Derivatives| Some(&chain[chain.iter().position(|own| *own == of)? + 1..]);
     CHAINS.iter().find_map(after).unwrap_or_default()
 }
 
@@ -190,7 +190,7 @@ pub(super) struct Start {
 pub(super) fn start(
     scene: &Scene,
     mechanism: &Mechanism,
-    driven @ (joint, [position, rate, _]): (JointId, Motion),
+    driven @ (joint, [position, rate, _]): (JointId, Derivatives),
 ) -> Result<Start, MotionError> {
     let input = &mechanism.joints[joint.0];
     let (_, mut formulated) = compile_with_equations(&with_masses(scene, mechanism))?;

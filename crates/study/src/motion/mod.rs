@@ -27,7 +27,7 @@ pub use figures::{Column, Figures, Link};
 use input::Start;
 pub use report::{step, usual};
 pub use samples::At;
-use samples::{ANGULAR, Motion};
+use samples::{ANGULAR, Derivatives};
 
 /// What is asked for.
 #[derive(Clone, Debug, Default)]
@@ -84,7 +84,7 @@ pub fn units(scene: &Scene, request: &Request) -> Result<[Unit; 2], MotionError>
     Ok([unit_of(input.1), output.map_or_else(Unit::length, |output| output.unit)])
 }
 
-fn unit_of(motion: Motion) -> Unit {
+fn unit_of(motion: Derivatives) -> Unit {
     if motion == ANGULAR { Unit::angle() } else { Unit::length() }
 }
 
@@ -92,7 +92,7 @@ fn unit_of(motion: Motion) -> Unit {
 #[derive(Clone, Debug)]
 struct Drive {
     joint: JointId,
-    motion: Motion,
+    motion: Derivatives,
     /// [rad/s] or [m/s]
     speed: f64,
     /// Where it is at the start of the scene.

@@ -4,11 +4,11 @@
 use cotree::mechanism::Quantity;
 
 /// Position, rate and acceleration: how a joint moves.
-pub type Motion = [Quantity; 3];
+pub type Derivatives = [Quantity; 3];
 /// The variables of a joint that turns.
-pub const ANGULAR: Motion = [Quantity::Angle, Quantity::Omega, Quantity::Alpha];
+pub const ANGULAR: Derivatives = [Quantity::Angle, Quantity::Omega, Quantity::Alpha];
 /// The variables of a joint that slides.
-pub const SLIDING: Motion = [Quantity::S, Quantity::V, Quantity::A];
+pub const SLIDING: Derivatives = [Quantity::S, Quantity::V, Quantity::A];
 /// How many neighbours an interpolation uses.
 const NEIGHBOURS: usize = 8;
 /// Where polynomials through different neighbours differ by more than this share of what the values there do, the values are not smooth.

@@ -48,20 +48,20 @@ pub(crate) trait Variations: std::fmt::Debug {
 /// Storage for as many directions as are needed; none if the laws of the model have no such series.
 pub(crate) fn variations(model: &Model, directions: usize) -> Option<Box<dyn Variations>> {
     Some(match directions {
-        ..=4 => Box::new(Motion::<4>::new(model)?),
-        _ => Box::new(Motion::<DIRECTIONS>::new(model)?),
+        ..=4 => Box::new(VariedMotion::<4>::new(model)?),
+        _ => Box::new(VariedMotion::<DIRECTIONS>::new(model)?),
     })
 }
 
 /// A motion with its derivatives.
 #[derive(Debug)]
-struct Motion<const D: usize> {
+struct VariedMotion<const D: usize> {
     series: ByArm<Dual<D>>,
     /// (q, v)
     state: Vec<Dual<D>>,
 }
 
-impl<const D: usize> Motion<D> {
+impl<const D: usize> VariedMotion<D> {
     fn new(model: &Model) -> Option<Self> {
         Some(Self { series: ByArm::new(model)?, state: vec![Dual::ZERO; 2 * model.coordinates()] })
     }
@@ -82,21 +82,21 @@ fn along<const D: usize>(tangents: &Tangents, register: usize) -> [f64; D] {
 
 macro_rules! with_directions {
     ($directions:literal) => {
-        impl Motion<$directions> {
+        impl VariedMotion<$directions> {
             by_width! {
-                fn begin_series(&mut self: Motion<$directions>, order: usize) -> bool = begin_any
+                fn begin_series(&mut self: VariedMotion<$directions>, order: usize) -> bool = begin_any
             }
 
             by_width! {
-                fn expand(&mut self: Motion<$directions>, order: usize) -> bool = expand_any
+                fn expand(&mut self: VariedMotion<$directions>, order: usize) -> bool = expand_any
             }
 
             by_width! {
-                fn evaluate(&mut self: Motion<$directions>, order: usize, dt: f64) = evaluate_any
+                fn evaluate(&mut self: VariedMotion<$directions>, order: usize, dt: f64) = evaluate_any
             }
         }
 
-        impl Variations for Motion<$directions> {
+        impl Variations for VariedMotion<$directions> {
             fn enter(&mut self, registers: &[f64], tangents: &Tangents) {
                 let ByArm { form, coefficients, .. } = &mut self.series;
                 for (place, &register) in coefficients.iter_mut().zip(&form.coefficients.results) {
@@ -111,7 +111,7 @@ macro_rules! with_directions {
             }
 
             by_width! {
-                fn step_length(&self: Motion<$directions>, order: usize, tolerance: f64, limit: f64) -> f64 = step_length_any
+                fn step_length(&self: VariedMotion<$directions>, order: usize, tolerance: f64, limit: f64) -> f64 = step_length_any
             }
 
             fn defect(&self, order: usize, dt: f64) -> f64 {
@@ -131,7 +131,7 @@ macro_rules! with_directions {
 with_directions!(4);
 with_directions!(8);
 
-impl<const D: usize> Motion<D> {
+impl<const D: usize> VariedMotion<D> {
     #[inline(always)]
     fn begin_any(&mut self, order: usize) -> bool {
         self.series.begin_any(order, &self.state)
