@@ -328,9 +328,12 @@ fn a_bushing_holds_a_disc_by_a_force_and_a_torque() {
         run.check("disc.y", free_swing([m, c, k], [-0.02, 0.3], time));
         let turned = free_swing([inertia, ct, kt], [0.9 - free, 0.0], time);
         run.check("disc.angle", free + turned);
-        let [x, vx, omega] = ["disc.x", "disc.vx", "disc.omega"].map(|name| run.get(name));
+        let [x, y, vx, vy, omega] = ["disc.x", "disc.y", "disc.vx", "disc.vy", "disc.omega"].map(|name| run.get(name));
         run.check("ring.fx", -k * x - c * vx);
-        run.check("ring.torque", -kt * turned - ct * omega);
+        run.check("ring.fy", -k * y - c * vy);
+        let torque = -kt * turned - ct * omega;
+        run.check("ring.torque", torque);
+        run.check("ring.power", (-k * x - c * vx) * vx + (-k * y - c * vy) * vy + torque * omega);
     }
 }
 

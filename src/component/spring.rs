@@ -111,14 +111,14 @@ impl Load {
         Load::new("spring").set("between", [first, second]).set("stiffness", stiffness.into())
     }
 
-    /// The free length of a spring \[m\], or the free angle of a torsion spring \[rad\].
+    /// The free length of a spring \[m\], or the free angle of a torsion spring or bushing \[rad\].
     #[must_use]
     pub fn free(self, value: impl Into<Quantity>) -> Load {
         let key = if self.is("spring") { "length" } else { "angle" };
         self.set(key, value.into())
     }
 
-    /// The damping of a spring [N.s/m] or torsion spring [N.m.s].
+    /// The damping of a spring or bushing [N.s/m] or torsion spring [N.m.s].
     #[must_use]
     pub fn damping(self, value: impl Into<Quantity>) -> Load {
         self.set("damping", value.into())

@@ -8,7 +8,7 @@ use crate::diagnostic::Span;
 pub struct Part {
     /// The user's name.
     pub name: String,
-    /// Which of the components it is, by its place among all of them.
+    /// Which of the components it is, by its place among all of them: what makes a part has its component.
     pub(crate) kind: usize,
     /// Which joint, driver or load it is.
     pub owner: Owner,
