@@ -231,7 +231,7 @@ fn tuning_constants() -> Vec<[String; 3]> {
         for (line, _) in code {
             let constant = match line.split_once("const ") {
                 Some(("", rest)) => rest,
-                Some((visible, rest)) if visible.starts_with("pub") && visible.ends_with(' ') => rest,
+                Some(("pub " | "pub(crate) " | "pub(super) ", rest)) => rest,
                 _ => continue,
             };
             let Some((name, rest)) = constant.split_once(": ") else { continue };

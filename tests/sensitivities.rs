@@ -5,7 +5,9 @@ use crate::support::fine;
 
 use cotree::Scene;
 use cotree::simulate::{Run, settings};
+use cotree_fmu::instance::{Instance, Variational, Varied};
 use cotree_fmu::model::Model;
+use cotree_fmu::program::arm_form::ArmForm;
 use cotree_study::analysis::Study;
 use std::sync::Arc;
 
@@ -401,4 +403,132 @@ fn other_trees_give_the_same_derivatives() {
             assert!((one - two).amax() < 1e-9 * scale, "{preset}: {one} {two}");
         }
     }
+}
+
+/// Bodies in a row, each hanging from the one before.
+fn hanging(count: usize) -> String {
+    let mut text = "
+        name = 'hanging'
+        gravity = [0, -9.81]
+        [parameters]
+        mass = '0.5 kg'
+        length = '0.1 m'
+        damping = '0.002 N.m.s/rad'
+        [outputs]
+        variables = ['last.angle', 'last.omega']
+        [experiment]
+        tolerance = 1e-9
+        "
+    .to_owned();
+    let name = |index: usize| if index + 1 == count { "last".to_owned() } else { format!("link{index}") };
+    for index in 0..count {
+        let body = index.checked_sub(1).map_or("ground".to_owned(), name);
+        let (own, before) = (name(index), if index == 0 { body.clone() } else { format!("{body}.end") });
+        text += &format!(
+            "
+        [bodies.{own}]
+        mass = 'mass'
+        inertia = 0.01
+        points = {{ end = ['length', 0] }}
+        [joints.pin{index}]
+        type = 'revolute'
+        between = ['{before}', '{own}']
+        [loads.damper{index}]
+        type = 'torsion_damper'
+        between = ['{body}', '{own}']
+        damping = 'damping'
+        [initial]
+        'pin{index}.angle' = '{} deg'
+        ",
+            if index == 0 { -60 } else { 4 }
+        );
+    }
+    // One table of initial values.
+    let (initial, rest): (Vec<&str>, Vec<&str>) =
+        text.lines().filter(|line| line.trim() != "[initial]").partition(|line| line.contains(".angle' ="));
+    format!("{}\n[initial]\n{}", rest.join("\n"), initial.join("\n"))
+}
+
+/// A slide that a massless rod pulls.
+const ROD: &str = "
+    name = 'pulled'
+    gravity = [0, -9.81]
+    [parameters]
+    length = '0.4 m'
+    mass = '2 kg'
+    stiffness = '30 N/m'
+    [ground.points]
+    wall = [-1, 0]
+    [bodies.slide]
+    mass = 1.0
+    [bodies.weight]
+    mass = 'mass'
+    inertia = 0.05
+    points = { eye = [0, '0.1 m'] }
+    [joints.guide]
+    type = 'prismatic'
+    between = ['ground', 'slide']
+    axis = [1, 0]
+    [joints.rod]
+    type = 'distance'
+    between = ['slide', 'weight.eye']
+    length = 'length'
+    [loads.spring]
+    type = 'spring'
+    between = ['ground.wall', 'slide']
+    stiffness = 'stiffness'
+    length = 1
+    [initial]
+    'slide.x' = 0.1
+    'weight.x' = 0.3
+    'weight.y' = { guess = -0.4 }
+    'weight.angle' = 0.2
+    [outputs]
+    variables = ['slide.x', 'weight.y', 'rod.force']
+    [experiment]
+    tolerance = 1e-9
+";
+
+/// Rods, lines that turn, trees of many bodies and loop equations that repeat others are continued by series as everything else is.
+#[test]
+fn mechanisms_of_every_kind_have_series() {
+    let third = "
+        [bodies.third]
+        mass = 'mass'
+        inertia = 0.1
+        points = { tip = ['0.5 m', 0] }
+        [joints.c]
+        type = 'revolute'
+        between = ['ground.c', 'third']
+        [joints.end]
+        type = 'revolute'
+        between = ['third.tip', 'coupler.end']
+    ";
+    let parallel =
+        cranks(third, "2 rad/s").replace("[parameters]", "gravity = [0, -9.81]\n[parameters]\nmass = '1.2 kg'");
+    let has = |text: &str, kind: fn(&ArmForm) -> bool| {
+        let compiled = cotree::compile(&Scene::from_toml(text).unwrap()).unwrap();
+        assert!(compiled.program.arms.as_ref().is_some_and(kind), "{text}");
+        let model = Arc::new(Model::new(compiled.program).unwrap());
+        let mut motion = Instance::new(Arc::clone(&model));
+        motion.setup(0.0, None, Some(1e-10)).unwrap();
+        motion.initialise().unwrap();
+        let zeros = vec![0.0; model.coordinates()];
+        let mut series = Variational::new(&model, &[Varied::Parameter(0)], 1e-9);
+        assert!(series.begin(&mut motion, [&zeros, &zeros], 0.1).unwrap().is_some(), "{text}");
+    };
+    has(ROD, |form| !form.rods.is_empty());
+    check(ROD, &["length", "mass", "stiffness", "weight.angle"], 0.6, 1e-4, 1e-7);
+    let slotted = model("geneva_slot").replace("[drivers.motor]", "").replace("joint = \"crank_pivot\"\n", "");
+    let slotted = slotted
+        .replace("angle = \"-pi/4 + 0.5*pi*t\"", "")
+        .replace("\"slot.s\" ", "\"crank.omega\" = 1.0\n\"slot.s\" ");
+    let slotted = slotted.replace("\"wheel.angle\" = {", "\"crank.angle\" = -0.5\n\"wheel.angle\" = {");
+    has(&slotted, |form| !form.auxiliary.is_empty());
+    check(&slotted, &["crank_length", "crank.omega"], 0.3, 1e-4, 1e-7);
+    let many = hanging(20);
+    has(&many, |form| !form.links.is_empty());
+    check(&many, &["length", "mass", "damping"], 0.5, 1e-4, 1e-7);
+    has(&parallel, |form| form.repeating() > 0);
+    check(&parallel, &["mass", "first.omega"], 0.4, 1e-4, 1e-7);
 }

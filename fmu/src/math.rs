@@ -103,6 +103,13 @@ pub fn maximum(a: f64, b: f64) -> f64 {
     if a > b || a.is_nan() { a } else { b }
 }
 
+/// 1 - tanh^2 a without the cancellation.
+#[inline(always)]
+pub(crate) fn steepness(a: f64) -> f64 {
+    let share = libm::exp(-2.0 * a.abs());
+    4.0 * share / ((1.0 + share) * (1.0 + share))
+}
+
 /// log2 x within 0.001, for a positive normal number; the cubic meets the logarithm at both ends of a binade.
 #[inline]
 pub fn rough_log2(x: f64) -> f64 {

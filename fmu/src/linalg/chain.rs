@@ -4,47 +4,48 @@
 //! l carries; A_lk is the conjugate. So sums over l are found while one walks along the chain, and cost its length, not the square of it.
 
 use super::columns::Entry;
-use super::lane::{Lane, ZERO, lanes, minus, plus, splat};
+use super::lane::{Lane, WIDTH, minus, plus, splat};
+use super::number::Number;
 use super::tree::Limb;
 
 /// Products of links and loads are the masses up to rounding errors, relative to their size.
 const ROUNDING: f64 = 1e-14;
 
 /// A complex number.
-pub(super) type Complex = [f64; 2];
+pub(super) type Complex<N = f64> = [N; 2];
 
 /// The masses of a chain of frames, numbered from the ground.
 #[derive(Clone, Debug)]
-pub(crate) struct Chain {
+pub(crate) struct Chain<N = f64, const L: usize = WIDTH> {
     /// Are the masses products of links and loads?
     holds: bool,
     frames: usize,
     /// A_kl of all k and l that differ.
     entries: Vec<Entry>,
     /// a, real and imaginary parts.
-    links: [Vec<Lane>; 2],
+    links: [Vec<Lane<N, L>>; 2],
     /// m
-    loads: [Vec<Lane>; 2],
+    loads: [Vec<Lane<N, L>>; 2],
 }
 
-impl Chain {
+impl<N: Number, const L: usize> Chain<N, L> {
     /// From the entries between so many frames; none if some of them do not feel each other.
     pub fn new(frames: usize, entries: &[Entry]) -> Option<Self> {
         let between = |entry: &&Entry| entry.0 < frames && entry.1 < frames;
         let entries: Vec<Entry> = entries.iter().filter(between).copied().collect();
-        let zeros = || vec![ZERO; lanes(frames)];
+        let zeros = || vec![splat(N::ZERO); frames.div_ceil(L)];
         let full = entries.len() == frames * (frames - 1) && entries.iter().all(|entry| entry.0 != entry.1);
         full.then(|| Self { holds: false, frames, entries, links: [zeros(), zeros()], loads: [zeros(), zeros()] })
     }
 
     /// For so many frames whose links and loads are given.
     pub fn of_limbs(frames: usize) -> Self {
-        let zeros = || vec![ZERO; lanes(frames)];
+        let zeros = || vec![splat(N::ZERO); frames.div_ceil(L)];
         Self { holds: true, frames, entries: Vec::new(), links: [zeros(), zeros()], loads: [zeros(), zeros()] }
     }
 
     /// Takes links and loads over.
-    pub fn renew(&mut self, limbs: &[Limb]) {
+    pub fn renew(&mut self, limbs: &[Limb<N>]) {
         for (k, limb) in limbs.iter().enumerate() {
             put(&mut self.loads, k, limb.carried);
             if let Some(before) = limb.parent {
@@ -65,11 +66,11 @@ impl Chain {
 
     /// Takes the coefficients over. The links are what the last frame does to the others, if what it carries is one; the loads follow from what they do to
     /// the first.
-    pub fn fill(&mut self, c: &[f64]) {
+    pub fn fill(&mut self, c: &[N]) {
         let value = |mass: [u32; 2]| mass.map(|part| c[part as usize]);
         let last = self.frames - 1;
         let ends = self.entries.iter().find(|entry| (entry.0, entry.1) == (0, last));
-        let whole = ends.map_or([0.0; 2], |entry| value(entry.2));
+        let whole = ends.map_or([N::ZERO; 2], |entry| value(entry.2));
         for &(row, column, mass) in &self.entries {
             if column == last {
                 put(&mut self.links, row, value(mass));
@@ -84,18 +85,18 @@ impl Chain {
             } else {
                 conjugate(product(part(&self.links, column), part(&self.loads, row)))
             };
-            distance(found, value(mass)) <= ROUNDING * distance(found, [0.0; 2])
+            distance(found, value(mass)) <= ROUNDING * distance(found, [N::ZERO; 2])
         });
     }
 
     /// Its frames as limbs, with these inertias; each has the equation of its number.
-    pub fn limbs(&self, inertia: &[Lane]) -> Vec<Limb> {
-        let limb = |(k, &inertia): (usize, &f64)| Limb {
+    pub fn limbs(&self, inertia: &[Lane<N, L>]) -> Vec<Limb<N>> {
+        let limb = |(k, &inertia): (usize, &N)| Limb {
             place: k,
             derivative: k,
             parent: k.checked_sub(1),
             equation: Some(k),
-            begin: conjugate(k.checked_sub(1).map_or([0.0; 2], |before| part(&self.links, before))),
+            begin: conjugate(k.checked_sub(1).map_or([N::ZERO; 2], |before| part(&self.links, before))),
             carried: part(&self.loads, k),
             inertia,
         };
@@ -105,11 +106,11 @@ impl Chain {
     /// Adds the forces between frames of different lanes: a_k times the sum of m_l (x + i y)_l over those further out, and the conjugate of m_k times that
     /// of the conjugates of a_l over those further in.
     #[inline(always)]
-    pub fn add_forces(&self, x: &[Lane], y: &[Lane], fx: &mut [Lane], fy: &mut [Lane]) {
+    pub fn add_forces(&self, x: &[Lane<N, L>], y: &[Lane<N, L>], fx: &mut [Lane<N, L>], fy: &mut [Lane<N, L>]) {
         let ([ax, ay], [mx, my]) = (&self.links, &self.loads);
         let count = ax.len().min(ay.len()).min(mx.len()).min(my.len());
         let count = count.min(x.len()).min(y.len()).min(fx.len()).min(fy.len());
-        let (mut inner_x, mut inner_y) = (ZERO, ZERO);
+        let (mut inner_x, mut inner_y) = (splat(N::ZERO), splat(N::ZERO));
         for k in 0..count {
             let [sx, sy] = [sum(inner_x), sum(inner_y)];
             fx[k] = plus(plus(fx[k], mx[k], sx), my[k], sy);
@@ -117,7 +118,7 @@ impl Chain {
             inner_x = plus(plus(inner_x, ax[k], x[k]), ay[k], y[k]);
             inner_y = minus(plus(inner_y, ax[k], y[k]), ay[k], x[k]);
         }
-        let (mut outer_x, mut outer_y) = (ZERO, ZERO);
+        let (mut outer_x, mut outer_y) = (splat(N::ZERO), splat(N::ZERO));
         for k in (0..count).rev() {
             let [sx, sy] = [sum(outer_x), sum(outer_y)];
             fx[k] = minus(plus(fx[k], ax[k], sx), ay[k], sy);
@@ -128,44 +129,47 @@ impl Chain {
     }
 }
 
-/// The sum of the four, in every place.
+/// The sum of all places, the halves apart, in every place.
 #[inline(always)]
-fn sum([a, b, c, d]: Lane) -> Lane {
-    splat((a + b) + (c + d))
+fn sum<N: Number, const L: usize>(lane: Lane<N, L>) -> Lane<N, L> {
+    let half = |part: &[N]| part[1..].iter().fold(part[0], |sum, value| sum + *value);
+    let (first, second) = lane.split_at(L.div_ceil(2));
+    splat(if second.is_empty() { half(first) } else { half(first) + half(second) })
 }
 
-fn put(lanes: &mut [Vec<Lane>; 2], place: usize, value: Complex) {
+fn put<N: Number, const L: usize>(lanes: &mut [Vec<Lane<N, L>>; 2], place: usize, value: Complex<N>) {
     for (lanes, part) in lanes.iter_mut().zip(value) {
         lanes.as_flattened_mut()[place] = part;
     }
 }
 
-fn part(lanes: &[Vec<Lane>; 2], place: usize) -> Complex {
+fn part<N: Number, const L: usize>(lanes: &[Vec<Lane<N, L>>; 2], place: usize) -> Complex<N> {
     [lanes[0].as_flattened()[place], lanes[1].as_flattened()[place]]
 }
 
-pub(super) fn conjugate([re, im]: Complex) -> Complex {
+pub(super) fn conjugate<N: Number>([re, im]: Complex<N>) -> Complex<N> {
     [re, -im]
 }
 
-pub(super) fn product([a, b]: Complex, [c, d]: Complex) -> Complex {
+pub(super) fn product<N: Number>([a, b]: Complex<N>, [c, d]: Complex<N>) -> Complex<N> {
     [a * c - b * d, a * d + b * c]
 }
 
-fn quotient(a: Complex, [c, d]: Complex) -> Complex {
+fn quotient<N: Number>(a: Complex<N>, [c, d]: Complex<N>) -> Complex<N> {
     let [re, im] = product(a, [c, -d]);
     let size = c * c + d * d;
-    [re / size, im / size]
+    [re.over(size), im.over(size)]
 }
 
-fn distance([a, b]: Complex, [c, d]: Complex) -> f64 {
-    ((a - c) * (a - c) + (b - d) * (b - d)).sqrt()
+fn distance<N: Number>([a, b]: Complex<N>, [c, d]: Complex<N>) -> f64 {
+    let [x, y] = [(a - c).value(), (b - d).value()];
+    (x * x + y * y).sqrt()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::linalg::lane::{WIDTH, subtract};
+    use crate::linalg::lane::{lanes, subtract};
     use crate::linalg::tree::Recursion;
     use crate::taylor::coupling::Coupling;
 
@@ -198,7 +202,7 @@ mod tests {
         for frames in [13, 16, 30] {
             let (entries, coefficients) = chain(frames, None);
             let lanes = frames.div_ceil(WIDTH) + 1;
-            let mut coupling = Coupling::new(lanes, frames, &entries);
+            let mut coupling: Coupling = Coupling::new(lanes, frames, &entries);
             coupling.fill(&coefficients);
             assert!(coupling.chain().is_some(), "{frames}");
             let (x, y) = (waves(lanes, 0.7), waves(lanes, 1.3));
@@ -219,14 +223,14 @@ mod tests {
     fn the_factors_of_a_chain_solve_its_equations() {
         let count = 14;
         let (entries, coefficients) = chain(count, None);
-        let mut chain = Chain::new(count, &entries).unwrap();
+        let mut chain: Chain = Chain::new(count, &entries).unwrap();
         chain.fill(&coefficients);
         let angles = waves(lanes(count), 0.9);
         let [dx, dy]: [Vec<Lane>; 2] =
             [f64::cos, f64::sin].map(|f| angles.iter().map(|lane| lane.map(|a| f(3.0 * a))).collect());
         let inertia = vec![splat(20.0); lanes(count)];
         let mut recursion = Recursion::new(&chain.limbs(&inertia));
-        assert!(recursion.factor([&dx, &dy]));
+        assert!(recursion.factor([dx.as_flattened(), dy.as_flattened()]));
         let x: Vec<f64> = (0..count).map(|k| 1.0 - 0.3 * k as f64).collect();
         let arm = |k: usize| [dx.as_flattened()[k], dy.as_flattened()[k]];
         let mut right: Vec<f64> = x.iter().map(|x| 20.0 * x).collect();
@@ -238,15 +242,15 @@ mod tests {
         recursion.solve(&right, &mut found);
         assert!(found.iter().zip(&x).all(|(found, x)| (found - x).abs() < 1e-11), "{found:?} {x:?}");
         recursion.renew(&chain.limbs(&vec![splat(f64::NAN); lanes(count)]));
-        assert!(!recursion.factor([&dx, &dy]));
+        assert!(!recursion.factor([dx.as_flattened(), dy.as_flattened()]));
     }
 
     #[test]
     fn what_is_no_chain_is_summed_entry_by_entry() {
         let (entries, coefficients) = chain(16, Some(7));
-        let mut coupling = Coupling::new(4, 16, &entries);
+        let mut coupling: Coupling = Coupling::new(4, 16, &entries);
         coupling.fill(&coefficients);
         assert!(coupling.chain().is_none());
-        assert!(Chain::new(16, &entries[..200]).is_none());
+        assert!(<Chain>::new(16, &entries[..200]).is_none());
     }
 }

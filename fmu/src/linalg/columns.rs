@@ -1,16 +1,17 @@
 //! Sparse matrices of complex constants, stored as the nonzero pieces of their columns.
 
-use super::lane::{Lane, WIDTH, ZERO, add, minus, plus, splat};
+use super::lane::{Lane, WIDTH, add, minus, plus, splat};
+use super::number::Number;
 
 /// An entry: row, column, coefficients.
 pub(crate) type Entry = (usize, usize, [u32; 2]);
 
 /// One lane of one column for each piece, by the lanes that they add to.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Columns {
+pub(crate) struct Columns<N = f64, const L: usize = WIDTH> {
     columns: Vec<usize>,
-    re: Vec<Lane>,
-    im: Vec<Lane>,
+    re: Vec<Lane<N, L>>,
+    im: Vec<Lane<N, L>>,
     /// Are all constants real?
     real: bool,
     /// First piece of each lane, and the end.
@@ -19,28 +20,29 @@ pub(crate) struct Columns {
     entries: Vec<(usize, usize, [u32; 2])>,
 }
 
-impl Columns {
+impl<N: Number, const L: usize> Columns<N, L> {
     /// For entries of so many lanes.
     pub fn new(lanes: usize, entries: &[Entry]) -> Self {
-        let mut places: Vec<(usize, usize)> = entries.iter().map(|(row, column, _)| (row / WIDTH, *column)).collect();
+        let mut places: Vec<(usize, usize)> = entries.iter().map(|(row, column, _)| (row / L, *column)).collect();
         places.sort_unstable();
         places.dedup();
         let first = (0..=lanes).map(|lane| places.partition_point(|place| place.0 < lane)).collect();
-        let piece = |row: usize, column: usize| places.partition_point(|place| *place < (row / WIDTH, column));
-        let entries = entries.iter().map(|&(row, column, c)| (piece(row, column), row % WIDTH, c)).collect();
+        let piece = |row: usize, column: usize| places.partition_point(|place| *place < (row / L, column));
+        let entries = entries.iter().map(|&(row, column, c)| (piece(row, column), row % L, c)).collect();
         let columns: Vec<usize> = places.iter().map(|&(_, column)| column).collect();
-        Self { re: vec![ZERO; columns.len()], im: vec![ZERO; columns.len()], columns, real: false, first, entries }
+        let zeros = vec![splat(N::ZERO); columns.len()];
+        Self { re: zeros.clone(), im: zeros, columns, real: false, first, entries }
     }
 
     /// Takes the coefficients over.
-    pub fn fill(&mut self, coefficients: &[f64]) {
-        self.re.fill(ZERO);
-        self.im.fill(ZERO);
+    pub fn fill(&mut self, coefficients: &[N]) {
+        self.re.fill(splat(N::ZERO));
+        self.im.fill(splat(N::ZERO));
         for &(piece, place, [re, im]) in &self.entries {
             self.re[piece][place] += coefficients[re as usize];
             self.im[piece][place] += coefficients[im as usize];
         }
-        self.real = self.im.iter().all(|im| *im == ZERO);
+        self.real = self.im.iter().all(|im| *im == splat(N::ZERO));
     }
 
     /// Number of entries.
@@ -55,7 +57,7 @@ impl Columns {
 
     /// The pieces of a lane: columns, real and imaginary parts.
     #[inline(always)]
-    pub fn lane(&self, lane: usize) -> (&[usize], &[Lane], &[Lane]) {
+    pub fn lane(&self, lane: usize) -> (&[usize], &[Lane<N, L>], &[Lane<N, L>]) {
         let (first, end) = (self.first[lane], self.first[lane + 1]);
         let columns = &self.columns[first..end];
         (columns, &self.re[first..][..columns.len()], &self.im[first..][..columns.len()])
@@ -63,7 +65,7 @@ impl Columns {
 
     /// sum + (re + i im)(x + i y)
     #[inline(always)]
-    pub fn complex(&self, lane: usize, x: &[f64], y: &[f64], [mut gx, mut gy]: [Lane; 2]) -> [Lane; 2] {
+    pub fn complex(&self, lane: usize, x: &[N], y: &[N], [mut gx, mut gy]: [Lane<N, L>; 2]) -> [Lane<N, L>; 2] {
         let (columns, re, im) = self.lane(lane);
         let mut i = 0;
         if self.real {
@@ -74,7 +76,7 @@ impl Columns {
             }
             return [gx, gy];
         }
-        let (mut hx, mut hy) = (ZERO, ZERO);
+        let (mut hx, mut hy) = (splat(N::ZERO), splat(N::ZERO));
         while i < columns.len() {
             let (x, y) = (splat(x[columns[i]]), splat(y[columns[i]]));
             (gx, gy) = (plus(gx, re[i], x), plus(gy, re[i], y));
@@ -86,9 +88,9 @@ impl Columns {
 
     /// sum of re x + im y
     #[inline(always)]
-    pub fn dot(&self, lane: usize, x: &[f64], y: &[f64]) -> Lane {
+    pub fn dot(&self, lane: usize, x: &[N], y: &[N]) -> Lane<N, L> {
         let (columns, by_x, by_y) = self.lane(lane);
-        let (mut re, mut im, mut i) = (ZERO, ZERO, 0);
+        let (mut re, mut im, mut i) = (splat(N::ZERO), splat(N::ZERO), 0);
         while i < columns.len() {
             re = plus(re, by_x[i], splat(x[columns[i]]));
             im = plus(im, by_y[i], splat(y[columns[i]]));
@@ -99,7 +101,7 @@ impl Columns {
 
     /// sum + (re + i im) x, x real
     #[inline(always)]
-    pub fn real(&self, lane: usize, x: &[f64], [mut gx, mut gy]: [Lane; 2]) -> [Lane; 2] {
+    pub fn real(&self, lane: usize, x: &[N], [mut gx, mut gy]: [Lane<N, L>; 2]) -> [Lane<N, L>; 2] {
         let (columns, re, im) = self.lane(lane);
         let mut i = 0;
         while i < columns.len() {

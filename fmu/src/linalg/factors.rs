@@ -6,8 +6,8 @@
 use std::collections::BTreeSet;
 
 use super::SINGULAR;
+use super::lane::at_each;
 use super::matrix::{Entries, Places, most};
-use super::number::Number;
 
 /// The order of elimination and the entries that are not zero: columns of L, each from its diagonal down.
 #[derive(Clone, Debug)]
@@ -30,8 +30,6 @@ pub(crate) struct Pattern {
     /// foreseen by the processor.
     by_rows: Vec<[u32; 2]>,
     turned: Vec<u32>,
-    /// Where each row begins there, from the first row on.
-    row_begins: Vec<u32>,
 }
 
 impl Pattern {
@@ -58,10 +56,9 @@ impl Pattern {
         let mut turned: Vec<u32> = (0..rows.len() as u32).collect();
         turned.sort_by_key(|&entry| std::cmp::Reverse(by_columns[entry as usize]));
         let by_rows: Vec<[u32; 2]> = turned.iter().map(|&entry| by_columns[entry as usize]).collect();
-        let row_begins = (0..size).map(|row| begin_of_row(&by_rows, row)).collect();
         let (first_product, products) = (vec![0], Vec::new());
         let mut pattern =
-            Self { equations, columns, first, rows, first_product, products, by_columns, by_rows, turned, row_begins };
+            Self { equations, columns, first, rows, first_product, products, by_columns, by_rows, turned };
         for column in 0..size {
             let entries = pattern.first[column]..pattern.first[column + 1];
             for upper in entries.clone() {
@@ -91,11 +88,6 @@ impl Pattern {
         let (a, b) = (self.columns[row], self.columns[column]);
         if a == b { a } else { self.equations.len() + self.entry(a.min(b) as u32, a.max(b) as u32) }
     }
-}
-
-/// Where a row begins among entries from the last row up.
-fn begin_of_row(by_rows: &[[u32; 2]], row: usize) -> u32 {
-    by_rows.partition_point(|entry| entry[0] as usize > row) as u32
 }
 
 /// The order of elimination, and for each equation those that it is coupled with when its turn comes.
@@ -131,31 +123,31 @@ fn eliminate(mut neighbours: Vec<BTreeSet<usize>>, unknowns: usize) -> (Vec<usiz
     (order, below)
 }
 
-/// The factors of one matrix, or of the same matrix of several motions.
+/// The factors of one matrix.
 #[derive(Clone, Debug)]
-pub(crate) struct Factors<N = f64> {
+pub(crate) struct Factors {
     pattern: Pattern,
     /// Where each equation's part of a solution goes.
     targets: Vec<usize>,
     /// D, from the matrix; then 1 / D.
-    diagonal: Vec<N>,
+    diagonal: Vec<f64>,
     /// Entries of the matrix, then of L.
-    entries: Vec<N>,
+    entries: Vec<f64>,
     /// What each pivot is the difference of.
-    sizes: Vec<N>,
+    sizes: Vec<f64>,
     /// Columns whose part of the inverse is needed.
     wanted: Vec<bool>,
     /// The inverse where the factors have entries.
-    inverse_diagonal: Vec<N>,
-    inverse: Vec<N>,
+    inverse_diagonal: Vec<f64>,
+    inverse: Vec<f64>,
     /// L by rows, from the last one up.
-    by_rows: Vec<N>,
-    solution: Vec<N>,
+    by_rows: Vec<f64>,
+    solution: Vec<f64>,
 }
 
-impl<N: Number> Entries<N> for Factors<N> {
+impl Entries for Factors {
     #[inline(always)]
-    fn add(&mut self, [place, _]: Places, value: N) {
+    fn add(&mut self, [place, _]: Places, value: f64) {
         match place.checked_sub(self.diagonal.len()) {
             None => self.diagonal[place] += value,
             Some(entry) => self.entries[entry] += value,
@@ -163,7 +155,7 @@ impl<N: Number> Entries<N> for Factors<N> {
     }
 }
 
-impl<N: Number> Factors<N> {
+impl Factors {
     /// Storage; the inverse will be asked for the diagonal of the equations from `unknowns` on, solutions go to `targets`.
     pub fn new(pattern: Pattern, unknowns: usize, targets: Vec<usize>) -> Self {
         let size = targets.len();
@@ -175,13 +167,13 @@ impl<N: Number> Factors<N> {
         Self {
             targets,
             wanted,
-            diagonal: vec![N::ZERO; size],
-            sizes: vec![N::ZERO; size],
-            inverse_diagonal: vec![N::ZERO; size],
-            entries: vec![N::ZERO; pattern.rows.len()],
-            inverse: vec![N::ZERO; pattern.rows.len()],
-            by_rows: vec![N::ZERO; pattern.rows.len()],
-            solution: vec![N::ZERO; size],
+            diagonal: vec![0.0; size],
+            sizes: vec![0.0; size],
+            inverse_diagonal: vec![0.0; size],
+            entries: vec![0.0; pattern.rows.len()],
+            inverse: vec![0.0; pattern.rows.len()],
+            by_rows: vec![0.0; pattern.rows.len()],
+            solution: vec![0.0; size],
             pattern,
         }
     }
@@ -198,25 +190,25 @@ impl<N: Number> Factors<N> {
 
     /// Zero.
     pub fn clear(&mut self) {
-        self.diagonal.fill(N::ZERO);
-        self.entries.fill(N::ZERO);
+        self.diagonal.fill(0.0);
+        self.entries.fill(0.0);
     }
 
     /// Replaces the matrix by its factors; has it some?
     #[inline(always)]
     pub fn factor(&mut self) -> bool {
         for (size, entry) in self.sizes.iter_mut().zip(&self.diagonal) {
-            *size = entry.magnitude();
+            *size = entry.abs();
         }
         let Pattern { first, rows, first_product, products, .. } = &self.pattern;
         for column in 0..self.diagonal.len() {
             let pivot = self.diagonal[column];
             // Not a number is singular too.
-            let regular = pivot.magnitude().exceeds(self.sizes[column].times(SINGULAR));
+            let regular = pivot.abs() > SINGULAR * self.sizes[column];
             if !regular {
                 return false;
             }
-            let inverse = pivot.reciprocal();
+            let inverse = 1.0 / pivot;
             self.diagonal[column] = inverse;
             let range = first[column]..first[column + 1];
             let (own, others) = self.entries.split_at_mut(range.end);
@@ -227,7 +219,7 @@ impl<N: Number> Factors<N> {
                 let factor = value * inverse;
                 let product = value * factor;
                 self.diagonal[rows[upper] as usize] -= product;
-                self.sizes[rows[upper] as usize] += product.magnitude();
+                self.sizes[rows[upper] as usize] += product.abs();
                 let below = &own[upper + 1..];
                 let (now, later) = targets.split_at(below.len());
                 for (target, entry) in now.iter().zip(below) {
@@ -271,43 +263,42 @@ impl<N: Number> Factors<N> {
     }
 
     /// An entry of the diagonal of the inverse.
-    pub fn diagonal(&self, equation: usize) -> N {
+    pub fn diagonal(&self, equation: usize) -> f64 {
         self.inverse_diagonal[self.pattern.columns[equation]]
     }
 
-    /// The same, each part in one sum: several motions at once have enough to do while the processor finds out where a sum ends.
+    /// Solutions for several right-hand sides, by equations.
     #[inline(always)]
-    pub fn solve_by_rows(&mut self, vector: &[N], solution: &mut [N]) {
-        let Pattern { equations, first, rows, by_rows, row_begins, .. } = &self.pattern;
-        let x = &mut self.solution[..];
-        let mut end = by_rows.len();
-        for (row, (&equation, &begin)) in equations.iter().zip(row_begins).enumerate() {
-            let mut sum = vector[equation];
-            for place in (begin as usize..end).rev() {
-                sum -= self.by_rows[place] * x[by_rows[place][1] as usize];
-            }
-            (x[row], end) = (sum, begin as usize);
+    pub fn solve_all<const D: usize>(&self, vectors: &[[f64; D]], solutions: &mut [[f64; D]]) {
+        let Pattern { equations, by_columns, by_rows, columns, .. } = &self.pattern;
+        solutions.copy_from_slice(vectors);
+        for (&[row, column], factor) in by_columns.iter().zip(&self.entries) {
+            let value = solutions[equations[column as usize]];
+            at_each!(D, i => solutions[equations[row as usize]][i] -= factor * value[i]);
         }
-        for column in (0..equations.len()).rev() {
-            let mut sum = x[column] * self.diagonal[column];
-            for place in first[column]..first[column + 1] {
-                sum -= self.entries[place] * x[rows[place] as usize];
-            }
-            x[column] = sum;
-            solution[self.targets[equations[column]]] = sum;
+        for (value, column) in solutions.iter_mut().zip(columns) {
+            at_each!(D, i => value[i] *= self.diagonal[*column]);
+        }
+        for (&[row, column], factor) in by_rows.iter().zip(&self.by_rows) {
+            let value = solutions[equations[row as usize]];
+            at_each!(D, i => solutions[equations[column as usize]][i] -= factor * value[i]);
         }
     }
 
     /// How much larger than the pivot of an equation that is which it is the difference of.
-    #[inline(always)]
-    pub fn growth(&self, equation: usize) -> N {
+    fn growth(&self, equation: usize) -> f64 {
         let column = self.pattern.columns[equation];
-        self.sizes[column] * self.diagonal[column].magnitude()
+        self.sizes[column] * self.diagonal[column].abs()
+    }
+
+    /// The largest share of what the pivot of an equation before `unknowns` is the difference of in that pivot, and the equation.
+    pub fn cancellation(&self, unknowns: usize) -> (f64, usize) {
+        most((0..unknowns).map(|equation| self.growth(equation)))
     }
 
     /// The solution for right-hand sides by equations, at its places.
     #[inline(always)]
-    pub fn solve(&mut self, vector: &[N], solution: &mut [N]) {
+    pub fn solve(&mut self, vector: &[f64], solution: &mut [f64]) {
         let Pattern { equations, by_columns, by_rows, .. } = &self.pattern;
         let x = &mut self.solution[..];
         for (place, &equation) in x.iter_mut().zip(equations) {
@@ -317,7 +308,7 @@ impl<N: Number> Factors<N> {
             x[row as usize] -= *factor * x[column as usize];
         }
         for (value, inverse) in x.iter_mut().zip(&self.diagonal) {
-            *value = *value * *inverse;
+            *value *= *inverse;
         }
         for (&[row, column], factor) in by_rows.iter().zip(&self.by_rows) {
             x[column as usize] -= *factor * x[row as usize];
@@ -325,13 +316,6 @@ impl<N: Number> Factors<N> {
         for (value, &equation) in x.iter().zip(equations) {
             solution[self.targets[equation]] = *value;
         }
-    }
-}
-
-impl Factors {
-    /// The largest share of what the pivot of an equation before `unknowns` is the difference of in that pivot, and the equation.
-    pub fn cancellation(&self, unknowns: usize) -> (f64, usize) {
-        most((0..unknowns).map(|equation| self.growth(equation)))
     }
 }
 

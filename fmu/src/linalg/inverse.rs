@@ -5,7 +5,9 @@ mod independent;
 use independent::Choice;
 
 use super::SINGULAR;
-use super::lane::{Lane, WIDTH, ZERO, add, by_width, lanes, larger, largest, minus, multiply, plus, splat, subtract};
+use super::lane::{
+    Lane, WIDTH, ZERO, add, at_each, by_width, lanes, larger, largest, minus, multiply, plus, splat, subtract,
+};
 use super::matrix::{Entries, Places};
 use crate::math;
 
@@ -141,6 +143,21 @@ impl Inverse {
             for lane in 0..width {
                 product[lane] = minus(product[lane], row[lane], splat(*value));
             }
+        }
+    }
+
+    /// The inverse times several vectors side by side, where the place of each equation is its number.
+    #[inline(always)]
+    pub fn times_all<const D: usize>(&self, vectors: &[[f64; D]], products: &mut [[f64; D]]) {
+        for (lane, products) in products.chunks_mut(WIDTH).enumerate() {
+            let mut sums = [[0.0; D]; WIDTH];
+            for (row, vector) in self.rows.chunks_exact(self.width).zip(vectors) {
+                let factors = row[lane];
+                for j in 0..WIDTH {
+                    at_each!(D, i => sums[j][i] += factors[j] * vector[i]);
+                }
+            }
+            products.copy_from_slice(&sums[..products.len()]);
         }
     }
 

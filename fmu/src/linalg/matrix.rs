@@ -3,7 +3,7 @@
 
 use super::factors::{Factors, Pattern};
 use super::inverse::Inverse;
-use super::lane::{Lane, WIDTH};
+use super::lane::WIDTH;
 use super::tree::Recursion;
 
 /// What a multiplication of four numbers costs, in units of one by itself whose places must be looked up.
@@ -56,11 +56,6 @@ impl Matrix {
         Self::Whole(Box::new(Inverse::new(targets, room, false).with_repeating(repeating, unknowns, scales)))
     }
 
-    /// No equations.
-    pub fn none() -> Self {
-        Self::Whole(Box::new(Inverse::new(Vec::new(), 0, true)))
-    }
-
     /// Where an entry is kept.
     pub fn places(&self, row: usize, column: usize) -> Places {
         match self {
@@ -104,14 +99,93 @@ impl Matrix {
         }
     }
 
-    /// The solution for right-hand sides by equations.
+    /// Solutions for several right-hand sides, by equations.
     #[inline(always)]
-    pub fn solve(&mut self, vector: &[f64], solution: &mut [Lane]) {
+    pub fn solve_all<const D: usize>(&mut self, vectors: &[[f64; D]], solutions: &mut [[f64; D]]) {
         match self {
-            Self::Whole(inverse) => inverse.times(vector, solution),
-            Self::Factored(factors) => factors.solve(vector, solution.as_flattened_mut()),
-            Self::Chained(recursion) => recursion.solve(vector, solution.as_flattened_mut()),
+            Self::Whole(inverse) => inverse.times_all(vectors, solutions),
+            Self::Factored(factors) => factors.solve_all(vectors, solutions),
+            // It has no entries.
+            Self::Chained(_) => {}
         }
+    }
+
+    /// Builds the matrix of a pose and makes it ready for solutions. Pivots of `alike` masses need not be searched for where that works. False if it is singular.
+    #[inline(always)]
+    pub fn factor(&mut self, alike: bool, pose: &mut impl Assemble) -> bool {
+        match self {
+            Self::Whole(inverse) => {
+                let inverse = &mut **inverse;
+                inverse.clear();
+                pose.assemble_whole(inverse);
+                if inverse.repeats() {
+                    return inverse.invert_independent();
+                }
+                let in_order = alike && inverse.size() > WIDTH;
+                if in_order && inverse.invert_in_order() {
+                    return true;
+                }
+                if in_order {
+                    inverse.clear();
+                    pose.assemble(inverse);
+                }
+                inverse.invert()
+            }
+            Self::Factored(factors) => {
+                factors.clear();
+                pose.assemble(&mut **factors);
+                factors.factor()
+            }
+            Self::Chained(recursion) => recursion.factor(pose.derivatives()),
+        }
+    }
+}
+
+/// Adds up the entries of the matrix of a pose.
+pub(crate) trait Assemble {
+    fn assemble(&mut self, matrix: &mut impl Entries);
+
+    /// The same where the matrix is inverted as a whole.
+    #[inline(always)]
+    fn assemble_whole(&mut self, matrix: &mut Inverse) {
+        self.assemble(matrix);
+    }
+
+    /// Derivatives of arms, of which that of a chain is made.
+    fn derivatives(&self) -> [&[f64]; 2];
+}
+
+/// Solves the equations of a pose in some kind of number.
+pub(crate) trait Solve<N>: Clone + std::fmt::Debug {
+    /// No equations.
+    fn none() -> Self;
+
+    /// The solution for right-hand sides by equations, at its places.
+    fn solve(&mut self, vector: &[N], solution: &mut [N]);
+
+    /// Minus the solution for a vector that is zero before the equation `first`, if the inverse is at hand.
+    fn solve_rest(&self, first: usize, vector: &[N], solution: &mut [N]) -> bool;
+}
+
+impl Solve<f64> for Matrix {
+    fn none() -> Self {
+        Self::Whole(Box::new(Inverse::new(Vec::new(), 0, true)))
+    }
+
+    #[inline(always)]
+    fn solve(&mut self, vector: &[f64], solution: &mut [f64]) {
+        match self {
+            Self::Whole(inverse) => inverse.times(vector, solution.as_chunks_mut().0),
+            Self::Factored(factors) => factors.solve(vector, solution),
+            Self::Chained(recursion) => recursion.solve(vector, solution),
+        }
+    }
+
+    #[inline(always)]
+    fn solve_rest(&self, first: usize, vector: &[f64], solution: &mut [f64]) -> bool {
+        let Self::Whole(inverse) = self else { return false };
+        inverse.minus_times_from(first, vector, solution.as_chunks_mut().0);
+        true
     }
 }
 

@@ -5,7 +5,8 @@
 //! * `inverse`, `matrix`: the matrix of a pose, as a whole or by its entries.
 //! * `chain`, `tree`, `columns`: open chains of frames, trees of arms, and sparse constants by columns.
 //! * `least_squares`, `spectrum`: minimum-norm solutions, and the ends of a spectrum.
-//! * `lane`, `turn`: four numbers and four angles at a time; `number`, `dual`: numbers alone, and with their derivatives.
+//! * `lane`, `turn`: four numbers and four angles at a time; `number`, `dual`, `varied`: numbers alone, numbers and matrices with their
+//!   derivatives.
 
 pub(crate) mod chain;
 pub(crate) mod columns;
@@ -21,6 +22,7 @@ pub(crate) mod sparse;
 pub(crate) mod spectrum;
 pub(crate) mod tree;
 pub(crate) mod turn;
+pub(crate) mod varied;
 
 /// A pivot counts as zero if it is less than this share of what it is left of: some hundred roundings.
 const SINGULAR: f64 = 1e-13;

@@ -8,12 +8,12 @@
 
 use super::SINGULAR;
 use super::chain::{Complex, conjugate, product};
-use super::lane::{Lane, ZERO, lanes, splat};
 use super::matrix::most;
+use super::number::Number;
 
 /// An arm with what it carries.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Limb {
+pub(crate) struct Limb<N = f64> {
     /// Place of the arm.
     pub place: usize,
     /// Place of its derivative by its unknown.
@@ -23,11 +23,11 @@ pub(crate) struct Limb {
     /// The equation of its unknown; none if its motion is prescribed.
     pub equation: Option<usize>,
     /// z: where it begins along the arm of its parent.
-    pub begin: Complex,
+    pub begin: Complex<N>,
     /// m
-    pub carried: Complex,
+    pub carried: Complex<N>,
     /// What resists its acceleration by itself.
-    pub inertia: f64,
+    pub inertia: N,
 }
 
 /// Coefficients of a limb: z, m, and the inertia.
@@ -35,25 +35,25 @@ pub(crate) type Masses = ([u32; 2], [u32; 2], u32);
 
 /// All limbs, each after its parent.
 #[derive(Clone, Debug)]
-pub(crate) struct Tree {
-    limbs: Vec<Limb>,
+pub(crate) struct Tree<N = f64> {
+    limbs: Vec<Limb<N>>,
     masses: Vec<Masses>,
     /// Frames, which come first, have their inertia about their own angle; arms from this place on have a mass along them.
     lines: usize,
     /// Of each limb, on the way: the acceleration of where it begins; the force on what it carries.
-    begins: Vec<Complex>,
-    forces: Vec<Complex>,
+    begins: Vec<Complex<N>>,
+    forces: Vec<Complex<N>>,
 }
 
-impl Tree {
+impl<N: Number> Tree<N> {
     /// Limbs whose masses will be filled in; those of frames have places before `lines`.
-    pub fn new(limbs: Vec<Limb>, masses: Vec<Masses>, lines: usize) -> Self {
-        let zeros = vec![[0.0; 2]; limbs.len()];
+    pub fn new(limbs: Vec<Limb<N>>, masses: Vec<Masses>, lines: usize) -> Self {
+        let zeros = vec![[N::ZERO; 2]; limbs.len()];
         Self { limbs, masses, lines, begins: zeros.clone(), forces: zeros }
     }
 
     /// Takes the coefficients over.
-    pub fn fill(&mut self, c: &[f64]) {
+    pub fn fill(&mut self, c: &[N]) {
         let complex = |place: [u32; 2]| place.map(|part| c[part as usize]);
         for (limb, &(begin, carried, inertia)) in self.limbs.iter_mut().zip(&self.masses) {
             (limb.begin, limb.carried, limb.inertia) = (complex(begin), complex(carried), c[inertia as usize]);
@@ -61,31 +61,31 @@ impl Tree {
     }
 
     /// All of them.
-    pub fn limbs(&self) -> &[Limb] {
+    pub fn limbs(&self) -> &[Limb<N>] {
         &self.limbs
     }
 
     /// Is it a single chain, numbered from the ground?
     pub fn is_chain(&self) -> bool {
-        let follows = |(index, limb): (usize, &Limb)| limb.place == index && limb.parent == index.checked_sub(1);
+        let follows = |(index, limb): (usize, &Limb<N>)| limb.place == index && limb.parent == index.checked_sub(1);
         self.limbs.iter().enumerate().all(follows)
     }
 
     /// The masses A_kl between two limbs of a chain.
-    pub fn between(&self, k: usize, l: usize) -> Complex {
+    pub fn between(&self, k: usize, l: usize) -> Complex<N> {
         let mass = |inner: usize, outer: usize| {
-            let begin = self.limbs.get(inner + 1).map_or([0.0; 2], |next| next.begin);
+            let begin = self.limbs.get(inner + 1).map_or([N::ZERO; 2], |next| next.begin);
             product(conjugate(begin), self.limbs[outer].carried)
         };
         if k < l { mass(k, l) } else { conjugate(mass(l, k)) }
     }
 
     /// Adds A (x + i y) to the forces on all arms.
-    pub fn add_forces(&mut self, [x, y]: [&[f64]; 2], [fx, fy]: [&mut [f64]; 2]) {
+    pub fn add_forces(&mut self, [x, y]: [&[N]; 2], [fx, fy]: [&mut [N]; 2]) {
         let Self { limbs, begins, forces, .. } = self;
         for (index, limb) in limbs.iter().enumerate() {
             let place = limb.place;
-            begins[index] = limb.parent.map_or([0.0; 2], |parent| {
+            begins[index] = limb.parent.map_or([N::ZERO; 2], |parent| {
                 let (before, start) = (limbs[parent].place, begins[parent]);
                 sum(start, product(limb.begin, [x[before], y[before]]))
             });
@@ -109,25 +109,25 @@ impl Tree {
     }
 }
 
-fn sum([a, b]: Complex, [c, d]: Complex) -> Complex {
+fn sum<N: Number>([a, b]: Complex<N>, [c, d]: Complex<N>) -> Complex<N> {
     [a + c, b + d]
 }
 
-fn dot([a, b]: Complex, [c, d]: Complex) -> f64 {
+fn dot<N: Number>([a, b]: Complex<N>, [c, d]: Complex<N>) -> N {
     a * c + b * d
 }
 
 /// The symmetric matrix that is handed on from limb to limb: the sum of g r^T over the limbs further out.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Carried {
-    xx: f64,
-    xy: f64,
-    yy: f64,
+pub(super) struct Carried<N = f64> {
+    xx: N,
+    xy: N,
+    yy: N,
 }
 
-impl Carried {
+impl<N: Number> Carried<N> {
     #[inline(always)]
-    pub(super) fn times(&self, [x, y]: Complex) -> Complex {
+    pub(super) fn times(&self, [x, y]: Complex<N>) -> Complex<N> {
         [self.xx * x + self.xy * y, self.xy * x + self.yy * y]
     }
 
@@ -137,73 +137,73 @@ impl Carried {
 
     /// Takes what is left of a limb's d, over its pivot and as it is, in.
     #[inline(always)]
-    pub(super) fn hand_on(&mut self, [gx, gy]: Complex, [rx, ry]: Complex) {
+    pub(super) fn hand_on(&mut self, [gx, gy]: Complex<N>, [rx, ry]: Complex<N>) {
         *self = Self { xx: self.xx + gx * rx, xy: self.xy + gx * ry, yy: self.yy + gy * ry };
     }
 }
 
 /// The factors L D L^T of the mass matrix of a tree.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Recursion {
-    limbs: Vec<Limb>,
-    joints: Vec<Joint>,
+pub(crate) struct Recursion<N = f64> {
+    limbs: Vec<Limb<N>>,
+    joints: Vec<Joint<N>>,
     /// Limbs that hang from another one than the one before them.
-    sides: Vec<Side>,
+    sides: Vec<Side<N>>,
     /// What comes from them, by the limbs that they hang from; of factors, then of a solution.
-    factored: Vec<Branches>,
-    solved: Vec<[f64; 3]>,
+    factored: Vec<Branches<N>>,
+    solved: Vec<[N; 3]>,
 }
 
 /// One pivot.
 #[derive(Clone, Copy, Debug, Default)]
-struct Joint {
+struct Joint<N = f64> {
     /// c towards the next limb, zero if that does not hang from this one.
-    c: Complex,
+    c: Complex<N>,
     /// What is left of d, over the pivot.
-    g: Complex,
-    inverse: f64,
+    g: Complex<N>,
+    inverse: N,
     /// 1 - g c^T by rows, zero likewise.
-    across: [Complex; 2],
+    across: [Complex<N>; 2],
     /// The right-hand side over the pivot, on the way.
-    rest: f64,
+    rest: N,
     /// Do limbs hang from it besides the next one?
     forks: bool,
 }
 
 /// A limb that does not hang from the one before it.
 #[derive(Clone, Copy, Debug)]
-struct Side {
+struct Side<N = f64> {
     limb: usize,
     parent: Option<usize>,
     /// c of the branch.
-    c: Complex,
+    c: Complex<N>,
 }
 
 /// Sums over side branches: of S, S c, and c . S c.
 #[derive(Clone, Copy, Debug, Default)]
-struct Branches {
-    carried: Carried,
-    moved: Complex,
-    over: f64,
+struct Branches<N = f64> {
+    carried: Carried<N>,
+    moved: Complex<N>,
+    over: N,
 }
 
-impl Recursion {
+impl<N: Number> Recursion<N> {
     /// Storage for these limbs.
-    pub fn new(limbs: &[Limb]) -> Self {
+    pub fn new(limbs: &[Limb<N>]) -> Self {
         let mut joints = vec![Joint::default(); limbs.len()];
         let mut sides = Vec::new();
         for (index, limb) in limbs.iter().enumerate() {
             if index == 0 || limb.parent != index.checked_sub(1) {
                 limb.parent.into_iter().for_each(|parent| joints[parent].forks = true);
-                sides.push(Side { limb: index, parent: limb.parent, c: [0.0; 2] });
+                sides.push(Side { limb: index, parent: limb.parent, c: [N::ZERO; 2] });
             }
         }
-        let (factored, solved) = (vec![Branches::default(); limbs.len()], vec![[0.0; 3]; limbs.len()]);
+        let (factored, solved) = (vec![Branches::default(); limbs.len()], vec![[N::ZERO; 3]; limbs.len()]);
         Self { limbs: limbs.to_vec(), joints, sides, factored, solved }
     }
 
     /// The same limbs with other masses.
-    pub fn renew(&mut self, limbs: &[Limb]) {
+    pub fn renew(&mut self, limbs: &[Limb<N>]) {
         self.limbs.copy_from_slice(limbs);
     }
 
@@ -215,16 +215,15 @@ impl Recursion {
     /// Factors the matrix of arms with these derivatives. False if it is singular.
     // One number after the other: a copy for AVX2 would gain nothing, and old versions of valgrind do not know all of its moves.
     #[inline(never)]
-    pub fn factor(&mut self, [dx, dy]: [&[Lane]; 2]) -> bool {
-        let (dx, dy) = (dx.as_flattened(), dy.as_flattened());
+    pub fn factor(&mut self, [dx, dy]: [&[N]; 2]) -> bool {
         let Self { limbs, joints, sides, factored, .. } = self;
         let derivative = |limb: usize| [dx[limbs[limb].derivative], dy[limbs[limb].derivative]];
-        let mut carried = Carried::default();
+        let (mut carried, one) = (Carried::default(), N::all(1.0));
         let mut next = sides.len();
         for k in (0..limbs.len()).rev() {
             let (limb, joint, own) = (&limbs[k], &mut joints[k], derivative(k));
             let follows = limbs.get(k + 1).filter(|child| child.parent == Some(k));
-            let c = follows.map_or([0.0; 2], |child| product(child.begin, own));
+            let c = follows.map_or([N::ZERO; 2], |child| product(child.begin, own));
             let [qx, qy] = carried.times(c);
             let (mut pivot, [mx, my]) = (limb.inertia - dot(c, [qx, qy]), product(limb.carried, own));
             let mut r = [mx - qx, my - qy];
@@ -234,9 +233,9 @@ impl Recursion {
                 r = [r[0] - moved[0], r[1] - moved[1]];
                 carried.add(others);
             }
-            let inverse = if limb.equation.is_some() { 1.0 / pivot } else { 0.0 };
+            let inverse = if limb.equation.is_some() { one.over(pivot) } else { N::ZERO };
             // Written so that NaN is singular too.
-            let regular = pivot > SINGULAR * limb.inertia || limb.equation.is_none();
+            let regular = pivot.value() > SINGULAR * limb.inertia.value() || limb.equation.is_none();
             if !regular {
                 factored.fill(Branches::default());
                 return false;
@@ -244,8 +243,8 @@ impl Recursion {
             let g = r.map(|part| part * inverse);
             carried.hand_on(g, r);
             let [[gx, gy], [cx, cy]] = [g, c];
-            let across = follows.map_or([[0.0; 2]; 2], |_| [[1.0 - gx * cx, -gx * cy], [-gy * cx, 1.0 - gy * cy]]);
-            *joint = Joint { c, g, inverse, across, rest: 0.0, forks: joint.forks };
+            let across = follows.map_or([[N::ZERO; 2]; 2], |_| [[one - gx * cx, -gx * cy], [-gy * cx, one - gy * cy]]);
+            *joint = Joint { c, g, inverse, across, rest: N::ZERO, forks: joint.forks };
             if let Some(side) = sides[..next].last_mut().filter(|side| side.limb == k) {
                 next -= 1;
                 if let Some(parent) = side.parent {
@@ -264,38 +263,38 @@ impl Recursion {
 
     /// The largest share of an inertia M_kk in its pivot, and the equation: so much larger do rounding errors become.
     pub fn cancellation(&self) -> (f64, usize) {
-        let pivots = self.joints.iter().zip(&self.limbs).map(|(joint, limb)| limb.inertia * joint.inverse);
+        let pivots = self.joints.iter().zip(&self.limbs).map(|(joint, limb)| (limb.inertia * joint.inverse).value());
         let (size, limb) = most(pivots);
         (size, self.limbs.get(limb).and_then(|limb| limb.equation).unwrap_or_default())
     }
 
     /// The smallest share of an inertia M_kk that is left as its pivot while all arms lie in line.
-    pub fn share_left(limbs: &[Limb]) -> f64 {
+    pub fn share_left(limbs: &[Limb<N>]) -> f64 {
         let mut recursion = Self::new(limbs);
         let places = limbs.iter().map(|limb| limb.derivative + 1).max().unwrap_or(0);
-        let (ones, zeros) = (vec![splat(1.0); lanes(places)], vec![ZERO; lanes(places)]);
+        let (ones, zeros) = (vec![N::all(1.0); places], vec![N::ZERO; places]);
         let most = if recursion.factor([&ones, &zeros]) { recursion.cancellation().0 } else { f64::INFINITY };
         1.0 / most
     }
 
     /// The solution for right-hand sides by equations, at the places of the arms.
     #[inline(never)]
-    pub fn solve(&mut self, vector: &[f64], solution: &mut [f64]) {
+    pub fn solve(&mut self, vector: &[N], solution: &mut [N]) {
         self.reduce(vector);
         self.substitute(solution);
     }
 
     /// From the tips to the ground.
     #[inline(always)]
-    fn reduce(&mut self, vector: &[f64]) {
+    fn reduce(&mut self, vector: &[N]) {
         let Self { limbs, joints, sides, solved, .. } = self;
-        let (mut sx, mut sy) = (0.0, 0.0);
+        let (mut sx, mut sy) = (N::ZERO, N::ZERO);
         let mut next = sides.len();
         let mut begins = sides.last().map_or(usize::MAX, |side| side.limb);
         for (k, (joint, limb)) in joints.iter_mut().zip(limbs.iter()).enumerate().rev() {
             let Joint { c: [cx, cy], g: [gx, gy], inverse, across: [[a, b], [c, d]], forks, rest } = joint;
-            let mut value = limb.equation.and_then(|equation| vector.get(equation)).copied().unwrap_or(0.0);
-            let mut more = [0.0; 2];
+            let mut value = limb.equation.and_then(|equation| vector.get(equation)).copied().unwrap_or(N::ZERO);
+            let mut more = [N::ZERO; 2];
             if *forks {
                 let [over, x, y] = std::mem::take(&mut solved[k]);
                 value -= over;
@@ -313,7 +312,7 @@ impl Recursion {
                     let [over, x, y] = solved[parent];
                     solved[parent] = [over + cx * sx + cy * sy, x + sx, y + sy];
                 }
-                (sx, sy) = (0.0, 0.0);
+                (sx, sy) = (N::ZERO, N::ZERO);
                 begins = sides[..next].last().map_or(usize::MAX, |side| side.limb);
             }
         }
@@ -321,15 +320,15 @@ impl Recursion {
 
     /// From the ground to the tips.
     #[inline(always)]
-    fn substitute(&mut self, solution: &mut [f64]) {
+    fn substitute(&mut self, solution: &mut [N]) {
         let Self { limbs, joints, sides, solved, .. } = self;
-        let (mut tx, mut ty) = (0.0, 0.0);
+        let (mut tx, mut ty) = (N::ZERO, N::ZERO);
         let mut others = sides.iter();
         let mut side = others.next();
         for (k, (joint, limb)) in joints.iter().zip(limbs.iter()).enumerate() {
             if let Some(Side { parent, c: [cx, cy], .. }) = side.filter(|side| side.limb == k) {
-                let [x, ox, oy] = parent.map_or([0.0; 3], |parent| solved[parent]);
-                (tx, ty) = (ox + cx * x, oy + cy * x);
+                let [x, ox, oy] = parent.map_or([N::ZERO; 3], |parent| solved[parent]);
+                (tx, ty) = (ox + *cx * x, oy + *cy * x);
                 side = others.next();
             }
             let Joint { c: [cx, cy], g: [gx, gy], across: [[a, b], [c, d]], rest, forks, .. } = *joint;
@@ -342,14 +341,14 @@ impl Recursion {
             }
             (tx, ty) = ((cx * rest + a * tx) + c * ty, (cy * rest + b * tx) + d * ty);
         }
-        sides.iter().filter_map(|side| side.parent).for_each(|parent| solved[parent] = [0.0; 3]);
+        sides.iter().filter_map(|side| side.parent).for_each(|parent| solved[parent] = [N::ZERO; 3]);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::linalg::lane::WIDTH;
+    use crate::linalg::lane::{Lane, WIDTH, lanes};
     use nalgebra::{DMatrix, DVector};
 
     const COUNT: usize = 19;
@@ -443,7 +442,7 @@ mod tests {
         });
         let expected = DVector::from_fn(free.len(), |i, _| 1.0 - 0.3 * i as f64);
         let mut recursion = Recursion::new(&limbs);
-        assert!(recursion.factor([&dx, &dy]));
+        assert!(recursion.factor([dx.as_flattened(), dy.as_flattened()]));
         // Twice: nothing is left of the first solution.
         for _ in 0..2 {
             let mut found = vec![0.0; COUNT];
@@ -460,7 +459,7 @@ mod tests {
     #[test]
     fn a_tree_that_is_singular_is_said_to_be() {
         let mut limbs = limbs();
-        let (ones, zeros) = (vec![splat(1.0); lanes(COUNT)], vec![ZERO; lanes(COUNT)]);
+        let (ones, zeros) = (vec![1.0; COUNT], vec![0.0; COUNT]);
         let mut recursion = Recursion::new(&limbs);
         assert!(recursion.factor([&ones, &zeros]));
         for inertia in [0.0, f64::NAN] {

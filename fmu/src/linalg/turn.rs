@@ -1,16 +1,16 @@
-//! Sine and cosine of four angles at once, with the bits of [`math::sin_cos`].
+//! Sine and cosine of several angles at once, with the bits of [`math::sin_cos`].
 
 use super::lane::{Lane, add, by_width, multiply, plus, splat, subtract};
 use crate::math::{self, COSINE, HALF_PI, REDUCTION_LIMIT, ROUND, SINE, TWO_OVER_PI};
 
 /// cos x and sin x.
 #[inline(always)]
-pub(crate) fn cosine_and_sine(x: Lane) -> [Lane; 2] {
+pub(crate) fn cosine_and_sine<const L: usize>(x: Lane<f64, L>) -> [Lane<f64, L>; 2] {
     // Written so that NaN is not small.
     let small = x.iter().all(|x| x.abs() < REDUCTION_LIMIT);
     if !small {
-        let [a, b, c, d] = [math::sin_cos(x[0]), math::sin_cos(x[1]), math::sin_cos(x[2]), math::sin_cos(x[3])];
-        return [[a.1, b.1, c.1, d.1], [a.0, b.0, c.0, d.0]];
+        let both = x.map(math::sin_cos);
+        return [both.map(|(_, cosine)| cosine), both.map(|(sine, _)| sine)];
     }
     let rounded = add(multiply(x, splat(TWO_OVER_PI)), splat(ROUND));
     let multiple = subtract(rounded, splat(ROUND));
@@ -23,8 +23,8 @@ pub(crate) fn cosine_and_sine(x: Lane) -> [Lane; 2] {
     let tail = add(subtract(second, y), correction);
 
     let [cosine, sine] = kernels(y, tail);
-    let mut result = [[0.0; 4]; 2];
-    for i in 0..4 {
+    let mut result = [[0.0; L]; 2];
+    for i in 0..L {
         let quadrant = rounded[i].to_bits();
         let (even, odd) = if quadrant & 1 == 0 { (cosine[i], sine[i]) } else { (sine[i], cosine[i]) };
         result[0][i] = f64::from_bits(even.to_bits() ^ (quadrant.wrapping_add(1) & 2) << 62);
@@ -50,7 +50,7 @@ impl Angles {
 
 /// cos and sin of y + tail for |y| up to pi/4.
 #[inline(always)]
-fn kernels(y: Lane, tail: Lane) -> [Lane; 2] {
+fn kernels<const L: usize>(y: Lane<f64, L>, tail: Lane<f64, L>) -> [Lane<f64, L>; 2] {
     let half = splat(0.5);
     let z = multiply(y, y);
     let cube = multiply(z, y);
@@ -68,9 +68,9 @@ fn kernels(y: Lane, tail: Lane) -> [Lane; 2] {
 }
 
 #[inline(always)]
-fn polynomial(z: Lane, coefficients: &[f64]) -> Lane {
+fn polynomial<const L: usize>(z: Lane<f64, L>, coefficients: &[f64]) -> Lane<f64, L> {
     let mut rest = coefficients.iter().rev();
-    let last = rest.next().map_or([0.0; 4], |last| splat(*last));
+    let last = rest.next().map_or([0.0; L], |last| splat(*last));
     rest.fold(last, |sum, coefficient| plus(splat(*coefficient), z, sum))
 }
 

@@ -4,7 +4,7 @@ use super::fused::{Task, tasks};
 use super::products::{convolution, inner_square, power, square, tail, weighted, weighted_tail};
 use crate::events::switch::{Choices, Side};
 use crate::linalg::lane::{WIDTH, by_width};
-use crate::math;
+use crate::linalg::number::{Elementary, Number};
 use crate::model::Model;
 use crate::program::FollowerOrder;
 use crate::program::arm_form::ORDERS;
@@ -12,38 +12,41 @@ use crate::program::arm_form::{Given, Operation, SeriesTape, Slot, Source, Step}
 
 /// What linear steps read besides scalar series: the k-th coefficients of arms and unknowns.
 #[derive(Clone, Copy)]
-pub(crate) struct Vectors<'a> {
-    pub x: &'a [f64],
-    pub y: &'a [f64],
-    pub unknowns: &'a [f64],
+pub(crate) struct Vectors<'a, N, const L: usize> {
+    pub x: &'a [N],
+    pub y: &'a [N],
+    pub unknowns: &'a [N],
     /// Places of one order of the unknowns.
     pub stride: usize,
 }
 
-impl Vectors<'_> {
+impl<N: Number, const L: usize> Vectors<'_, N, L> {
     /// Order k of a source that is no scalar series.
     #[inline(always)]
-    pub fn read(&self, source: Source, k: usize) -> f64 {
+    pub fn read(&self, source: Source, k: usize) -> N {
         match source {
-            Source::X(place) => self.x[k * WIDTH + place as usize],
-            Source::Y(place) => self.y[k * WIDTH + place as usize],
+            Source::X(place) => self.x[k * L + place as usize],
+            Source::Y(place) => self.y[k * L + place as usize],
             Source::Unknown(place) => self.unknowns[k * self.stride + place as usize],
-            Source::UnknownRate(place) => (k + 1) as f64 * self.unknowns[(k + 1) * self.stride + place as usize],
-            Source::Slot(_) => 0.0,
+            Source::UnknownRate(place) => self.unknowns[(k + 1) * self.stride + place as usize].times((k + 1) as f64),
+            Source::Slot(_) => N::ZERO,
         }
     }
 }
 
+/// Coefficients of a given series.
+pub(crate) const GIVEN: usize = 5;
+
 /// The coefficients of one series.
-pub(crate) type Numbers = [f64; ORDERS];
+pub(crate) type Numbers<N> = [N; ORDERS];
 
 /// All series of a tape.
 #[derive(Clone, Debug)]
-pub(crate) struct Scalars {
+pub(crate) struct Scalars<N = f64, const L: usize = WIDTH> {
     /// What depends on positions, and on rates too.
-    positions: Vec<Task>,
-    rates: Vec<Task>,
-    store: Store,
+    positions: Vec<Task<N>>,
+    rates: Vec<Task<N>>,
+    store: Store<N>,
     /// What is known of the choices before a series begins.
     forced: Choices,
     pieces: Vec<Pieces>,
@@ -88,18 +91,18 @@ fn pieces(tape: &SeriesTape) -> Vec<Pieces> {
 
 /// The coefficients of all series, and what finds them one by one.
 #[derive(Clone, Debug)]
-struct Store {
+struct Store<N> {
     tape: SeriesTape,
     /// By series.
-    values: Vec<Numbers>,
+    values: Vec<Numbers<N>>,
     /// Factors of the terms.
-    factors: Vec<f64>,
-    coefficients: Vec<f64>,
+    factors: Vec<N>,
+    coefficients: Vec<N>,
     /// What has been chosen since the series began.
     chosen: Choices,
 }
 
-impl Scalars {
+impl<N: Elementary, const L: usize> Scalars<N, L> {
     /// `place` says where an unknown lies among those of one order, `arm` where the first order of an arm lies.
     pub fn new(
         tape: &SeriesTape,
@@ -121,9 +124,9 @@ impl Scalars {
             forced: Choices::default(),
             pieces: pieces(&tape),
             store: Store {
-                values: vec![[0.0; ORDERS]; tape.slots as usize],
-                factors: vec![0.0; tape.terms.len()],
-                coefficients: vec![0.0; coefficients],
+                values: vec![[N::ZERO; ORDERS]; tape.slots as usize],
+                factors: vec![N::ZERO; tape.terms.len()],
+                coefficients: vec![N::ZERO; coefficients],
                 chosen: Choices::default(),
                 tape,
             },
@@ -131,7 +134,7 @@ impl Scalars {
     }
 
     /// Takes the coefficients over.
-    pub fn fill(&mut self, coefficients: &[f64]) {
+    pub fn fill(&mut self, coefficients: &[N]) {
         let Store { tape, factors, coefficients: own, .. } = &mut self.store;
         own.copy_from_slice(coefficients);
         for (factor, term) in factors.iter_mut().zip(&tape.terms) {
@@ -144,27 +147,26 @@ impl Scalars {
 
     /// One coefficient of a series.
     #[inline(always)]
-    pub fn get(&self, slot: Slot, order: usize) -> f64 {
+    pub fn get(&self, slot: Slot, order: usize) -> N {
         self.store.get(slot, order)
     }
 
     /// All coefficients of a series.
-    pub fn series(&self, slot: Slot) -> &[f64] {
+    pub fn series(&self, slot: Slot) -> &[N] {
         self.store.series(slot)
     }
 
-    /// Writes the given series and what depends on them only, up to an order. The registers hold the signals at the start.
-    pub fn begin(&mut self, model: &Model, registers: &[f64], order: usize) {
+    /// Writes the given series, as polynomials, and what depends on them only, up to an order.
+    pub fn begin(&mut self, order: usize, polynomial: impl Fn(Given) -> [N; GIVEN]) {
         let store = &mut self.store;
         store.chosen = self.forced;
         for &(slot, given) in &store.tape.given {
-            let polynomial = polynomial(model, registers, given);
             let values = &mut store.values[slot as usize];
-            values.fill(0.0);
-            values[..polynomial.len()].copy_from_slice(&polynomial);
+            values.fill(N::ZERO);
+            values[..GIVEN].copy_from_slice(&polynomial(given));
         }
         if !store.tape.signals.is_empty() {
-            let none = Vectors { x: &[], y: &[], unknowns: &[], stride: 0 };
+            let none = Vectors::<N, L> { x: &[], y: &[], unknowns: &[], stride: 0 };
             for k in 0..=order {
                 for index in 0..store.tape.signals.len() {
                     store.step(store.tape.signals[index], k, none);
@@ -184,7 +186,7 @@ impl Scalars {
     }
 
     /// Numbers of the switching functions with their series up to an order.
-    pub fn switches(&self, order: usize) -> impl Iterator<Item = (u32, &[f64])> {
+    pub fn switches(&self, order: usize) -> impl Iterator<Item = (u32, &[N])> {
         (0..).zip(&self.store.tape.switches).map(move |(switch, slot)| (switch, &self.store.series(*slot)[..=order]))
     }
 
@@ -207,33 +209,33 @@ impl Scalars {
 
     by_width! {
         /// Next order of what depends on positions.
-        pub fn positions(&mut self: Scalars, order: usize, vectors: Vectors) = positions_any
+        pub fn positions[N: Elementary, const L: usize](&mut self: Scalars<N, L>, order: usize, vectors: Vectors<N, L>) = positions_any
     }
 
     #[inline(always)]
-    fn positions_any(&mut self, order: usize, vectors: Vectors) {
+    fn positions_any(&mut self, order: usize, vectors: Vectors<N, L>) {
         self.store.run(&mut self.positions, order, vectors);
     }
 
     by_width! {
         /// Next order of what depends on rates; positions must be one order further.
-        pub fn rates(&mut self: Scalars, order: usize, vectors: Vectors) = rates_any
+        pub fn rates[N: Elementary, const L: usize](&mut self: Scalars<N, L>, order: usize, vectors: Vectors<N, L>) = rates_any
     }
 
     #[inline(always)]
-    fn rates_any(&mut self, order: usize, vectors: Vectors) {
+    fn rates_any(&mut self, order: usize, vectors: Vectors<N, L>) {
         self.store.run(&mut self.rates, order, vectors);
     }
 }
 
-impl Store {
+impl<N: Elementary> Store<N> {
     #[inline(always)]
-    fn get(&self, slot: Slot, order: usize) -> f64 {
+    fn get(&self, slot: Slot, order: usize) -> N {
         self.values[slot as usize][order]
     }
 
     #[inline(always)]
-    fn series(&self, slot: Slot) -> &Numbers {
+    fn series(&self, slot: Slot) -> &Numbers<N> {
         &self.values[slot as usize]
     }
 
@@ -242,13 +244,13 @@ impl Store {
         if let Some(side) = self.chosen.get(switch) {
             return side;
         }
-        let side = Side::of(self.get(self.tape.switches[switch as usize], 0));
+        let side = Side::of(self.get(self.tape.switches[switch as usize], 0).value());
         self.chosen.set(switch, side);
         side
     }
 
     #[inline(always)]
-    fn run(&mut self, tasks: &mut [Task], order: usize, vectors: Vectors) {
+    fn run<const L: usize>(&mut self, tasks: &mut [Task<N>], order: usize, vectors: Vectors<N, L>) {
         let order = order.min(ORDERS - 1);
         for task in tasks {
             match task {
@@ -262,40 +264,43 @@ impl Store {
 
     /// Out of line: the loop over the tasks stays small.
     #[inline(never)]
-    fn step(&mut self, step: Step, k: usize, vectors: Vectors) {
+    fn step<const L: usize>(&mut self, step: Step, k: usize, vectors: Vectors<N, L>) {
         let value = match step.operation {
             Operation::Linear { first, count, constant } => self.linear(first, count, constant, k, vectors),
             Operation::Multiply(a, b) => convolution(self.series(a), self.series(b), k),
             Operation::SquareSum(a, b) => square(self.series(a), k) + square(self.series(b), k),
             Operation::Divide(a, b) => {
                 let (a, b, quotient) = (self.series(a), self.series(b), self.series(step.target));
-                (a[k] - tail(b, quotient, k)) / b[0]
+                (a[k] - tail(b, quotient, k)).over(b[0])
             }
             Operation::Power(a, exponent) => {
                 let (a, exponent) = (self.series(a), self.coefficients[exponent as usize]);
-                if k == 0 { libm::pow(a[0], exponent) } else { power(a, self.series(step.target), exponent, k) }
+                if k == 0 { a[0].power(exponent) } else { power(a, self.series(step.target), exponent, k) }
             }
             Operation::SquareRoot(a) => {
                 let (a, root) = (self.series(a), self.series(step.target));
-                if k == 0 { a[0].sqrt() } else { (a[k] - inner_square(root, k)) / (root[0] + root[0]) }
+                if k == 0 { a[0].root() } else { (a[k] - inner_square(root, k)).over(root[0] + root[0]) }
             }
             Operation::SineCosine(a, cosine) => self.sine_cosine(a, step.target, cosine, k),
             Operation::Exponential(a) => {
                 let (a, exponential) = (self.series(a), self.series(step.target));
                 match k {
-                    0 => libm::exp(a[0]),
+                    0 => a[0].exponential(),
                     // 1/(1 + exp a) is zero there, and all its coefficients with it.
-                    _ if exponential[0] == f64::INFINITY => 0.0,
-                    _ => weighted(a, exponential, k) / k as f64,
+                    _ if exponential[0].value() == f64::INFINITY => N::ZERO,
+                    _ => weighted(a, exponential, k).over(N::all(k as f64)),
                 }
             }
             Operation::Logarithm(a) => {
                 let (a, logarithm) = (self.series(a), self.series(step.target));
-                if k == 0 { libm::log(a[0]) } else { (a[k] - weighted_tail(logarithm, a, k) / k as f64) / a[0] }
+                match k {
+                    0 => a[0].logarithm(),
+                    _ => (a[k] - weighted_tail(logarithm, a, k).over(N::all(k as f64))).over(a[0]),
+                }
             }
             Operation::HyperbolicTangent(a, slope) => self.hyperbolic_tangent(a, step.target, slope, k),
             Operation::ArcTangent(y, x, square) => self.arc_tangent([y, x, square], step.target, k),
-            Operation::Rate(a) => (k + 1) as f64 * self.get(a, k + 1),
+            Operation::Rate(a) => self.get(a, k + 1).times((k + 1) as f64),
             Operation::Floor { argument, switch, function } => self.floor(argument, step.target, (switch, function), k),
             Operation::Choose { switch, above, equal, below } => {
                 let chosen = match self.choose(switch) {
@@ -310,8 +315,15 @@ impl Store {
     }
 
     #[inline(always)]
-    fn linear(&self, first: u32, count: u32, constant: Option<u32>, k: usize, vectors: Vectors) -> f64 {
-        let mut sum = constant.filter(|_| k == 0).map_or(0.0, |place| self.coefficients[place as usize]);
+    fn linear<const L: usize>(
+        &self,
+        first: u32,
+        count: u32,
+        constant: Option<u32>,
+        k: usize,
+        vectors: Vectors<N, L>,
+    ) -> N {
+        let mut sum = constant.filter(|_| k == 0).map_or(N::ZERO, |place| self.coefficients[place as usize]);
         let range = first as usize..(first + count) as usize;
         let (terms, factors) = (&self.tape.terms[range.clone()], &self.factors[range]);
         for i in 0..terms.len().min(factors.len()) {
@@ -326,72 +338,65 @@ impl Store {
 
     /// s' = c a', c' = -s a'
     #[inline(always)]
-    fn sine_cosine(&mut self, a: Slot, sine: Slot, cosine: Slot, k: usize) -> f64 {
-        let (value, other) = if k == 0 {
-            math::sin_cos(self.get(a, 0))
+    fn sine_cosine(&mut self, a: Slot, sine: Slot, cosine: Slot, k: usize) -> N {
+        let [next, value] = if k == 0 {
+            self.get(a, 0).cosine_and_sine()
         } else {
             let (a, s, c) = (self.series(a), self.series(sine), self.series(cosine));
-            (weighted(a, c, k) / k as f64, -weighted(a, s, k) / k as f64)
+            [-weighted(a, s, k), weighted(a, c, k)].map(|sum| sum.over(N::all(k as f64)))
         };
-        self.values[cosine as usize][k] = other;
+        self.values[cosine as usize][k] = next;
         value
     }
 
     /// n, and +-(b - b^2) with b = a - n. Which side of an integer is meant is told by whether n is even.
     #[inline(always)]
-    fn floor(&mut self, argument: Slot, target: Slot, (switch, function): (u32, Slot), k: usize) -> f64 {
-        let below = libm::floor(self.get(argument, 0));
+    fn floor(&mut self, argument: Slot, target: Slot, (switch, function): (u32, Slot), k: usize) -> N {
+        let below = libm::floor(self.get(argument, 0).value());
         let even = self.chosen.get(switch).map_or(below == 2.0 * libm::floor(0.5 * below), |side| side == Side::Above);
         let (odd, sign) = if even { (0.0, 1.0) } else { (1.0, -1.0) };
         let a = self.series(argument);
         let (value, inside) = if k == 0 {
-            let n = 2.0 * libm::rint(0.5 * (a[0] - 0.5 - odd)) + odd;
+            let n = N::all(2.0 * libm::rint(0.5 * (a[0].value() - 0.5 - odd)) + odd);
             let b = a[0] - n;
             (n, b - b * b)
         } else {
             let b = a[0] - self.get(target, 0);
-            (0.0, a[k] - (inner_square(a, k) + 2.0 * (b * a[k])))
+            (N::ZERO, a[k] - (inner_square(a, k) + (b * a[k]).times(2.0)))
         };
         self.chosen.set(switch, if even { Side::Above } else { Side::Below });
-        self.values[function as usize][k] = sign * inside;
+        self.values[function as usize][k] = inside.times(sign);
         value
     }
 
     /// u' = (1 - u^2) a'
     #[inline(always)]
-    fn hyperbolic_tangent(&mut self, a: Slot, target: Slot, slope: Slot, k: usize) -> f64 {
-        let value = if k == 0 {
-            libm::tanh(self.get(a, 0))
-        } else {
-            weighted(self.series(a), self.series(slope), k) / k as f64
-        };
+    fn hyperbolic_tangent(&mut self, a: Slot, target: Slot, slope: Slot, k: usize) -> N {
+        if k == 0 {
+            let [value, steepness] = self.get(a, 0).hyperbolic_tangent();
+            self.values[slope as usize][0] = steepness;
+            return value;
+        }
+        let value = weighted(self.series(a), self.series(slope), k).over(N::all(k as f64));
         self.values[target as usize][k] = value;
-        let square = square(self.series(target), k);
-        self.values[slope as usize][k] = if k == 0 { steepness(self.get(a, 0)) } else { -square };
+        self.values[slope as usize][k] = -square(self.series(target), k);
         value
     }
 
     /// (x^2 + y^2) u' = x y' - y x'
     #[inline(always)]
-    fn arc_tangent(&self, [y, x, square]: [Slot; 3], target: Slot, k: usize) -> f64 {
+    fn arc_tangent(&self, [y, x, square]: [Slot; 3], target: Slot, k: usize) -> N {
         let [y, x, square, u] = [y, x, square, target].map(|slot| self.series(slot));
         if k == 0 {
-            return libm::atan2(y[0], x[0]);
+            return y[0].arc_tangent(x[0]);
         }
-        ((weighted(y, x, k) - weighted(x, y, k)) - weighted_tail(u, square, k)) / (k as f64 * square[0])
+        ((weighted(y, x, k) - weighted(x, y, k)) - weighted_tail(u, square, k)).over(square[0].times(k as f64))
     }
-}
-
-/// 1 - tanh^2 a without the cancellation.
-#[inline(always)]
-fn steepness(a: f64) -> f64 {
-    let share = libm::exp(-2.0 * a.abs());
-    4.0 * share / ((1.0 + share) * (1.0 + share))
 }
 
 /// The polynomial of time about now that a given series is.
 #[inline(always)]
-pub(super) fn polynomial(model: &Model, registers: &[f64], given: Given) -> [f64; 5] {
+pub(super) fn polynomial(model: &Model, registers: &[f64], given: Given) -> [f64; GIVEN] {
     let layout = model.layout();
     let input = |index: u32| {
         [layout.inputs(), layout.input_rates(), layout.input_accelerations()]

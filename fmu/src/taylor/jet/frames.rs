@@ -4,8 +4,9 @@
 use super::{Jet, Loads, ORDERS, Scatter, Series, vectors};
 use crate::linalg::columns::Columns;
 use crate::linalg::inverse::Inverse;
-use crate::linalg::lane::{Lane, WIDTH, ZERO, add, minus, multiply, plus, splat, subtract};
+use crate::linalg::lane::{Lane, WIDTH, ZERO, add, minus, multiply, plus, splat, subtract, times};
 use crate::linalg::matrix::Matrix;
+use crate::linalg::number::Number;
 
 /// One order of x and y of F lanes.
 type Pair<const F: usize> = [[Lane; F]; 2];
@@ -145,12 +146,17 @@ fn all_orders<const F: usize>(lanes: &mut [Lane]) -> Option<&mut [Series; F]> {
 /// Second derivatives of the arms of a lane of frames, and moments of the forces on them, without the accelerations and forces of order k: from orders 1 to
 /// k + 1 of the arms, 0 to k of the rates, and 0 to k - 1 of the forces. The last two are stored the other way round.
 #[inline(always)]
-pub(super) fn convolve(k: usize, [x, y]: [&Series; 2], omega: &Series, [force_x, force_y]: [&Series; 2]) -> [Lane; 3] {
+pub(super) fn convolve<N: Number, const L: usize>(
+    k: usize,
+    [x, y]: [&Series<N, L>; 2],
+    omega: &Series<N, L>,
+    [force_x, force_y]: [&Series<N, L>; 2],
+) -> [Lane<N, L>; 3] {
     // Said again for the compiler, which then needs no test in the loop.
     let k = k.min(ORDERS - 2);
     let first = ORDERS - 1 - k;
     // Sums of cosines, of sines, and of both parts of the moment. What the order before has found comes last, so that the others do not wait for it.
-    let mut sums = [ZERO; 4];
+    let mut sums = [splat(N::ZERO); 4];
     if k > 1 {
         let count = k - 1;
         let (x, y) = (&x[2..2 + count], &y[2..2 + count]);
@@ -168,20 +174,25 @@ pub(super) fn convolve(k: usize, [x, y]: [&Series; 2], omega: &Series, [force_x,
     }
     let [cosine, sine, over, under] = sums;
     let (cosine, sine) = (plus(cosine, x[k + 1], omega[ORDERS - 1]), plus(sine, y[k + 1], omega[ORDERS - 1]));
-    let up = splat((k + 1) as f64);
-    [multiply(sine, multiply(splat(-1.0), up)), multiply(cosine, up), subtract(over, under)]
+    let up = (k + 1) as f64;
+    [times(-up, sine), times(up, cosine), subtract(over, under)]
 }
 
 /// One term of x omega, y omega, x force_y and y force_x.
 #[inline(always)]
-fn terms(sums: [Lane; 4], [x, y]: [Lane; 2], omega: Lane, [force_x, force_y]: [Lane; 2]) -> [Lane; 4] {
+fn terms<N: Number, const L: usize>(
+    sums: [Lane<N, L>; 4],
+    [x, y]: [Lane<N, L>; 2],
+    omega: Lane<N, L>,
+    [force_x, force_y]: [Lane<N, L>; 2],
+) -> [Lane<N, L>; 4] {
     [plus(sums[0], x, omega), plus(sums[1], y, omega), plus(sums[2], x, force_y), plus(sums[3], y, force_x)]
 }
 
 impl<const F: usize> Frames<'_, F> {
     /// What scalar series read.
     #[inline(always)]
-    fn vectors(&self) -> crate::taylor::tape::Vectors<'_> {
+    fn vectors(&self) -> crate::taylor::tape::Vectors<'_, f64, WIDTH> {
         vectors(self.x.as_flattened(), self.y.as_flattened(), self.values.as_flattened(), F)
     }
 

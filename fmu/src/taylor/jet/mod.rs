@@ -8,7 +8,6 @@
 //! and the loop equations are constant combinations of the b_k themselves. At every order the newest coefficients enter linearly, with the
 //! matrix \[M J^T; J 0\] of the start: see McPhee's Eq. (22).
 
-mod by_arm;
 mod frames;
 mod orders;
 mod pairs;
@@ -17,11 +16,13 @@ mod response;
 mod start;
 mod step;
 mod terms;
+mod variation;
 
 use crate::linalg::columns::{Columns, Entry};
 use crate::linalg::inverse::LEFT;
-use crate::linalg::lane::{Lane, WIDTH, ZERO, lanes, splat};
-use crate::linalg::matrix::{FOUR_AT_ONCE, Matrix};
+use crate::linalg::lane::{Lane, WIDTH, lanes, splat};
+use crate::linalg::matrix::{FOUR_AT_ONCE, Matrix, Solve};
+use crate::linalg::number::Elementary;
 use crate::linalg::tree::{Limb, Recursion};
 use crate::machine::Machine;
 use crate::model::Model;
@@ -29,10 +30,10 @@ use crate::program::arm_form::ORDERS;
 use crate::program::arm_form::{ArmForm, Factor, Link, Load, Row, Slot};
 use crate::taylor::coupling::Coupling;
 use crate::taylor::tape::{Scalars, Vectors};
-pub(crate) use by_arm::{DIRECTIONS, Tangents, Variations, variations};
 use response::Response;
 use step::Read;
 use terms::{Plan, Terms};
+pub(crate) use variation::{DIRECTIONS, Tangents, Variations, variations};
 
 /// What the beginning and the end of a step cost, in instructions of a tape.
 const BEGINNING: f64 = 500.0;
@@ -45,8 +46,8 @@ fn at(lane: usize, order: usize) -> usize {
 
 /// The same for a single number.
 #[inline(always)]
-fn flat(place: usize, order: usize) -> usize {
-    at(place / WIDTH, order) * WIDTH + place % WIDTH
+fn flat<const L: usize>(place: usize, order: usize) -> usize {
+    at(place / L, order) * L + place % L
 }
 
 /// Place of one order of a lane whose orders are stored the other way round, so that sums of products with others run forwards in both.
@@ -56,11 +57,11 @@ fn back(lane: usize, order: usize) -> usize {
 }
 
 /// All orders of a lane.
-type Series = [Lane; ORDERS];
+type Series<N = f64, const L: usize = WIDTH> = [Lane<N, L>; ORDERS];
 
 /// Orders 0 to k of a lane.
 #[inline(always)]
-fn series(lanes: &[Lane], lane: usize, k: usize) -> &[Lane] {
+fn series<N, const L: usize>(lanes: &[Lane<N, L>], lane: usize, k: usize) -> &[Lane<N, L>] {
     &lanes[at(lane, 0)..at(lane, 0) + k + 1]
 }
 
@@ -84,15 +85,10 @@ struct Shape {
 }
 
 impl Shape {
-    fn new(form: &ArmForm) -> Self {
+    /// In lanes of so many.
+    fn new(form: &ArmForm, width: usize) -> Self {
         let counts = [form.frames.len(), form.products.len(), form.world.len()];
-        Self { lanes: counts.map(lanes), counts, width: WIDTH }
-    }
-
-    /// Every arm has the place of its number.
-    fn plain(form: &ArmForm) -> Self {
-        let counts = Self::new(form).counts;
-        Self { lanes: counts, counts, width: 1 }
+        Self { lanes: counts.map(|count| count.div_ceil(width)), counts, width }
     }
 
     fn all(&self) -> usize {
@@ -156,9 +152,10 @@ impl Loads {
     }
 }
 
-/// The series of one motion.
+/// The series of one motion: of plain numbers, four arms side by side, or of numbers that bring their derivatives, arm by arm.
 #[derive(Clone, Debug)]
-pub struct Jet {
+#[expect(private_bounds, reason = "there are two kinds of numbers")]
+pub struct Jet<N: Coefficient = f64, const L: usize = WIDTH> {
     /// Lanes of frames and of all equations, if there is nothing but frames.
     frames: [usize; 2],
     form: ArmForm,
@@ -170,25 +167,25 @@ pub struct Jet {
     /// The equation of each row; none of the second one of a pair.
     equations: Vec<Option<usize>>,
     /// The residual of each row.
-    row_residual: Vec<f64>,
+    row_residual: Vec<N>,
     /// Place of each frame's unknown.
     turned_by: Vec<Option<usize>>,
     /// Frames whose unknown is another frame's, or that have none, or a signal: handled one by one.
     special: Vec<usize>,
     /// Where coordinates lie among the unknowns.
     reads: Vec<Read>,
-    terms: Terms,
+    terms: Terms<N>,
     pushes: Loads,
     loads: Loads,
-    coupling: Coupling,
-    rows: Columns,
-    reactions: Columns,
-    scalars: Scalars,
-    coefficients: Vec<f64>,
-    inertia: Vec<Lane>,
+    coupling: Coupling<N, L>,
+    rows: Columns<N, L>,
+    reactions: Columns<N, L>,
+    scalars: Scalars<N, L>,
+    coefficients: Vec<N>,
+    inertia: Vec<Lane<N, L>>,
     /// One where there is a frame.
-    present: Vec<Lane>,
-    matrix: Matrix,
+    present: Vec<Lane<N, L>>,
+    matrix: N::Matrix,
     /// Is it laid out for masses that are alike, and for a chain?
     layout: Option<Layout>,
     /// Of a mechanism of frames only.
@@ -198,54 +195,59 @@ pub struct Jet {
     /// Scales of the loop equations.
     row_scales: Vec<f64>,
     /// World components of arms, by orders.
-    x: Vec<Lane>,
-    y: Vec<Lane>,
+    x: Vec<Lane<N, L>>,
+    y: Vec<Lane<N, L>>,
     /// Rates of frames, by orders the other way round.
-    omega: Vec<Lane>,
+    omega: Vec<Lane<N, L>>,
     /// Lengths and unit vectors of products, by orders.
-    sigma: Vec<Lane>,
-    unit: [Vec<Lane>; 2],
+    sigma: Vec<Lane<N, L>>,
+    unit: [Vec<Lane<N, L>>; 2],
     /// Forces on arms, by orders the other way round.
-    force: [Vec<Lane>; 2],
+    force: [Vec<Lane<N, L>>; 2],
     /// Minus the loads on arms at the present order.
-    applied: [Vec<Lane>; 2],
+    applied: [Vec<Lane<N, L>>; 2],
     /// Unknowns, by orders.
-    values: Vec<Lane>,
+    values: Vec<Lane<N, L>>,
     /// Second derivatives of arms at the present order, and the forces that go with them.
-    second: [Vec<Lane>; 2],
-    forces: [Vec<Lane>; 2],
+    second: [Vec<Lane<N, L>>; 2],
+    forces: [Vec<Lane<N, L>>; 2],
     /// Known part of the second derivatives of products: all but their ends.
-    inner: [Vec<Lane>; 2],
+    inner: [Vec<Lane<N, L>>; 2],
     /// The residuals of the equations.
-    residual: Vec<f64>,
-    residual_lanes: Vec<Lane>,
-    gaps: Vec<Lane>,
-    solution: Vec<Lane>,
+    residual: Vec<N>,
+    residual_lanes: Vec<Lane<N, L>>,
+    gaps: Vec<Lane<N, L>>,
+    solution: Vec<Lane<N, L>>,
     /// Derivatives of arms: first by the angle, then by the length.
-    derivatives: [Vec<Lane>; 2],
+    derivatives: [Vec<Lane<N, L>>; 2],
     /// So many scales a second are the least rates that count relative to themselves.
     pub least_rate: f64,
-    /// Scales of the unknowns, and what counts of their rates.
-    scales: Vec<Lane>,
-    weights: Vec<Lane>,
+    /// Scales of the unknowns of each lane, and what counts of their rates.
+    scales: Vec<f64>,
+    weights: Vec<Lane<f64, L>>,
     /// Unknowns and their first two derivatives where the polynomial was last evaluated.
-    end: [Vec<Lane>; 3],
+    end: [Vec<Lane<N, L>>; 3],
+}
+
+/// Numbers that series are made of, with what solves their equations.
+pub(crate) trait Coefficient: Elementary {
+    type Matrix: Solve<Self>;
+}
+
+impl Coefficient for f64 {
+    type Matrix = Matrix;
 }
 
 /// There is no inverse.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Singular;
 
-impl Jet {
-    /// Storage for a model with an arm form.
-    pub fn new(model: &Model) -> Option<Self> {
-        Some(Self::of(model, model.program().arms.as_ref()?))
-    }
-
-    /// Storage for an arm form of a model.
-    pub fn of(model: &Model, form: &ArmForm) -> Self {
+#[expect(private_bounds, reason = "as above")]
+impl<N: Coefficient, const L: usize> Jet<N, L> {
+    /// Storage for an arm form of a model, whose coefficients are still to be taken over.
+    fn with_storage(model: &Model, form: &ArmForm) -> Self {
         let form = form.clone();
-        let shape = Shape::new(&form);
+        let shape = Shape::new(&form, L);
         let all = shape.all();
         let turned_by = turned_by(&form);
         let special = (0..form.frames.len())
@@ -254,7 +256,7 @@ impl Jet {
         let plan = Plan::new(&form, &shape, &turned_by, &unknowns(&form, &shape));
         let coupling = coupling(&form, &shape, &plan);
         let (terms, unknowns, equations) = (Terms::new(&plan), plan.unknowns, plan.rows);
-        let room = (all + lanes(form.rows.len())) * WIDTH;
+        let row_lanes = form.rows.len().div_ceil(L);
         let count = form.coefficients.results.len();
         let place = |arm: u32| shape.place(arm);
         let arms_of_rows: Vec<Entry> = form
@@ -264,17 +266,19 @@ impl Jet {
             .flat_map(|(row, data)| data.arms.iter().map(move |&(arm, p)| (row, shape.place(arm), p)))
             .collect();
         let transposed: Vec<Entry> = arms_of_rows.iter().map(|&(row, arm, p)| (arm, row, p)).collect();
-        let orders = |lanes: usize| vec![ZERO; ORDERS * lanes];
-        let mut jet = Self {
+        let zeros = |lanes: usize| vec![splat(N::ZERO); lanes];
+        let pair = |lanes: usize| [zeros(lanes), zeros(lanes)];
+        let orders = |lanes: usize| zeros(ORDERS * lanes);
+        Self {
             frames: [0; 2],
             coupling,
-            rows: Columns::new(lanes(form.rows.len()), &arms_of_rows),
+            rows: Columns::new(row_lanes, &arms_of_rows),
             reactions: Columns::new(all, &transposed),
-            scalars: Scalars::new(&form.tape, count, place, |arm| flat(place(arm), 0)),
-            coefficients: vec![f64::NAN; count],
-            inertia: vec![ZERO; shape.lanes[0]],
+            scalars: Scalars::new(&form.tape, count, place, |arm| flat::<L>(place(arm), 0)),
+            coefficients: vec![N::all(f64::NAN); count],
+            inertia: zeros(shape.lanes[0]),
             present: present(&shape),
-            matrix: Matrix::none(),
+            matrix: N::Matrix::none(),
             layout: None,
             response: Response::default(),
             groups: groups(model, &form),
@@ -282,7 +286,7 @@ impl Jet {
             terms,
             pushes: Loads::of_pushes(&form, &shape),
             loads: Loads::of_arms(&form, &shape),
-            applied: [vec![ZERO; all], vec![ZERO; all]],
+            applied: pair(all),
             chain: form.chain(),
             x: orders(all),
             y: orders(all),
@@ -291,34 +295,96 @@ impl Jet {
             unit: [orders(shape.lanes[1]), orders(shape.lanes[1])],
             force: [orders(all), orders(all)],
             values: orders(all),
-            second: [vec![ZERO; all], vec![ZERO; all]],
-            forces: [vec![ZERO; all], vec![ZERO; all]],
-            inner: [vec![ZERO; shape.lanes[1]], vec![ZERO; shape.lanes[1]]],
-            residual: vec![0.0; unknowns.len() + equations.iter().flatten().count()],
-            row_residual: vec![0.0; lanes(form.rows.len()) * WIDTH],
+            second: pair(all),
+            forces: pair(all),
+            inner: pair(shape.lanes[1]),
+            residual: vec![N::ZERO; unknowns.len() + equations.iter().flatten().count()],
+            row_residual: vec![N::ZERO; row_lanes * L],
             equations,
-            residual_lanes: vec![ZERO; all],
-            gaps: vec![ZERO; lanes(form.rows.len())],
-            solution: vec![ZERO; room / WIDTH],
-            derivatives: [vec![ZERO; 2 * all], vec![ZERO; 2 * all]],
+            residual_lanes: zeros(all),
+            gaps: zeros(row_lanes),
+            solution: zeros(all + row_lanes),
+            derivatives: pair(2 * all),
             reads: form.coordinates.iter().map(|&coordinate| Read::new(&shape, coordinate)).collect(),
             scales: scales(model, &shape),
             least_rate: model.least_rate(None),
             weights: vec![splat(1.0); all],
-            end: [vec![ZERO; all], vec![ZERO; all], vec![ZERO; all]],
+            end: [zeros(all), zeros(all), zeros(all)],
             unknowns,
             turned_by,
             special,
             shape,
             form,
+        }
+    }
+
+    /// Takes the coefficients at hand over to what is made of them.
+    fn fill(&mut self) {
+        let c = &self.coefficients;
+        self.coupling.fill(c);
+        self.rows.fill(c);
+        self.reactions.fill(c);
+        self.scalars.fill(c);
+        for (place, frame) in self.inertia.as_flattened_mut().iter_mut().zip(&self.form.frames) {
+            *place = c[frame.inertia as usize];
+        }
+    }
+
+    /// What the storage of the matrix has to be, and the limbs of a chain.
+    fn wanted_layout(&self) -> (Layout, Vec<Limb<N>>) {
+        let frames = self.shape.lanes[0] * L;
+        let alike = self.terms.are_alike(&self.coefficients, self.unknowns.len(), frames);
+        let limbs = self.limbs();
+        (Layout { alike, chained: !limbs.is_empty() }, limbs)
+    }
+
+    /// The arms as a tree, if its factors are the only ones, or cheaper than the inverse, or better where little is left of a mass.
+    fn limbs(&self) -> Vec<Limb<N>> {
+        if let Some(tree) = self.coupling.tree() {
+            return tree.limbs().to_vec();
+        }
+        let Some(chain) = self.coupling.chain().filter(|_| self.form.rows.is_empty() && self.form.has_only_frames())
+        else {
+            return Vec::new();
         };
+        let limbs = chain.limbs(&self.inertia);
+        if self.coupling.is_long() || Recursion::share_left(&limbs) < LEFT { limbs } else { Vec::new() }
+    }
+
+    /// Where the solution of each equation goes, and how much room there is.
+    fn targets(&self) -> (Vec<usize>, usize) {
+        let first = self.shape.places();
+        let rows = (first..).zip(&self.equations).filter_map(|(place, equation)| equation.map(|_| place));
+        (self.unknowns.iter().copied().chain(rows).collect(), self.solution.len() * L)
+    }
+
+    /// A matrix of values for solutions at these places, among so much room.
+    fn matrix_for(&self, layout: Layout, targets: Vec<usize>, room: usize) -> Matrix {
+        let unknowns = self.unknowns.len();
+        match self.form.repeating() {
+            0 => Matrix::new(&targets, room, unknowns, self.terms.entries(), layout.alike),
+            repeating => Matrix::with_repeating(targets, room, unknowns, repeating, &self.row_scales),
+        }
+    }
+}
+
+impl Jet {
+    /// Storage for a model with an arm form.
+    pub fn new(model: &Model) -> Option<Self> {
+        Some(Self::of(model, model.program().arms.as_ref()?))
+    }
+
+    /// Storage for an arm form of a model.
+    pub fn of(model: &Model, form: &ArmForm) -> Self {
+        let mut jet = Self::with_storage(model, form);
         let mut machine = Machine::new(model);
         machine.load(model, &model.default_state(0.0));
         jet.update(machine.registers());
         if jet.form.has_only_frames() {
-            jet.frames = [all, room / WIDTH];
+            let (all, lanes) = (jet.shape.all(), jet.solution.len());
+            jet.frames = [all, lanes];
             if all == 1 {
-                jet.response = Response::new(jet.unknowns.len(), jet.form.rows.len(), jet.frames[1]);
+                jet.response = Response::new(jet.unknowns.len(), jet.form.rows.len(), lanes);
             }
         }
         jet
@@ -377,17 +443,8 @@ impl Jet {
         for (place, value) in self.coefficients.iter_mut().zip(self.form.coefficients.results(registers)) {
             *place = value;
         }
-        let c = &self.coefficients;
-        self.coupling.fill(c);
-        self.rows.fill(c);
-        self.reactions.fill(c);
-        self.scalars.fill(c);
-        for (place, frame) in self.inertia.as_flattened_mut().iter_mut().zip(&self.form.frames) {
-            *place = c[frame.inertia as usize];
-        }
-        let alike = self.terms.are_alike(c, self.unknowns.len(), self.shape.lanes[0]);
-        let limbs = self.limbs();
-        let layout = Layout { alike, chained: !limbs.is_empty() };
+        self.fill();
+        let (layout, limbs) = self.wanted_layout();
         if self.layout != Some(layout) {
             self.layout = Some(layout);
             self.lay_out(layout, &limbs);
@@ -397,18 +454,6 @@ impl Jet {
         }
     }
 
-    /// The arms as a tree, if its factors are the only ones, or cheaper than the inverse, or better where little is left of a mass.
-    fn limbs(&self) -> Vec<Limb> {
-        if let Some(tree) = self.coupling.tree() {
-            return tree.limbs().to_vec();
-        }
-        let Some(chain) = self.coupling.chain().filter(|_| self.is_open() && self.form.has_only_frames()) else {
-            return Vec::new();
-        };
-        let limbs = chain.limbs(&self.inertia);
-        if self.coupling.is_long() || Recursion::share_left(&limbs) < LEFT { limbs } else { Vec::new() }
-    }
-
     /// Storage for the matrix. It allocates: once for a model, and when a changed parameter makes masses alike that were not, or the other way
     /// round.
     fn lay_out(&mut self, layout: Layout, limbs: &[Limb]) {
@@ -416,14 +461,8 @@ impl Jet {
             self.matrix = Matrix::Chained(Recursion::new(limbs));
             return;
         }
-        let first = self.shape.all() * WIDTH;
-        let rows = (first..).zip(&self.equations).filter_map(|(place, equation)| equation.map(|_| place));
-        let targets: Vec<usize> = self.unknowns.iter().copied().chain(rows).collect();
-        let (room, unknowns) = (self.solution.len() * WIDTH, self.unknowns.len());
-        self.matrix = match self.form.repeating() {
-            0 => Matrix::new(&targets, room, unknowns, self.terms.entries(), layout.alike),
-            repeating => Matrix::with_repeating(targets, room, unknowns, repeating, &self.row_scales),
-        };
+        let (targets, room) = self.targets();
+        self.matrix = self.matrix_for(layout, targets, room);
         self.terms.aim(|row, column| self.matrix.places(row, column));
     }
 }
@@ -448,7 +487,7 @@ impl ArmForm {
     /// Angles, displacements and loop equations of the linear equations that each order is found by: without those that one component of a gap across a
     /// turning direction says.
     pub fn unknowns_and_equations(&self) -> [usize; 3] {
-        let (shape, turned_by) = (Shape::new(self), turned_by(self));
+        let (shape, turned_by) = (Shape::new(self, WIDTH), turned_by(self));
         let plan = Plan::new(self, &shape, &turned_by, &unknowns(self, &shape));
         let angles = plan.unknowns.iter().filter(|place| **place < shape.lanes[0] * WIDTH).count();
         [angles, plan.unknowns.len() - angles, plan.rows.iter().flatten().count() - self.repeating()]
@@ -456,7 +495,7 @@ impl ArmForm {
 }
 
 /// The masses between arms: of a tree by its links, else of every two.
-fn coupling(form: &ArmForm, shape: &Shape, plan: &Plan) -> Coupling {
+fn coupling<N: Elementary, const L: usize>(form: &ArmForm, shape: &Shape, plan: &Plan) -> Coupling<N, L> {
     let (all, frames) = (shape.all(), form.frames.len());
     let place = |arm: u32| shape.place(arm);
     if form.links.is_empty() {
@@ -473,19 +512,24 @@ fn coupling(form: &ArmForm, shape: &Shape, plan: &Plan) -> Coupling {
             derivative,
             parent,
             equation: plan.equation(place),
-            begin: [0.0; 2],
-            carried: [0.0; 2],
-            inertia: 0.0,
+            begin: [N::ZERO; 2],
+            carried: [N::ZERO; 2],
+            inertia: N::ZERO,
         }
     };
     let masses = form.links.iter().map(|link| (link.begin, link.carried, link.inertia)).collect();
-    Coupling::of_tree(all, shape.lanes[0] * WIDTH, form.links.iter().map(limb).collect(), masses)
+    Coupling::of_tree(all, shape.lanes[0] * L, form.links.iter().map(limb).collect(), masses)
 }
 
 /// What scalar series read of the others.
 #[inline(always)]
-fn vectors<'a>(x: &'a [Lane], y: &'a [Lane], values: &'a [Lane], lanes: usize) -> Vectors<'a> {
-    Vectors { x: x.as_flattened(), y: y.as_flattened(), unknowns: values.as_flattened(), stride: lanes * WIDTH }
+fn vectors<'a, N: Elementary, const L: usize>(
+    x: &'a [Lane<N, L>],
+    y: &'a [Lane<N, L>],
+    values: &'a [Lane<N, L>],
+    lanes: usize,
+) -> Vectors<'a, N, L> {
+    Vectors { x: x.as_flattened(), y: y.as_flattened(), unknowns: values.as_flattened(), stride: lanes * L }
 }
 
 /// For each loop equation the number of the joint that it belongs to.
@@ -519,14 +563,14 @@ fn unknowns(form: &ArmForm, shape: &Shape) -> Vec<usize> {
 }
 
 /// One for each frame, zero for places that are left over.
-fn present(shape: &Shape) -> Vec<Lane> {
-    let mut present = vec![ZERO; shape.lanes[0]];
-    present.as_flattened_mut()[..shape.counts[0]].fill(1.0);
+fn present<N: Elementary, const L: usize>(shape: &Shape) -> Vec<Lane<N, L>> {
+    let mut present = vec![splat(N::ZERO); shape.lanes[0]];
+    present.as_flattened_mut()[..shape.counts[0]].fill(N::all(1.0));
     present
 }
 
-/// Scales of the unknowns: 1 for angles, the length of the mechanism for displacements.
-fn scales(model: &Model, shape: &Shape) -> Vec<Lane> {
+/// Scales of the unknowns of each lane: 1 for angles, the length of the mechanism for displacements.
+fn scales(model: &Model, shape: &Shape) -> Vec<f64> {
     let frames = shape.lanes[0];
-    (0..shape.all()).map(|lane| splat(if lane < frames { 1.0 } else { model.program().length })).collect()
+    (0..shape.all()).map(|lane| if lane < frames { 1.0 } else { model.program().length }).collect()
 }

@@ -1,7 +1,9 @@
 //! One order after the other.
 
-use super::{Jet, Loads, ORDERS, Scatter, Series, at, back, flat, frames, series, vectors};
-use crate::linalg::lane::{Lane, WIDTH, ZERO, add, by_width, minus, multiply, plus, splat, subtract};
+use super::{Coefficient, Jet, Loads, ORDERS, Scatter, Series, at, back, flat, frames, series, vectors};
+use crate::linalg::lane::{Lane, add, by_width, minus, multiply, plus, splat, subtract, times};
+use crate::linalg::matrix::Solve;
+use crate::linalg::number::Elementary;
 use crate::program::arm_form::Factor;
 use crate::taylor::tape::Scalars;
 
@@ -28,9 +30,13 @@ impl Jet {
             }
         }
     }
+}
 
+#[expect(private_bounds, reason = "there are two kinds of numbers")]
+impl<N: Coefficient, const L: usize> Jet<N, L> {
+    /// One order, of any mechanism.
     #[inline(always)]
-    fn advance_general(&mut self, k: usize) {
+    pub(super) fn advance_general(&mut self, k: usize) {
         self.scalars.rates(k, vectors(&self.x, &self.y, &self.values, self.shape.all()));
         self.predict(k);
         self.loads.apply(k, &self.scalars, &self.coefficients, &mut self.applied);
@@ -59,11 +65,11 @@ impl Jet {
         }
         for index in 0..self.special.len() {
             let frame = self.special[index];
-            let alpha = scale * self.signal(self.form.frames[frame].signal, k + 2);
+            let alpha = self.signal(self.form.frames[frame].signal, k + 2).times(scale);
             self.accelerate(frame, alpha);
         }
-        self.second[0][frames..].fill(ZERO);
-        self.second[1][frames..].fill(ZERO);
+        self.second[0][frames..].fill(splat(N::ZERO));
+        self.second[1][frames..].fill(splat(N::ZERO));
         if self.shape.counts[1] > 0 {
             self.place_frames(k + 2, scale);
             for lane in 0..self.shape.lanes[1] {
@@ -78,8 +84,8 @@ impl Jet {
 
     /// Adds an angular acceleration to the second derivative of a frame's arm.
     #[inline(always)]
-    fn accelerate(&mut self, frame: usize, alpha: f64) {
-        let (c, s) = (self.x.as_flattened()[flat(frame, 0)], self.y.as_flattened()[flat(frame, 0)]);
+    fn accelerate(&mut self, frame: usize, alpha: N) {
+        let (c, s) = (self.x.as_flattened()[flat::<L>(frame, 0)], self.y.as_flattened()[flat::<L>(frame, 0)]);
         self.second[0].as_flattened_mut()[frame] -= alpha * s;
         self.second[1].as_flattened_mut()[frame] += alpha * c;
     }
@@ -87,10 +93,10 @@ impl Jet {
     /// Coefficients of the frames' arms from their second derivatives.
     #[inline(always)]
     fn place_frames(&mut self, order: usize, scale: f64) {
-        let inverse = splat(1.0 / scale);
+        let inverse = 1.0 / scale;
         for lane in 0..self.shape.lanes[0] {
-            self.x[at(lane, order)] = multiply(inverse, self.second[0][lane]);
-            self.y[at(lane, order)] = multiply(inverse, self.second[1][lane]);
+            self.x[at(lane, order)] = times(inverse, self.second[0][lane]);
+            self.y[at(lane, order)] = times(inverse, self.second[1][lane]);
         }
     }
 
@@ -110,21 +116,21 @@ impl Jet {
         let (first, products) = (self.shape.lanes[0], self.shape.lanes[1]);
         for index in 0..self.shape.counts[1] {
             let product = self.form.products[index];
-            self.sigma.as_flattened_mut()[flat(index, order)] = match product.factor {
-                Factor::Unknown if found => self.values.as_flattened()[(order * all + first) * WIDTH + index],
-                Factor::Unknown => 0.0,
+            self.sigma.as_flattened_mut()[flat::<L>(index, order)] = match product.factor {
+                Factor::Unknown if found => self.values.as_flattened()[(order * all + first) * L + index],
+                Factor::Unknown => N::ZERO,
                 Factor::Signal(slot) => self.scalars.get(slot, order),
             };
-            let frame = flat(product.frame as usize, order);
-            self.unit[0].as_flattened_mut()[flat(index, order)] = self.x.as_flattened()[frame];
-            self.unit[1].as_flattened_mut()[flat(index, order)] = self.y.as_flattened()[frame];
+            let frame = flat::<L>(product.frame as usize, order);
+            self.unit[0].as_flattened_mut()[flat::<L>(index, order)] = self.x.as_flattened()[frame];
+            self.unit[1].as_flattened_mut()[flat::<L>(index, order)] = self.y.as_flattened()[frame];
         }
         for lane in 0..products {
             let sigma = [self.sigma[at(lane, 0)], self.sigma[at(lane, order)]];
             for axis in 0..2 {
                 let unit = [self.unit[axis][at(lane, 0)], self.unit[axis][at(lane, order)]];
                 let b = plus(plus(self.inner[axis][lane], sigma[1], unit[0]), sigma[0], unit[1]);
-                self.second[axis][first + lane] = multiply(splat(scale), b);
+                self.second[axis][first + lane] = times(scale, b);
                 let arms = if axis == 0 { &mut self.x } else { &mut self.y };
                 arms[at(first + lane, order)] = b;
             }
@@ -135,15 +141,15 @@ impl Jet {
     #[inline(always)]
     fn shift(&mut self, k: usize, scale: f64, found: bool) {
         let (all, order) = (self.shape.all(), k + 2);
-        let first = (self.shape.lanes[0] + self.shape.lanes[1]) * WIDTH;
+        let first = (self.shape.lanes[0] + self.shape.lanes[1]) * L;
         for index in 0..self.shape.counts[2] {
             let sigma = match self.form.world[index] {
-                Factor::Unknown if found => self.values.as_flattened()[order * all * WIDTH + first + index],
-                Factor::Unknown => 0.0,
+                Factor::Unknown if found => self.values.as_flattened()[order * all * L + first + index],
+                Factor::Unknown => N::ZERO,
                 Factor::Signal(slot) => self.scalars.get(slot, order),
             };
-            self.x.as_flattened_mut()[flat(first + index, order)] = sigma;
-            self.second[0].as_flattened_mut()[first + index] = scale * sigma;
+            self.x.as_flattened_mut()[flat::<L>(first + index, order)] = sigma;
+            self.second[0].as_flattened_mut()[first + index] = sigma.times(scale);
         }
     }
 
@@ -183,7 +189,7 @@ impl Jet {
         for ((place, gap), row) in self.row_residual.iter_mut().zip(gaps).zip(&self.form.rows) {
             *place = *gap;
             for &(slot, factor) in &row.signals {
-                *place += self.coefficients[factor as usize] * (scale * self.scalars.get(slot, k + 2));
+                *place += self.coefficients[factor as usize] * self.scalars.get(slot, k + 2).times(scale);
             }
         }
         self.close_rows();
@@ -194,7 +200,7 @@ impl Jet {
     pub(super) fn close_rows(&mut self) {
         for (equation, gap) in self.equations.iter().zip(&self.row_residual) {
             if let Some(equation) = equation {
-                self.residual[*equation] = -gap;
+                self.residual[*equation] = -*gap;
             }
         }
         if !self.terms.pairs.is_empty() {
@@ -204,7 +210,7 @@ impl Jet {
 
     /// Order k of b x G.
     #[inline(always)]
-    fn moment(&self, k: usize, lane: usize) -> Lane {
+    fn moment(&self, k: usize, lane: usize) -> Lane<N, L> {
         let left = dot(series(&self.x, lane, k), from_back(&self.force[1], lane, k));
         let right = dot(series(&self.y, lane, k), from_back(&self.force[0], lane, k));
         subtract(left, right)
@@ -212,7 +218,7 @@ impl Jet {
 
     /// Order k of e . G for products.
     #[inline(always)]
-    fn pull(&self, k: usize, lane: usize) -> Lane {
+    fn pull(&self, k: usize, lane: usize) -> Lane<N, L> {
         let arm = self.shape.lanes[0] + lane;
         let left = dot(series(&self.unit[0], lane, k), from_back(&self.force[0], arm, k));
         let right = dot(series(&self.unit[1], lane, k), from_back(&self.force[1], arm, k));
@@ -225,16 +231,16 @@ impl Jet {
         let scale = ((k + 1) * (k + 2)) as f64;
         for &frame in &self.special {
             let Some(place) = self.turned_by[frame] else { continue };
-            let alpha = scale * self.signal(self.form.frames[frame].signal, k + 2);
+            let alpha = self.signal(self.form.frames[frame].signal, k + 2).times(scale);
             let own = self.residual_lanes.as_flattened()[frame];
             let residual = self.residual_lanes.as_flattened_mut();
-            residual[place] += self.inertia.as_flattened()[frame] * alpha + if place == frame { 0.0 } else { own };
+            residual[place] += self.inertia.as_flattened()[frame] * alpha + if place == frame { N::ZERO } else { own };
         }
         let frames = self.shape.lanes[0];
         for lane in 0..self.shape.lanes[1] {
             let moment = self.moment(k, frames + lane);
-            let first = lane * WIDTH;
-            let count = self.shape.counts[1].saturating_sub(first).min(WIDTH);
+            let first = lane * L;
+            let count = self.shape.counts[1].saturating_sub(first).min(L);
             for (product, moment) in self.form.products[first..first + count].iter().zip(moment) {
                 if let Some(place) = self.turned_by[product.frame as usize] {
                     self.residual_lanes.as_flattened_mut()[place] += moment;
@@ -246,9 +252,9 @@ impl Jet {
     /// Accelerations and reactions from the residuals of the equations.
     #[inline(always)]
     pub(super) fn solve(&mut self) {
-        self.matrix.solve(&self.residual, &mut self.solution);
+        self.matrix.solve(&self.residual, self.solution.as_flattened_mut());
         if !self.terms.pairs.is_empty() {
-            let first = self.shape.all() * WIDTH;
+            let first = self.shape.places();
             self.terms.pairs.complete(first, &self.unknowns, self.solution.as_flattened_mut());
         }
     }
@@ -258,21 +264,21 @@ impl Jet {
     fn correct(&mut self, k: usize) {
         let (all, frames) = (self.shape.all(), self.shape.lanes[0]);
         let scale = ((k + 1) * (k + 2)) as f64;
-        let (inverse, share) = (splat(1.0 / scale), splat(1.0 / (k + 1) as f64));
+        let (inverse, share) = (1.0 / scale, 1.0 / (k + 1) as f64);
         for lane in 0..all {
-            self.values[(k + 2) * all + lane] = multiply(inverse, self.solution[lane]);
+            self.values[(k + 2) * all + lane] = times(inverse, self.solution[lane]);
         }
         for lane in 0..frames {
             let alpha = self.solution[lane];
-            self.omega[back(lane, k + 1)] = multiply(share, alpha);
+            self.omega[back(lane, k + 1)] = times(share, alpha);
             self.second[0][lane] = minus(self.second[0][lane], alpha, self.y[at(lane, 0)]);
             self.second[1][lane] = plus(self.second[1][lane], alpha, self.x[at(lane, 0)]);
         }
         for index in 0..self.special.len() {
             let frame = self.special[index];
-            let own = self.turned_by[frame].map_or(0.0, |place| self.solution.as_flattened()[place]);
-            let signal = scale * self.signal(self.form.frames[frame].signal, k + 2);
-            self.omega.as_flattened_mut()[flat(frame, ORDERS - 2 - k)] = (own + signal) * share[0];
+            let own = self.turned_by[frame].map_or(N::ZERO, |place| self.solution.as_flattened()[place]);
+            let signal = self.signal(self.form.frames[frame].signal, k + 2).times(scale);
+            self.omega.as_flattened_mut()[flat::<L>(frame, ORDERS - 2 - k)] = (own + signal).times(share);
             if self.turned_by[frame] != Some(frame) {
                 self.accelerate(frame, own);
             }
@@ -307,15 +313,20 @@ impl Jet {
 impl Scatter {
     /// Its order k times the first factor.
     #[inline(always)]
-    pub(super) fn value(&self, k: usize, scalars: &Scalars, coefficients: &[f64]) -> f64 {
+    pub(super) fn value<N: Elementary, const L: usize>(
+        &self,
+        k: usize,
+        scalars: &Scalars<N, L>,
+        coefficients: &[N],
+    ) -> N {
         coefficients[self.factors[0] as usize] * self.unscaled(k, scalars)
     }
 
     #[inline(always)]
-    fn unscaled(&self, k: usize, scalars: &Scalars) -> f64 {
+    fn unscaled<N: Elementary, const L: usize>(&self, k: usize, scalars: &Scalars<N, L>) -> N {
         match self.value {
             Some(slot) => scalars.get(slot, k),
-            None => 1.0,
+            None => N::all(1.0),
         }
     }
 }
@@ -323,13 +334,19 @@ impl Scatter {
 impl Loads {
     /// Minus the loads on arms.
     #[inline(always)]
-    pub(super) fn apply(&self, k: usize, scalars: &Scalars, coefficients: &[f64], applied: &mut [Vec<Lane>; 2]) {
+    pub(super) fn apply<N: Elementary, const L: usize>(
+        &self,
+        k: usize,
+        scalars: &Scalars<N, L>,
+        coefficients: &[N],
+        applied: &mut [Vec<Lane<N, L>>; 2],
+    ) {
         if !self.act(k) {
             return;
         }
         let [x, y] = applied;
-        x.fill(ZERO);
-        y.fill(ZERO);
+        x.fill(splat(N::ZERO));
+        y.fill(splat(N::ZERO));
         let (x, y) = (x.as_flattened_mut(), y.as_flattened_mut());
         for load in self.at(k) {
             let value = load.unscaled(k, scalars);
@@ -342,22 +359,22 @@ impl Loads {
 
 /// All orders of a lane.
 #[inline(always)]
-fn all(lanes: &[Lane], lane: usize) -> &Series {
+fn all<N, const L: usize>(lanes: &[Lane<N, L>], lane: usize) -> &Series<N, L> {
     &lanes.as_chunks().0[lane]
 }
 
 /// Orders k to 0 of a lane whose orders are stored the other way round.
 #[inline(always)]
-fn from_back(lanes: &[Lane], lane: usize, k: usize) -> &[Lane] {
+fn from_back<N, const L: usize>(lanes: &[Lane<N, L>], lane: usize, k: usize) -> &[Lane<N, L>] {
     &lanes[back(lane, k)..back(lane, 0) + 1]
 }
 
 /// sum a_j b_j
 #[inline(always)]
-fn dot(a: &[Lane], b: &[Lane]) -> Lane {
+fn dot<N: Elementary, const L: usize>(a: &[Lane<N, L>], b: &[Lane<N, L>]) -> Lane<N, L> {
     let count = a.len().min(b.len());
     let (a, b) = (&a[..count], &b[..count]);
-    let (mut sum, mut j) = (ZERO, 0);
+    let (mut sum, mut j) = (splat(N::ZERO), 0);
     while j < count {
         sum = plus(sum, a[j], b[j]);
         j += 1;
@@ -367,8 +384,8 @@ fn dot(a: &[Lane], b: &[Lane]) -> Lane {
 
 /// sum a_j b_(k-j)
 #[inline(always)]
-fn convolve(a: &[Lane], b: &[Lane]) -> Lane {
-    let (mut even, mut odd) = (ZERO, ZERO);
+fn convolve<N: Elementary, const L: usize>(a: &[Lane<N, L>], b: &[Lane<N, L>]) -> Lane<N, L> {
+    let (mut even, mut odd) = (splat(N::ZERO), splat(N::ZERO));
     let (mut left, mut right) = (a.chunks_exact(2), b.rchunks_exact(2));
     for (a, b) in (&mut left).zip(&mut right) {
         even = plus(even, a[0], b[1]);

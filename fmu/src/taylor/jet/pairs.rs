@@ -6,19 +6,19 @@
 //! and what is left is the component across d, with its reaction m: one equation.
 
 use super::terms::{Plan, Slope};
-use crate::linalg::lane::Lane;
 use crate::linalg::matrix::{Entries, Places};
+use crate::linalg::number::Elementary;
 use crate::program::arm_form::ArmForm;
 
 /// All of them.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Pairs {
-    pairs: Vec<Pair>,
+pub(super) struct Pairs<N = f64> {
+    pairs: Vec<Pair<N>>,
 }
 
 /// One of them.
 #[derive(Clone, Debug, Default)]
-struct Pair {
+struct Pair<N> {
     /// The first of the two rows, and the equation that is left of them.
     row: usize,
     equation: usize,
@@ -32,13 +32,13 @@ struct Pair {
     slopes: [Vec<(usize, Slope)>; 2],
     linear: [Vec<(usize, u32)>; 2],
     /// d / |d| and |d| of the pose.
-    direction: [f64; 2],
-    size: f64,
+    direction: [N; 2],
+    size: N,
     /// The component along d of each column.
-    along: Vec<f64>,
+    along: Vec<N>,
     /// The component of the reaction, and of the gap, along d.
-    reaction: f64,
-    gap: f64,
+    reaction: N,
+    gap: N,
 }
 
 /// First rows and places of unknowns that may be left out. Mechanisms of frames only have kernels of their own, which know rods as frames.
@@ -49,11 +49,12 @@ pub(super) fn candidates(form: &ArmForm, place: impl Fn(u32) -> usize) -> Vec<(u
     auxiliary.chain(rods).collect()
 }
 
-impl Pairs {
+impl<N: Elementary> Pairs<N> {
     /// For rows and unknowns that may be left out, by their equations in the plan.
     pub(super) fn add(&mut self, plan: &Plan, row: usize, equation: usize, place: usize) {
         let mut columns = Vec::new();
-        let mut pair = Pair { row, equation, place, direction: [1.0, 0.0], size: 1.0, ..Pair::default() };
+        let mut pair =
+            Pair { row, equation, place, direction: [N::all(1.0), N::ZERO], size: N::all(1.0), ..Pair::default() };
         let mut column = |equation: usize| {
             columns.iter().position(|known| *known == equation).unwrap_or_else(|| {
                 columns.push(equation);
@@ -71,7 +72,7 @@ impl Pairs {
                 pair.linear[axis].extend(plan.equation(unknown).map(|equation| (column(equation), factor)));
             }
         }
-        pair.along = vec![0.0; columns.len()];
+        pair.along = vec![N::ZERO; columns.len()];
         pair.places = vec![[0; 2]; columns.len()];
         pair.columns = columns;
         self.pairs.push(pair);
@@ -96,19 +97,21 @@ impl Pairs {
     }
 
     /// Directions of the pose.
-    pub(super) fn turn(&mut self, c: &[f64], derivatives: &[Vec<Lane>; 2]) {
+    pub(super) fn turn(&mut self, c: &[N], derivatives: [&[N]; 2]) {
         for pair in &mut self.pairs {
-            let [x, y] = [0, 1].map(|axis| pair.own[axis].iter().map(|slope| slope.value(c, derivatives)).sum::<f64>());
-            pair.size = (x * x + y * y).sqrt();
-            pair.direction = [x / pair.size, y / pair.size];
+            let [x, y] = [0, 1].map(|axis| {
+                pair.own[axis].iter().map(|slope| slope.value(c, derivatives)).fold(N::ZERO, |sum, slope| sum + slope)
+            });
+            pair.size = (x * x + y * y).root();
+            pair.direction = [x, y].map(|part| part.over(pair.size));
         }
     }
 
     /// Adds the components across to the matrix, and keeps those along.
-    pub(super) fn assemble(&mut self, matrix: &mut impl Entries, c: &[f64], derivatives: &[Vec<Lane>; 2]) {
+    pub(super) fn assemble(&mut self, matrix: &mut impl Entries<N>, c: &[N], derivatives: [&[N]; 2]) {
         self.turn(c, derivatives);
         for Pair { slopes, linear, places, along, direction: [dx, dy], .. } in &mut self.pairs {
-            along.fill(0.0);
+            along.fill(N::ZERO);
             for (axis, (part, turned)) in [(*dx, -*dy), (*dy, *dx)].into_iter().enumerate() {
                 let slopes = slopes[axis].iter().map(|(column, slope)| (*column, slope.value(c, derivatives)));
                 let linear = linear[axis].iter().map(|(column, factor)| (*column, c[*factor as usize]));
@@ -121,12 +124,12 @@ impl Pairs {
     }
 
     /// Takes the components along out of the right-hand sides: `rest` by places of unknowns, `gaps` by rows, both with their signs turned.
-    pub(super) fn reduce(&mut self, rest: &[f64], gaps: &[f64], vector: &mut [f64]) {
+    pub(super) fn reduce(&mut self, rest: &[N], gaps: &[N], vector: &mut [N]) {
         for Pair { row, equation, place, columns, direction: [dx, dy], size, along, reaction, gap, .. } in
             &mut self.pairs
         {
             let [x, y] = [gaps[*row], gaps[*row + 1]];
-            (*reaction, *gap) = (-rest[*place] / *size, -(*dx * x + *dy * y));
+            (*reaction, *gap) = ((-rest[*place]).over(*size), -(*dx * x + *dy * y));
             vector[*equation] = *dy * x - *dx * y;
             for (column, along) in columns.iter().zip(along) {
                 vector[*column] -= *along * *reaction;
@@ -135,14 +138,16 @@ impl Pairs {
     }
 
     /// Completes a solution by places, the reactions from `first` on.
-    pub(super) fn complete(&self, first: usize, unknowns: &[usize], solution: &mut [f64]) {
+    pub(super) fn complete(&self, first: usize, unknowns: &[usize], solution: &mut [N]) {
         for Pair { row, place, columns, direction: [dx, dy], size, along, reaction, gap, .. } in &self.pairs {
             let across = solution[first + row];
-            let moved =
-                columns.iter().zip(along).fold(0.0, |sum, (column, along)| sum + along * solution[unknowns[*column]]);
-            solution[*place] = (gap - moved) / size;
-            solution[first + row] = dx * reaction - dy * across;
-            solution[first + row + 1] = dy * reaction + dx * across;
+            let moved = columns
+                .iter()
+                .zip(along)
+                .fold(N::ZERO, |sum, (column, along)| sum + *along * solution[unknowns[*column]]);
+            solution[*place] = (*gap - moved).over(*size);
+            solution[first + row] = *dx * *reaction - *dy * across;
+            solution[first + row + 1] = *dy * *reaction + *dx * across;
         }
     }
 }

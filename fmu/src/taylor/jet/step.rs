@@ -1,7 +1,7 @@
 //! What a step needs of the series: how far it reaches, and the motion at its end.
 
-use super::{Jet, Shape};
-use crate::linalg::lane::{Lane, WIDTH, ZERO, add, by_width, larger, largest, multiply, plus, splat, subtract};
+use super::{Coefficient, Jet, Shape};
+use crate::linalg::lane::{Lane, WIDTH, ZERO, add, by_width, larger, largest, multiply, splat, subtract, times};
 use crate::linalg::number::Number;
 use crate::math;
 use crate::program::arm_form::MAX_ORDER;
@@ -33,22 +33,60 @@ impl Read {
     }
 
     #[inline(always)]
-    fn value(self, values: &[f64]) -> f64 {
-        self.value_in(|place| values[place])
+    fn value<N: Number>(self, values: &[N]) -> N {
+        let value = values[self.place] - self.from.map_or(N::ZERO, |place| values[place]);
+        if self.reversed { -value } else { value }
+    }
+}
+
+#[expect(private_bounds, reason = "there are two kinds of numbers")]
+impl<N: Coefficient, const L: usize> Jet<N, L> {
+    /// Coefficients of the coordinates.
+    pub fn coordinates(&self, order: usize, values: &mut [N]) {
+        read(&self.reads, self.values[order * self.shape.all()..].as_flattened(), values);
     }
 
-    /// From the unknowns by their places.
+    by_width! {
+        /// q and v along a polynomial, dt after its start; the accelerations there are kept for [`Jet::defect`].
+        pub fn evaluate[N: Coefficient, const L: usize](&mut self: Jet<N, L>, polynomial: &[N], order: usize, dt: f64, motion: &mut [N]) = evaluate_any
+    }
+
     #[inline(always)]
-    pub(super) fn value_in<N: Number>(self, unknown: impl Fn(usize) -> N) -> N {
-        let value = unknown(self.place) - self.from.map_or(N::ZERO, &unknown);
-        if self.reversed { -value } else { value }
+    pub(super) fn evaluate_any(&mut self, polynomial: &[N], order: usize, dt: f64, motion: &mut [N]) {
+        let all = self.shape.all();
+        let (coefficients, _) = polynomial.as_chunks::<L>();
+        for lane in 0..all {
+            let [value, rate, second] = derivatives(&coefficients[lane..], all, order, dt);
+            (self.end[0][lane], self.end[1][lane], self.end[2][lane]) = (value, rate, second);
+        }
+        let (q, v) = motion.split_at_mut(self.reads.len());
+        read(&self.reads, self.end[0].as_flattened(), q);
+        read(&self.reads, self.end[1].as_flattened(), v);
+    }
+
+    /// What counts of each unknown: the reciprocal of its rate, or of the least that counts relative to itself.
+    pub(super) fn weigh(&mut self) {
+        let all = self.shape.all();
+        let rates = &self.values[all..];
+        for ((weights, scale), rates) in self.weights.iter_mut().zip(&self.scales).zip(rates) {
+            for (weight, rate) in weights.iter_mut().zip(rates) {
+                *weight = 1.0 / math::maximum(self.least_rate * scale, rate.value().abs());
+            }
+        }
+    }
+}
+
+/// Coordinates from unknowns.
+fn read<N: Number>(reads: &[Read], from: &[N], values: &mut [N]) {
+    for (value, read) in values.iter_mut().zip(reads) {
+        *value = read.value(from);
     }
 }
 
 impl Jet {
     /// Numbers in a polynomial of the highest order.
     pub fn room(form: &ArmForm) -> usize {
-        (MAX_ORDER + 1) * Shape::new(form).all() * WIDTH
+        (MAX_ORDER + 1) * Shape::new(form, WIDTH).all() * WIDTH
     }
 
     /// The polynomial of all unknowns, by orders.
@@ -60,35 +98,6 @@ impl Jet {
     pub fn move_start(&self, polynomial: &mut [f64], order: usize, dt: f64) {
         let count = self.shape.all() * WIDTH;
         move_start(&mut polynomial[..(order + 1) * count], count, dt);
-    }
-
-    /// Coefficients of the coordinates.
-    pub fn coordinates(&self, order: usize, values: &mut [f64]) {
-        self.read(self.values[order * self.shape.all()..].as_flattened(), values);
-    }
-
-    fn read(&self, from: &[f64], values: &mut [f64]) {
-        for (value, read) in values.iter_mut().zip(&self.reads) {
-            *value = read.value(from);
-        }
-    }
-
-    by_width! {
-        /// q and v along a polynomial, dt after its start; the accelerations there are kept for [`Jet::defect`].
-        pub fn evaluate(&mut self: Jet, polynomial: &[f64], order: usize, dt: f64, motion: &mut [f64]) = evaluate_any
-    }
-
-    #[inline(always)]
-    fn evaluate_any(&mut self, polynomial: &[f64], order: usize, dt: f64, motion: &mut [f64]) {
-        let all = self.shape.all();
-        let (coefficients, _) = polynomial.as_chunks::<WIDTH>();
-        for lane in 0..all {
-            let [value, rate, second] = derivatives(&coefficients[lane..], all, order, dt);
-            (self.end[0][lane], self.end[1][lane], self.end[2][lane]) = (value, rate, second);
-        }
-        let (q, v) = motion.split_at_mut(self.reads.len());
-        self.read(self.end[0].as_flattened(), q);
-        self.read(self.end[1].as_flattened(), v);
     }
 
     /// By how much the rates at the end of a step are wrong, judging by its accelerations there, as last evaluated, and those of the
@@ -105,18 +114,7 @@ impl Jet {
 
     /// The accelerations of the coordinates at the end of a step, as last evaluated.
     pub fn accelerations_at_end(&self, accelerations: &mut [f64]) {
-        self.read(self.end[2].as_flattened(), accelerations);
-    }
-
-    /// What counts of each unknown: the reciprocal of its rate, or of the least that counts relative to itself.
-    pub(super) fn weigh(&mut self) {
-        let all = self.shape.all();
-        let rates = &self.values[all..];
-        for ((weights, scales), rates) in self.weights.iter_mut().zip(&self.scales).zip(rates) {
-            for ((weight, scale), rate) in weights.iter_mut().zip(scales).zip(rates) {
-                *weight = 1.0 / math::maximum(self.least_rate * scale, rate.abs());
-            }
-        }
+        read(&self.reads, self.end[2].as_flattened(), accelerations);
     }
 
     /// The largest coefficient of one order, relative to what counts of rates.
@@ -194,18 +192,24 @@ pub(super) const FACTORS: [[f64; 2]; MAX_ORDER + 1] = {
 
 /// One term more of the value and its first two derivatives, by Horner's rule in the square of the step.
 #[inline(always)]
-fn more(sums: [Lane; 3], value: Lane, k: usize, square: Lane) -> [Lane; 3] {
+fn more<N: Number, const L: usize>(sums: [Lane<N, L>; 3], value: Lane<N, L>, k: usize, square: f64) -> [Lane<N, L>; 3] {
     let [first, second] = FACTORS[k];
-    let rate = multiply(value, splat(first));
-    let second = multiply(rate, splat(second));
-    [plus(value, sums[0], square), plus(rate, sums[1], square), plus(second, sums[2], square)]
+    let rate = times(first, value);
+    let second = times(second, rate);
+    [add(value, times(square, sums[0])), add(rate, times(square, sums[1])), add(second, times(square, sums[2]))]
 }
 
 /// Value and first two derivatives of one lane of a polynomial, even and odd terms apart so that they do not wait for each other.
 #[inline(always)]
-fn derivatives(coefficients: &[Lane], stride: usize, order: usize, dt: f64) -> [Lane; 3] {
-    let (mut even, mut odd) = ([ZERO; 3], [ZERO; 3]);
-    let (step, square) = (splat(dt), splat(dt * dt));
+fn derivatives<N: Number, const L: usize>(
+    coefficients: &[Lane<N, L>],
+    stride: usize,
+    order: usize,
+    dt: f64,
+) -> [Lane<N, L>; 3] {
+    let (mut even, mut odd) = ([splat(N::ZERO); 3], [splat(N::ZERO); 3]);
+    let square = dt * dt;
+    let further = |from: Lane<N, L>, step: f64, sum: Lane<N, L>| add(from, times(step, sum));
     let mut k = order.min(MAX_ORDER);
     if k >= 2 && k.is_multiple_of(2) {
         even = more(even, coefficients[k * stride], k, square);
@@ -218,7 +222,7 @@ fn derivatives(coefficients: &[Lane], stride: usize, order: usize, dt: f64) -> [
         k -= 2;
     }
     let first = coefficients[stride];
-    let (value, rate) = (plus(first, odd[0], square), plus(first, odd[1], square));
-    let even_value = plus(coefficients[0], even[0], square);
-    [plus(even_value, value, step), plus(rate, even[1], step), plus(even[2], odd[2], step)]
+    let (value, rate) = (further(first, square, odd[0]), further(first, square, odd[1]));
+    let even_value = further(coefficients[0], square, even[0]);
+    [further(even_value, dt, value), further(rate, dt, even[1]), further(even[2], dt, odd[2])]
 }

@@ -4,9 +4,9 @@ use super::Shape;
 use super::pairs::{Pairs, candidates};
 use crate::linalg::columns::Columns;
 use crate::linalg::inverse::Inverse;
-use crate::linalg::lane::{Lane, WIDTH, minus, multiply, plus, splat};
+use crate::linalg::lane::{Lane, minus, multiply, plus, splat};
 use crate::linalg::matrix::{Entries, Places};
-use crate::linalg::number::Number;
+use crate::linalg::number::{Elementary, Number};
 use crate::program::arm_form::{ArmForm, Factor};
 
 /// Masses that differ by more than this factor ask for a search for pivots.
@@ -41,20 +41,20 @@ pub(super) struct Slope {
 
 impl Slope {
     #[inline(always)]
-    pub(super) fn value(&self, c: &[f64], [dx, dy]: &[Vec<Lane>; 2]) -> f64 {
+    pub(super) fn value<N: Number>(&self, c: &[N], [dx, dy]: [&[N]; 2]) -> N {
         let (px, py) = (c[self.p[0] as usize], c[self.p[1] as usize]);
-        px * dx.as_flattened()[self.derivative] + py * dy.as_flattened()[self.derivative]
+        px * dx[self.derivative] + py * dy[self.derivative]
     }
 }
 
 /// All terms, by kind.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Terms {
+pub(super) struct Terms<N = f64> {
     inertia: Vec<Term<u32>>,
     masses: Vec<Term<Mass>>,
     loops: Vec<Term<Slope>>,
     linear: Vec<Term<u32>>,
-    pub(super) pairs: Pairs,
+    pub(super) pairs: Pairs<N>,
     /// Row, place of the unknown, and its factor.
     sums: Vec<(usize, usize, u32)>,
 }
@@ -159,7 +159,7 @@ impl<'a> Plan<'a> {
     }
 }
 
-impl Terms {
+impl<N: Elementary> Terms<N> {
     pub(super) fn new(plan: &Plan) -> Self {
         let mut terms = Self::default();
         let touches = |arm: u32| {
@@ -218,14 +218,14 @@ impl Terms {
 
     /// Is none of the masses that resist the unknowns by themselves much smaller than another of its kind: inertias of angles, masses of
     /// displacements?
-    pub(super) fn are_alike(&self, c: &[f64], unknowns: usize, frames: usize) -> bool {
+    pub(super) fn are_alike(&self, c: &[N], unknowns: usize, frames: usize) -> bool {
         let mut masses = vec![(0.0, false); unknowns];
         for term in &self.inertia {
-            masses[term.row] = (masses[term.row].0 + c[term.value as usize], true);
+            masses[term.row] = (masses[term.row].0 + c[term.value as usize].value(), true);
         }
         for term in self.masses.iter().filter(|term| term.row == term.column && term.value.left == term.value.right) {
             // The arm of a frame is as long as the mass is far away; that of a product changes, and its mass resists both unknowns.
-            let (mass, turns) = (c[term.value.mass[0] as usize], term.value.left < frames * WIDTH);
+            let (mass, turns) = (c[term.value.mass[0] as usize].value(), term.value.left < frames);
             masses[term.row] = (masses[term.row].0 + mass, masses[term.row].1 || turns);
         }
         let largest = |kind: bool| {
@@ -237,9 +237,8 @@ impl Terms {
     }
 
     /// The diagonal of the masses.
-    pub(super) fn diagonal(&self, c: &[f64], derivatives: &[Vec<Lane>; 2], masses: &mut [f64]) {
-        let (dx, dy) = (derivatives[0].as_flattened(), derivatives[1].as_flattened());
-        masses.fill(0.0);
+    pub(super) fn diagonal(&self, c: &[N], [dx, dy]: [&[N]; 2], masses: &mut [N]) {
+        masses.fill(N::ZERO);
         for term in &self.inertia {
             masses[term.row] += c[term.value as usize];
         }
@@ -259,21 +258,13 @@ impl Terms {
 
     /// Adds all entries up.
     #[inline(always)]
-    pub(super) fn assemble(&mut self, matrix: &mut impl Entries, c: &[f64], derivatives: &[Vec<Lane>; 2]) {
-        let [dx, dy] = derivatives;
-        self.add_masses(matrix, c, [dx.as_flattened(), dy.as_flattened()]);
+    pub(super) fn assemble(&mut self, matrix: &mut impl Entries<N>, c: &[N], derivatives: [&[N]; 2]) {
+        self.add_masses(matrix, c, derivatives);
         self.assemble_rest(matrix, c, derivatives);
     }
 
-    /// The same without pairs of loop equations, for one motion or several.
     #[inline(always)]
-    pub(super) fn assemble_plain<N: Number>(&self, matrix: &mut impl Entries<N>, c: &[N], derivatives: [&[N]; 2]) {
-        self.add_masses(matrix, c, derivatives);
-        self.add_plain(matrix, c, derivatives);
-    }
-
-    #[inline(always)]
-    fn add_masses<N: Number>(&self, matrix: &mut impl Entries<N>, c: &[N], [dx, dy]: [&[N]; 2]) {
+    fn add_masses(&self, matrix: &mut impl Entries<N>, c: &[N], [dx, dy]: [&[N]; 2]) {
         for Term { places, value: Mass { left, right, mass }, .. } in &self.masses {
             let (ax, ay, bx, by) = (dx[*left], dy[*left], dx[*right], dy[*right]);
             let (re, im) = (c[mass[0] as usize], c[mass[1] as usize]);
@@ -281,6 +272,26 @@ impl Terms {
         }
     }
 
+    /// All but the masses between arms: inertias and loop equations.
+    #[inline(always)]
+    fn assemble_rest(&mut self, matrix: &mut impl Entries<N>, c: &[N], [dx, dy]: [&[N]; 2]) {
+        for term in &self.inertia {
+            matrix.add(term.places, c[term.value as usize]);
+        }
+        for Term { places, value: Slope { derivative, p }, .. } in &self.loops {
+            let (px, py) = (c[p[0] as usize], c[p[1] as usize]);
+            matrix.add(*places, px * dx[*derivative] + py * dy[*derivative]);
+        }
+        for term in &self.linear {
+            matrix.add(term.places, c[term.value as usize]);
+        }
+        if !self.pairs.is_empty() {
+            self.pairs.assemble(matrix, c, [dx, dy]);
+        }
+    }
+}
+
+impl Terms {
     /// The same of frames only, whose arms are x + i y: an entry of the masses for every two of them, four at a time.
     #[inline(always)]
     pub(super) fn assemble_frames(
@@ -301,31 +312,6 @@ impl Terms {
                 inverse.put(columns[i], lane, minus(multiply(re[i], along), im[i], across));
             }
         }
-        self.assemble_rest(inverse, c, derivatives);
-    }
-
-    /// All but the masses between arms.
-    #[inline(always)]
-    fn assemble_rest(&mut self, matrix: &mut impl Entries, c: &[f64], derivatives: &[Vec<Lane>; 2]) {
-        let [dx, dy] = derivatives;
-        self.add_plain(matrix, c, [dx.as_flattened(), dy.as_flattened()]);
-        if !self.pairs.is_empty() {
-            self.pairs.assemble(matrix, c, derivatives);
-        }
-    }
-
-    /// Inertias and loop equations.
-    #[inline(always)]
-    fn add_plain<N: Number>(&self, matrix: &mut impl Entries<N>, c: &[N], [dx, dy]: [&[N]; 2]) {
-        for term in &self.inertia {
-            matrix.add(term.places, c[term.value as usize]);
-        }
-        for Term { places, value: Slope { derivative, p }, .. } in &self.loops {
-            let (px, py) = (c[p[0] as usize], c[p[1] as usize]);
-            matrix.add(*places, px * dx[*derivative] + py * dy[*derivative]);
-        }
-        for term in &self.linear {
-            matrix.add(term.places, c[term.value as usize]);
-        }
+        self.assemble_rest(inverse, c, [dx.as_flattened(), dy.as_flattened()]);
     }
 }
