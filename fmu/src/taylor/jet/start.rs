@@ -168,7 +168,7 @@ impl Jet {
     #[inline(always)]
     fn factor(&mut self) -> Result<(), Singular> {
         self.differentiate();
-        let alike = self.layout.is_some_and(|layout| layout.alike);
+        let alike = self.alike == Some(true);
         let frames = (self.frames[0] > 0).then(|| self.coupling.entries());
         let Self { matrix, terms, coefficients, derivatives, .. } = self;
         let regular = matrix.factor(alike, &mut Pose { terms, coefficients, derivatives, frames });
