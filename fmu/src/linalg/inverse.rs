@@ -13,7 +13,7 @@ use crate::math;
 
 /// The smallest share of a mass that may be left as a pivot where rows are eliminated together: multiplying by the inverse of a block loses digits in
 /// proportion to the square of what one row after the other loses.
-const LEFT: f64 = 1e-3;
+pub(crate) const LEFT: f64 = 1e-3;
 /// Lanes of a product that are found together.
 const GROUP: usize = 4;
 /// An entry of the diagonal that is larger than this, in the same units, is the pivot without looking for a larger one.

@@ -1,5 +1,5 @@
-//! The matrix \[M J^T; J 0\] of a pose: inverted as a whole where it is small or full, factored where it is large and sparse or a
-//! tree's.
+//! The matrix \[M J^T; J 0\] of a pose: inverted as a whole where it is small or full, factored where it is large and sparse or an open
+//! chain's.
 
 use super::factors::{Factors, Pattern};
 use super::inverse::Inverse;
@@ -11,7 +11,7 @@ pub(crate) const FOUR_AT_ONCE: f64 = 0.35;
 /// So often a typical step solves.
 const SOLUTIONS: usize = 16;
 
-/// What a solution multiplies for each link of a tree.
+/// What a solution multiplies for each link of a chain.
 const LINK: usize = 16;
 
 /// Where an entry and its mirror image are kept.
@@ -22,8 +22,8 @@ pub(crate) type Places = [usize; 2];
 pub(crate) enum Matrix {
     Whole(Box<Inverse>),
     Factored(Box<Factors>),
-    /// Of a tree of arms.
-    Tree(Recursion),
+    /// Of an open chain, or tree, of arms.
+    Chained(Recursion),
 }
 
 /// Receives the entries of a matrix.
@@ -62,7 +62,7 @@ impl Matrix {
             Self::Whole(inverse) => inverse.places(row, column),
             Self::Factored(factors) => factors.places(row, column),
             // It takes no entries: it knows its links.
-            Self::Tree(_) => [0; 2],
+            Self::Chained(_) => [0; 2],
         }
     }
 
@@ -71,7 +71,7 @@ impl Matrix {
         match self {
             Self::Whole(inverse) => cost_of_inverse(inverse.size()),
             Self::Factored(factors) => cost_of_factors(factors.pattern()),
-            Self::Tree(recursion) => (LINK * SOLUTIONS * recursion.size()) as f64,
+            Self::Chained(recursion) => (LINK * SOLUTIONS * recursion.size()) as f64,
         }
     }
 
@@ -81,7 +81,7 @@ impl Matrix {
             Self::Whole(inverse) => inverse.diagonal(equation),
             Self::Factored(factors) => factors.diagonal(equation),
             // It has no loop equations.
-            Self::Tree(_) => 0.0,
+            Self::Chained(_) => 0.0,
         }
     }
 
@@ -95,7 +95,7 @@ impl Matrix {
                 most(masses.iter().enumerate().map(|(row, mass)| size * mass * inverse.diagonal(row).abs()))
             }
             Self::Factored(factors) => factors.cancellation(masses.len()),
-            Self::Tree(recursion) => recursion.cancellation(),
+            Self::Chained(recursion) => recursion.cancellation(),
         }
     }
 
@@ -106,7 +106,7 @@ impl Matrix {
             Self::Whole(inverse) => inverse.times_all(vectors, solutions),
             Self::Factored(factors) => factors.solve_all(vectors, solutions),
             // It has no entries.
-            Self::Tree(_) => {}
+            Self::Chained(_) => {}
         }
     }
 
@@ -136,7 +136,7 @@ impl Matrix {
                 pose.assemble(&mut **factors);
                 factors.factor()
             }
-            Self::Tree(recursion) => recursion.factor(pose.derivatives()),
+            Self::Chained(recursion) => recursion.factor(pose.derivatives()),
         }
     }
 }
@@ -151,7 +151,7 @@ pub(crate) trait Assemble {
         self.assemble(matrix);
     }
 
-    /// Derivatives of arms, of which that of a tree is made.
+    /// Derivatives of arms, of which that of a chain is made.
     fn derivatives(&self) -> [&[f64]; 2];
 }
 
@@ -177,7 +177,7 @@ impl Solve<f64> for Matrix {
         match self {
             Self::Whole(inverse) => inverse.times(vector, solution.as_chunks_mut().0),
             Self::Factored(factors) => factors.solve(vector, solution),
-            Self::Tree(recursion) => recursion.solve(vector, solution),
+            Self::Chained(recursion) => recursion.solve(vector, solution),
         }
     }
 

@@ -3,11 +3,12 @@
 //! * `dense`: LU factors of a square matrix.
 //! * `sparse`, `factors`: sparse factors, of normal equations and of a symmetric matrix with a static pattern.
 //! * `inverse`, `matrix`: the matrix of a pose, as a whole or by its entries.
-//! * `tree`, `columns`: trees of arms, and sparse constants by columns.
+//! * `chain`, `tree`, `columns`: open chains of frames, trees of arms, and sparse constants by columns.
 //! * `least_squares`, `spectrum`: minimum-norm solutions, and the ends of a spectrum.
 //! * `lane`, `turn`: four numbers and four angles at a time; `number`, `dual`, `varied`: numbers alone, numbers and matrices with their
 //!   derivatives.
 
+pub(crate) mod chain;
 pub(crate) mod columns;
 pub(crate) mod dense;
 pub(crate) mod dual;

@@ -7,11 +7,9 @@
 //! Featherstone, Rigid Body Dynamics Algorithms, 2008, chapter 7).
 
 use super::SINGULAR;
+use super::chain::{Complex, conjugate, product};
 use super::matrix::most;
 use super::number::Number;
-
-/// A complex number.
-type Complex<N = f64> = [N; 2];
 
 /// An arm with what it carries.
 #[derive(Clone, Copy, Debug)]
@@ -67,6 +65,21 @@ impl<N: Number> Tree<N> {
         &self.limbs
     }
 
+    /// Is it a single chain, numbered from the ground?
+    pub fn is_chain(&self) -> bool {
+        let follows = |(index, limb): (usize, &Limb<N>)| limb.place == index && limb.parent == index.checked_sub(1);
+        self.limbs.iter().enumerate().all(follows)
+    }
+
+    /// The masses A_kl between two limbs of a chain.
+    pub fn between(&self, k: usize, l: usize) -> Complex<N> {
+        let mass = |inner: usize, outer: usize| {
+            let begin = self.limbs.get(inner + 1).map_or([N::ZERO; 2], |next| next.begin);
+            product(conjugate(begin), self.limbs[outer].carried)
+        };
+        if k < l { mass(k, l) } else { conjugate(mass(l, k)) }
+    }
+
     /// Adds A (x + i y) to the forces on all arms.
     pub fn add_forces(&mut self, [x, y]: [&[N]; 2], [fx, fy]: [&mut [N]; 2]) {
         let Self { limbs, begins, forces, .. } = self;
@@ -94,14 +107,6 @@ impl<N: Number> Tree<N> {
             forces[parent] = sum(forces[parent], force);
         }
     }
-}
-
-fn conjugate<N: Number>([re, im]: Complex<N>) -> Complex<N> {
-    [re, -im]
-}
-
-fn product<N: Number>([a, b]: Complex<N>, [c, d]: Complex<N>) -> Complex<N> {
-    [a * c - b * d, a * d + b * c]
 }
 
 fn sum<N: Number>([a, b]: Complex<N>, [c, d]: Complex<N>) -> Complex<N> {
@@ -261,6 +266,15 @@ impl<N: Number> Recursion<N> {
         let pivots = self.joints.iter().zip(&self.limbs).map(|(joint, limb)| (limb.inertia * joint.inverse).value());
         let (size, limb) = most(pivots);
         (size, self.limbs.get(limb).and_then(|limb| limb.equation).unwrap_or_default())
+    }
+
+    /// The smallest share of an inertia M_kk that is left as its pivot while all arms lie in line.
+    pub fn share_left(limbs: &[Limb<N>]) -> f64 {
+        let mut recursion = Self::new(limbs);
+        let places = limbs.iter().map(|limb| limb.derivative + 1).max().unwrap_or(0);
+        let (ones, zeros) = (vec![N::all(1.0); places], vec![N::ZERO; places]);
+        let most = if recursion.factor([&ones, &zeros]) { recursion.cancellation().0 } else { f64::INFINITY };
+        1.0 / most
     }
 
     /// The solution for right-hand sides by equations, at the places of the arms.

@@ -10,8 +10,8 @@ use super::tree::Recursion;
 #[derive(Clone, Debug)]
 pub(crate) enum VariedMatrix<const D: usize> {
     Entries(Box<VariedEntries<D>>),
-    /// Of a tree of arms.
-    Tree(Recursion<Dual<D>>),
+    /// Of an open chain, or tree, of arms.
+    Chained(Recursion<Dual<D>>),
 }
 
 /// A matrix by its entries.
@@ -119,7 +119,7 @@ impl<const D: usize> Assemble for Values<'_, D> {
         self.0.iter().for_each(|entry| matrix.add(entry.places, entry.value.value()));
     }
 
-    /// None: a tree has no entries.
+    /// None: what is a chain is no matrix of entries.
     fn derivatives(&self) -> [&[f64]; 2] {
         [&[]; 2]
     }
@@ -127,14 +127,14 @@ impl<const D: usize> Assemble for Values<'_, D> {
 
 impl<const D: usize> Solve<Dual<D>> for VariedMatrix<D> {
     fn none() -> Self {
-        Self::Tree(Recursion::new(&[]))
+        Self::Chained(Recursion::new(&[]))
     }
 
     #[inline(always)]
     fn solve(&mut self, vector: &[Dual<D>], solution: &mut [Dual<D>]) {
         match self {
             Self::Entries(entries) => entries.solve(vector, solution),
-            Self::Tree(recursion) => recursion.solve(vector, solution),
+            Self::Chained(recursion) => recursion.solve(vector, solution),
         }
     }
 

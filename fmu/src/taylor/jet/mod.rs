@@ -19,6 +19,7 @@ mod terms;
 mod variation;
 
 use crate::linalg::columns::{Columns, Entry};
+use crate::linalg::inverse::LEFT;
 use crate::linalg::lane::{Lane, WIDTH, lanes, splat};
 use crate::linalg::matrix::{FOUR_AT_ONCE, Matrix, Solve};
 use crate::linalg::number::Elementary;
@@ -62,6 +63,15 @@ type Series<N = f64, const L: usize = WIDTH> = [Lane<N, L>; ORDERS];
 #[inline(always)]
 fn series<N, const L: usize>(lanes: &[Lane<N, L>], lane: usize, k: usize) -> &[Lane<N, L>] {
     &lanes[at(lane, 0)..at(lane, 0) + k + 1]
+}
+
+/// What the storage of the matrix depends on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Layout {
+    /// Are masses of the same order?
+    alike: bool,
+    /// Is there an open chain of frames, and nothing else?
+    chained: bool,
 }
 
 /// Lanes and places of arms.
@@ -176,8 +186,8 @@ pub struct Jet<N: Coefficient = f64, const L: usize = WIDTH> {
     /// One where there is a frame.
     present: Vec<Lane<N, L>>,
     matrix: N::Matrix,
-    /// Is it laid out for masses of the same order?
-    alike: Option<bool>,
+    /// Is it laid out for masses that are alike, and for a chain?
+    layout: Option<Layout>,
     /// Of a mechanism of frames only.
     response: Response,
     /// The joint of each loop equation.
@@ -269,7 +279,7 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
             inertia: zeros(shape.lanes[0]),
             present: present(&shape),
             matrix: N::Matrix::none(),
-            alike: None,
+            layout: None,
             response: Response::default(),
             groups: groups(model, &form),
             row_scales: row_scales(model, &form),
@@ -320,10 +330,25 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
         }
     }
 
-    /// Are masses of the same order?
-    fn are_alike(&self) -> bool {
+    /// What the storage of the matrix has to be, and the limbs of a chain.
+    fn wanted_layout(&self) -> (Layout, Vec<Limb<N>>) {
         let frames = self.shape.lanes[0] * L;
-        self.terms.are_alike(&self.coefficients, self.unknowns.len(), frames)
+        let alike = self.terms.are_alike(&self.coefficients, self.unknowns.len(), frames);
+        let limbs = self.limbs();
+        (Layout { alike, chained: !limbs.is_empty() }, limbs)
+    }
+
+    /// The arms as a tree, if its factors are the only ones, or cheaper than the inverse, or better where little is left of a mass.
+    fn limbs(&self) -> Vec<Limb<N>> {
+        if let Some(tree) = self.coupling.tree() {
+            return tree.limbs().to_vec();
+        }
+        let Some(chain) = self.coupling.chain().filter(|_| self.form.rows.is_empty() && self.form.has_only_frames())
+        else {
+            return Vec::new();
+        };
+        let limbs = chain.limbs(&self.inertia);
+        if self.coupling.is_long() || Recursion::share_left(&limbs) < LEFT { limbs } else { Vec::new() }
     }
 
     /// Where the solution of each equation goes, and how much room there is.
@@ -334,10 +359,10 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
     }
 
     /// A matrix of values for solutions at these places, among so much room.
-    fn matrix_for(&self, alike: bool, targets: Vec<usize>, room: usize) -> Matrix {
+    fn matrix_for(&self, layout: Layout, targets: Vec<usize>, room: usize) -> Matrix {
         let unknowns = self.unknowns.len();
         match self.form.repeating() {
-            0 => Matrix::new(&targets, room, unknowns, self.terms.entries(), alike),
+            0 => Matrix::new(&targets, room, unknowns, self.terms.entries(), layout.alike),
             repeating => Matrix::with_repeating(targets, room, unknowns, repeating, &self.row_scales),
         }
     }
@@ -412,31 +437,32 @@ impl Jet {
     pub fn update(&mut self, registers: &[f64]) {
         let results = self.form.coefficients.results(registers);
         let same = self.coefficients.iter().zip(results).all(|(old, new)| old.to_bits() == new.to_bits());
-        if same && self.alike.is_some() {
+        if same && self.layout.is_some() {
             return;
         }
         for (place, value) in self.coefficients.iter_mut().zip(self.form.coefficients.results(registers)) {
             *place = value;
         }
         self.fill();
-        let alike = self.are_alike();
-        if self.alike.replace(alike) != Some(alike) {
-            self.lay_out(alike);
+        let (layout, limbs) = self.wanted_layout();
+        if self.layout != Some(layout) {
+            self.layout = Some(layout);
+            self.lay_out(layout, &limbs);
         }
-        if let (Matrix::Tree(recursion), Some(tree)) = (&mut self.matrix, self.coupling.tree()) {
-            recursion.renew(tree.limbs());
+        if let Matrix::Chained(recursion) = &mut self.matrix {
+            recursion.renew(&limbs);
         }
     }
 
     /// Storage for the matrix. It allocates: once for a model, and when a changed parameter makes masses alike that were not, or the other way
     /// round.
-    fn lay_out(&mut self, alike: bool) {
-        if let Some(tree) = self.coupling.tree() {
-            self.matrix = Matrix::Tree(Recursion::new(tree.limbs()));
+    fn lay_out(&mut self, layout: Layout, limbs: &[Limb]) {
+        if layout.chained {
+            self.matrix = Matrix::Chained(Recursion::new(limbs));
             return;
         }
         let (targets, room) = self.targets();
-        self.matrix = self.matrix_for(alike, targets, room);
+        self.matrix = self.matrix_for(layout, targets, room);
         self.terms.aim(|row, column| self.matrix.places(row, column));
     }
 }
@@ -475,7 +501,7 @@ fn coupling<N: Elementary, const L: usize>(form: &ArmForm, shape: &Shape, plan: 
     if form.links.is_empty() {
         let masses: Vec<Entry> =
             form.coupling.iter().map(|entry| (place(entry.on), place(entry.from), entry.mass)).collect();
-        return Coupling::new(all, &masses);
+        return Coupling::new(all, frames, &masses);
     }
     let limb = |link: &Link| {
         let (place, lines) = (place(link.arm), link.arm as usize >= frames);

@@ -5,7 +5,7 @@ use super::{Coefficient, Jet, ORDERS, Singular, at, back, flat, vectors};
 use crate::events::Choices;
 use crate::linalg::columns::Columns;
 use crate::linalg::inverse::Inverse;
-use crate::linalg::lane::{Lane, add, by_width, larger, largest, minus, multiply, plus, splat, subtract, times};
+use crate::linalg::lane::{Lane, above, add, by_width, minus, multiply, plus, splat, subtract, times};
 use crate::linalg::matrix::{Assemble, Entries, Matrix, Solve};
 use crate::math;
 use crate::model::Model;
@@ -168,7 +168,7 @@ impl Jet {
     #[inline(always)]
     fn factor(&mut self) -> Result<(), Singular> {
         self.differentiate();
-        let alike = self.alike == Some(true);
+        let alike = self.layout.is_some_and(|layout| layout.alike);
         let frames = (self.frames[0] > 0).then(|| self.coupling.entries());
         let Self { matrix, terms, coefficients, derivatives, .. } = self;
         let regular = matrix.factor(alike, &mut Pose { terms, coefficients, derivatives, frames });
@@ -439,9 +439,11 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
     fn is_small_change(&self) -> bool {
         let mut change = [0.0; L];
         for lane in &self.solution[..self.shape.all()] {
-            change = larger(change, lane.map(N::value));
+            for (change, own) in change.iter_mut().zip(lane) {
+                *change = above(*change, own.value());
+            }
         }
-        largest(change) < SMALL
+        change.into_iter().fold(0.0, above) < SMALL
     }
 
     /// Poses of arms after a small change of the unknowns, which the solution holds.

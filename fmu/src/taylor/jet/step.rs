@@ -1,7 +1,7 @@
 //! What a step needs of the series: how far it reaches, and the motion at its end.
 
 use super::{Coefficient, Jet, Shape};
-use crate::linalg::lane::{Lane, WIDTH, ZERO, add, by_width, larger, largest, multiply, splat, subtract, times};
+use crate::linalg::lane::{Lane, WIDTH, ZERO, add, by_width, larger, largest, multiply, plus, splat, subtract};
 use crate::linalg::number::Number;
 use crate::math;
 use crate::program::arm_form::MAX_ORDER;
@@ -192,11 +192,16 @@ pub(super) const FACTORS: [[f64; 2]; MAX_ORDER + 1] = {
 
 /// One term more of the value and its first two derivatives, by Horner's rule in the square of the step.
 #[inline(always)]
-fn more<N: Number, const L: usize>(sums: [Lane<N, L>; 3], value: Lane<N, L>, k: usize, square: f64) -> [Lane<N, L>; 3] {
+fn more<N: Number, const L: usize>(
+    sums: [Lane<N, L>; 3],
+    value: Lane<N, L>,
+    k: usize,
+    square: Lane<N, L>,
+) -> [Lane<N, L>; 3] {
     let [first, second] = FACTORS[k];
-    let rate = times(first, value);
-    let second = times(second, rate);
-    [add(value, times(square, sums[0])), add(rate, times(square, sums[1])), add(second, times(square, sums[2]))]
+    let rate = multiply(value, splat(N::all(first)));
+    let second = multiply(rate, splat(N::all(second)));
+    [plus(value, sums[0], square), plus(rate, sums[1], square), plus(second, sums[2], square)]
 }
 
 /// Value and first two derivatives of one lane of a polynomial, even and odd terms apart so that they do not wait for each other.
@@ -208,8 +213,7 @@ fn derivatives<N: Number, const L: usize>(
     dt: f64,
 ) -> [Lane<N, L>; 3] {
     let (mut even, mut odd) = ([splat(N::ZERO); 3], [splat(N::ZERO); 3]);
-    let square = dt * dt;
-    let further = |from: Lane<N, L>, step: f64, sum: Lane<N, L>| add(from, times(step, sum));
+    let (step, square) = (splat(N::all(dt)), splat(N::all(dt * dt)));
     let mut k = order.min(MAX_ORDER);
     if k >= 2 && k.is_multiple_of(2) {
         even = more(even, coefficients[k * stride], k, square);
@@ -222,7 +226,7 @@ fn derivatives<N: Number, const L: usize>(
         k -= 2;
     }
     let first = coefficients[stride];
-    let (value, rate) = (further(first, square, odd[0]), further(first, square, odd[1]));
-    let even_value = further(coefficients[0], square, even[0]);
-    [further(even_value, dt, value), further(rate, dt, even[1]), further(even[2], dt, odd[2])]
+    let (value, rate) = (plus(first, odd[0], square), plus(first, odd[1], square));
+    let even_value = plus(coefficients[0], even[0], square);
+    [plus(even_value, value, step), plus(rate, even[1], step), plus(even[2], odd[2], step)]
 }

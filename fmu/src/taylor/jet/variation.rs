@@ -99,20 +99,20 @@ impl<const D: usize> VariedMotion<D> {
 impl<const D: usize> Jet<Dual<D>, 1> {
     /// Storage for the matrix. It allocates: once for a motion, for the parameters stay as they are.
     fn lay_out(&mut self) {
-        let alike = self.are_alike();
-        if self.alike.replace(alike) != Some(alike) {
-            self.matrix = match self.coupling.tree() {
-                Some(tree) => VariedMatrix::Tree(Recursion::new(tree.limbs())),
-                None => {
-                    let values = |targets, room| self.matrix_for(alike, targets, room);
-                    let entries = VariedEntries::new(self.targets().0, self.terms.entries(), values);
-                    self.terms.aim(|row, column| entries.places(row, column));
-                    VariedMatrix::Entries(Box::new(entries))
-                }
+        let (layout, limbs) = self.wanted_layout();
+        if self.layout != Some(layout) {
+            self.layout = Some(layout);
+            self.matrix = if layout.chained {
+                VariedMatrix::Chained(Recursion::new(&limbs))
+            } else {
+                let values = |targets, room| self.matrix_for(layout, targets, room);
+                let entries = VariedEntries::new(self.targets().0, self.terms.entries(), values);
+                self.terms.aim(|row, column| entries.places(row, column));
+                VariedMatrix::Entries(Box::new(entries))
             };
         }
-        if let (VariedMatrix::Tree(recursion), Some(tree)) = (&mut self.matrix, self.coupling.tree()) {
-            recursion.renew(tree.limbs());
+        if let VariedMatrix::Chained(recursion) = &mut self.matrix {
+            recursion.renew(&limbs);
         }
     }
 
@@ -125,9 +125,9 @@ impl<const D: usize> Jet<Dual<D>, 1> {
             VariedMatrix::Entries(entries) => {
                 entries.clear();
                 self.terms.assemble(&mut **entries, &self.coefficients, derivatives);
-                entries.factor(self.alike == Some(true))
+                entries.factor(self.layout.is_some_and(|layout| layout.alike))
             }
-            VariedMatrix::Tree(recursion) => recursion.factor(derivatives),
+            VariedMatrix::Chained(recursion) => recursion.factor(derivatives),
         }
     }
 }
