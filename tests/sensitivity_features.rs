@@ -159,7 +159,10 @@ fn peaks_and_crossings() {
     let times: Vec<f64> = (0..=125).map(|index| 0.02 * f64::from(index)).collect();
     let levels = [("cylinder.s".to_owned(), 1.7), ("crank.angle".to_owned(), 0.0)];
     let found = Study::new(&scene).unwrap().features(&names(&to), &times, &levels).unwrap().features;
-    assert!(found.iter().filter(|own| own.kind == cotree_study::analysis::Kind::Crossing).count() >= 3, "{found:?}");
+    assert!(
+        found.iter().filter(|own| own.kind == cotree_study::analysis::FeatureKind::Crossing).count() >= 3,
+        "{found:?}"
+    );
     for (column, name) in to.iter().enumerate() {
         let values = |mut study: Study| {
             let features = study.features(&[], &times, &levels).unwrap().features;
@@ -235,7 +238,10 @@ tolerance = 1e-10
     let (time, depth) = ((1.0 + c).acosh() / rate, ((1.0 + c).powi(2) - 1.0).sqrt());
     let time_by = [-time / (2.0 * force), 0.0, 1.0 / (rate * depth)];
     let largest = |name: &str| {
-        found.iter().find(|own| own.output.0 == name && own.kind == cotree_study::analysis::Kind::Largest).unwrap()
+        found
+            .iter()
+            .find(|own| own.output.0 == name && own.kind == cotree_study::analysis::FeatureKind::Largest)
+            .unwrap()
     };
     let speed_by = [rate * depth / (2.0 * force), 0.0, rate * (1.0 + c) / depth];
     let check = |own: &cotree_study::analysis::Feature, value: f64, by: [f64; 3]| {
@@ -246,7 +252,8 @@ tolerance = 1e-10
     };
     check(largest("a.vx"), rate * depth, speed_by);
     check(largest("push.fx"), force * (1.0 + c), [1.0 + c, 0.0, force]);
-    let crossings: Vec<_> = found.iter().filter(|own| own.kind == cotree_study::analysis::Kind::Crossing).collect();
+    let crossings: Vec<_> =
+        found.iter().filter(|own| own.kind == cotree_study::analysis::FeatureKind::Crossing).collect();
     let [jump] = crossings[..] else { panic!("{crossings:?}") };
     check(jump, 5.0, [0.0; 3]);
 }

@@ -6,7 +6,7 @@
 use super::Component;
 use crate::diagnostic::span::Span;
 use crate::mechanism::measure::{ANGLE, ANYTHING, LENGTH, Wanted};
-use crate::scene::document::{Kind, Node};
+use crate::scene::document::{Content, Node};
 use crate::scene::expression::substituted;
 use crate::scene::key::Form;
 use crate::scene::operand::Operand;
@@ -238,7 +238,7 @@ impl Placed<'_> {
     /// A prescribed angle: one that integrates an input begins where it is, and turns the way that the input says.
     pub fn motion(&mut self, key: &str) {
         let turned = self.frame.turned_of(self.element, self.component);
-        let Some(Node { kind: Kind::Table(entries), .. }) = self.element.get(key) else { return self.angle(key) };
+        let Some(Node { kind: Content::Table(entries), .. }) = self.element.get(key) else { return self.angle(key) };
         if turned.is_none() && !self.frame.mirror {
             return;
         }
@@ -260,7 +260,7 @@ impl Placed<'_> {
     pub fn curve(&mut self, key: &str) {
         let turned = self.frame.turned_of(self.element, self.component);
         let Some(node) = self.element.get(key) else { return };
-        let Kind::Text(text) = &node.kind else { return };
+        let Content::Text(text) = &node.kind else { return };
         if turned.is_none() && !self.frame.mirror {
             return;
         }
@@ -298,15 +298,15 @@ pub(crate) fn sum(value: Operand, more: Option<Operand>) -> Operand {
 /// What a node says, if it is a quantity.
 fn quantity(node: &Node, wanted: &Wanted) -> Option<Operand> {
     match &node.kind {
-        Kind::Number(number) => Some(Operand::Number(*number)),
-        Kind::Text(text) => Operand::of(&Quantity::from(text.as_str()), wanted),
+        Content::Number(number) => Some(Operand::Number(*number)),
+        Content::Text(text) => Operand::of(&Quantity::from(text.as_str()), wanted),
         _ => None,
     }
 }
 
 /// Two quantities in a list by a map of both.
 pub(crate) fn change_both(node: &mut Node, wanted: &Wanted, map: impl FnOnce([Operand; 2]) -> [Operand; 2]) {
-    let Kind::Array(items) = &mut node.kind else { return };
+    let Content::Array(items) = &mut node.kind else { return };
     let [x, y] = &mut items[..] else { return };
     let (Some(a), Some(b)) = (quantity(x, wanted), quantity(y, wanted)) else { return };
     let [a, b] = map([a, b]);

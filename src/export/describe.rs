@@ -8,7 +8,7 @@ use cotree_fmu::program::{Program, Source};
 use super::description::{Causality, Description, ScalarVariable, Start};
 use super::terminals::terminals;
 use crate::formulate::Formulated;
-use crate::lower::Row;
+use crate::lower::TableRow;
 use crate::mechanism::{Mechanism, identifier};
 
 /// The description of a formulated scene.
@@ -36,14 +36,14 @@ pub fn describe(formulated: &Formulated, guid: &str) -> Description {
 }
 
 /// The places of the inputs that a driver follows.
-fn followed(program: &Program, rows: &[Row]) -> Vec<usize> {
+fn followed(program: &Program, rows: &[TableRow]) -> Vec<usize> {
     let inputs = program.followed_inputs().into_iter().map(|input| Source::Input(input as u32));
     inputs.filter_map(|source| rows.iter().position(|row| row.source == source)).collect()
 }
 
 /// The states and inputs among what variables depend on: found once for a list, because many variables share a long one.
 struct Changing<'a> {
-    rows: &'a [Row],
+    rows: &'a [TableRow],
     known: HashMap<*const usize, Arc<[usize]>>,
 }
 
@@ -59,7 +59,7 @@ impl Changing<'_> {
     }
 }
 
-fn variable(mechanism: &Mechanism, changing: &mut Changing, row: &Row) -> ScalarVariable {
+fn variable(mechanism: &Mechanism, changing: &mut Changing, row: &TableRow) -> ScalarVariable {
     let causality = match (row.source, row.calculated) {
         (_, Some(tunable)) => Causality::CalculatedParameter { tunable },
         (Source::Parameter(index), _) => {

@@ -3,11 +3,11 @@
 use std::collections::{HashMap, HashSet};
 
 use super::description::{Flow, Member, Terminal};
-use crate::lower::Row;
+use crate::lower::TableRow;
 use crate::mechanism::{Formula, Mechanism, Motion, Owner, Part, Unit, Value};
 
 /// The terminals of a mechanism, in the order of its outputs, then of the inputs.
-pub(super) fn terminals(mechanism: &Mechanism, rows: &[Row]) -> Vec<Terminal> {
+pub(super) fn terminals(mechanism: &Mechanism, rows: &[TableRow]) -> Vec<Terminal> {
     let places: HashMap<&str, usize> = rows.iter().enumerate().map(|(place, row)| (row.name.as_str(), place)).collect();
     let mut found = Found::default();
     for output in &mechanism.outputs {

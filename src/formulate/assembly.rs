@@ -29,7 +29,7 @@ pub fn explain(equations: &mut Equations, model: &Model, failure: &Failure, leng
         Failure::LockUp { time, gap } => locked(equations, *time, gap),
         Failure::Contradiction { conditions, velocity, .. } => contradiction(equations, model, conditions, *velocity),
         Failure::OtherBranch { condition: name, guess, found, angular } => {
-            let kind = Kind { angular: *angular, rate: false };
+            let kind = CoordinateKind { angular: *angular, rate: false };
             let message = format!(
                 "the loops close, but not as guessed: `{name}` was guessed {} and becomes {}",
                 kind.show(*guess),
@@ -119,7 +119,7 @@ fn open_loop(equations: &Equations, gap: &Gap, length: f64) -> Fault {
 }
 
 fn locked(equations: &Equations, time: f64, gap: &Gap) -> Fault {
-    let speed = Kind { angular: gap.angular, rate: true }.show(gap.size);
+    let speed = CoordinateKind { angular: gap.angular, rate: true }.show(gap.size);
     let drivers = drivers(equations);
     let message = format!(
         "the mechanism cannot move as {} demands: at t = {time} s the gap at `{}` grows at {speed}",
@@ -219,7 +219,7 @@ fn needed(model: &Model, name: &str, velocity: bool) -> Option<Needed> {
     let tape = if velocity { &initial.velocity } else { &initial.position };
     machine.run(tape);
     let list = conditions(free.program(), velocity);
-    let kind = Kind { angular: list[index].angular, rate: velocity };
+    let kind = CoordinateKind { angular: list[index].angular, rate: velocity };
     let [given, found] = [index + list.len(), index].map(|result| kind.show(machine.result(tape, result)));
     // Velocities are linear: what they contradict determines them.
     let is_free = !velocity && is_free(&free, &state, &mut machine, index);
@@ -322,16 +322,16 @@ fn drivers(equations: &Equations) -> Vec<String> {
 
 /// A gap in millimetres or degrees, without its sign.
 pub fn show(size: f64, angular: bool) -> String {
-    Kind { angular, rate: false }.show(size.abs())
+    CoordinateKind { angular, rate: false }.show(size.abs())
 }
 
 #[derive(Clone, Copy)]
-struct Kind {
+struct CoordinateKind {
     angular: bool,
     rate: bool,
 }
 
-impl Kind {
+impl CoordinateKind {
     /// In the units in which people think of mechanisms, with four digits.
     fn show(self, value: f64) -> String {
         let (value, unit) = match (self.angular, self.rate) {
@@ -350,13 +350,13 @@ mod tests {
 
     #[test]
     fn numbers_have_four_digits() {
-        let length = Kind { angular: false, rate: false };
+        let length = CoordinateKind { angular: false, rate: false };
         for (value, shown) in
             [(0.4, "400 mm"), (0.0128912, "12.89 mm"), (-1.5, "-1500 mm"), (2e-7, "0.0002 mm"), (0.0, "0 mm")]
         {
             assert_eq!(length.show(value), shown);
         }
-        assert_eq!(Kind { angular: true, rate: false }.show(std::f64::consts::FRAC_PI_3), "60 deg");
-        assert_eq!(Kind { angular: true, rate: true }.show(1.23456), "1.235 rad/s");
+        assert_eq!(CoordinateKind { angular: true, rate: false }.show(std::f64::consts::FRAC_PI_3), "60 deg");
+        assert_eq!(CoordinateKind { angular: true, rate: true }.show(1.23456), "1.235 rad/s");
     }
 }

@@ -20,7 +20,7 @@ pub struct Linkage {
 pub struct Pin {
     pub name: String,
     pub at: [f64; 2],
-    pub kind: Kind,
+    pub kind: PinKind,
     /// Is it held by the ground?
     pub grounded: bool,
     /// Is its path of interest?
@@ -28,7 +28,7 @@ pub struct Pin {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Kind {
+pub enum PinKind {
     Turning,
     /// The one link here slides along this direction of the ground, and does not turn.
     Sliding([f64; 2]),

@@ -2,7 +2,7 @@
 //!
 //! Flags, scale, speed and time step, units, joints, links, forces, and what is selected, with a letter for its length at the end.
 
-use super::linkage::{Drive, Force, Kind, Link, Linkage, Pin};
+use super::linkage::{Drive, Force, Link, Linkage, Pin, PinKind};
 use super::number::{decimal, flags, integer, is_whole};
 use super::pmks_older;
 
@@ -110,7 +110,7 @@ impl<'a> Reader<'a> {
         if sliding && driven {
             self.faults.push(format!("joint `{name}` is a driven slider, which is not supported"));
         }
-        let kind = if sliding { Kind::Sliding([angle.cos(), angle.sin()]) } else { Kind::Turning };
+        let kind = if sliding { PinKind::Sliding([angle.cos(), angle.sin()]) } else { PinKind::Turning };
         let at = [x * units.length, y * units.length];
         Some(((*id).to_owned(), Pin { name: (*name).to_owned(), at, kind, grounded, traced }, driven))
     }

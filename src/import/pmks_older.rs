@@ -6,7 +6,7 @@
 
 use std::f64::consts::PI;
 
-use super::linkage::{Drive, Kind, Link, Linkage, Pin};
+use super::linkage::{Drive, Link, Linkage, Pin, PinKind};
 
 /// Is it such an address, without what stands before its `?`?
 pub fn is_older(query: &str) -> bool {
@@ -97,7 +97,7 @@ impl Joint {
         let pin = Pin {
             name: name.to_owned(),
             at: [x * length, y * length],
-            kind: Kind::Turning,
+            kind: PinKind::Turning,
             grounded: ground == "t",
             traced: false,
         };

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use serde::Deserialize;
 
-use super::linkage::{Drive, Kind, Link, Linkage, Pin};
+use super::linkage::{Drive, Link, Linkage, Pin, PinKind};
 
 #[derive(Deserialize)]
 struct Mechanism {
@@ -96,14 +96,14 @@ fn pin(joint: &Joint, in_ground: bool, faults: &mut Vec<String>) -> Option<Pin> 
         return None;
     };
     let kind = match joint.kind.as_str() {
-        "ground" | "revolute" | "tracker" | "" => Kind::Turning,
-        "prismatic" => Kind::Slot(joint.axis.unwrap_or([1.0, 0.0])),
+        "ground" | "revolute" | "tracker" | "" => PinKind::Turning,
+        "prismatic" => PinKind::Slot(joint.axis.unwrap_or([1.0, 0.0])),
         other => {
             faults.push(format!("joint `{}` is of type `{other}`, which is not supported", joint.id));
             return None;
         }
     };
-    let grounded = joint.kind == "ground" || in_ground || kind != Kind::Turning;
+    let grounded = joint.kind == "ground" || in_ground || kind != PinKind::Turning;
     Some(Pin { name, at: [x, y], kind, grounded, traced: joint.kind == "tracker" })
 }
 

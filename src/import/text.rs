@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 use std::fmt::Write;
 
-use super::linkage::{Drive, Force, Kind, Link, Linkage};
+use super::linkage::{Drive, Force, Link, Linkage, PinKind};
 use crate::mechanism::identifier;
 
 /// Assumed where the file has no mass: kilograms of a metre, and the mass of what has no length.
@@ -161,7 +161,7 @@ impl Writer<'_> {
             let ground = format!("ground.{point}");
             let Some(&first) = links.first() else { continue };
             let (held, others) = match pin.kind {
-                Kind::Turning if pin.grounded => (ground.clone(), &links[..]),
+                PinKind::Turning if pin.grounded => (ground.clone(), &links[..]),
                 _ => (on(self, first), &links[1..]),
             };
             if let Some((kind, [u, v])) = slide(pin.kind) {
@@ -223,7 +223,8 @@ impl Writer<'_> {
         let free: Vec<usize> = (0..linkage.links.len()).filter(|link| !driven.contains(link)).collect();
         self.text.push_str("\n# The pose of the file: all angles are zero there. It picks one of the ways to assemble the loops.\n[initial]\n");
         for &link in &free {
-            let slides = linkage.links[link].pins.iter().any(|&pin| matches!(linkage.pins[pin].kind, Kind::Sliding(_)));
+            let slides =
+                linkage.links[link].pins.iter().any(|&pin| matches!(linkage.pins[pin].kind, PinKind::Sliding(_)));
             if !slides {
                 let name = self.bodies[link].clone();
                 self.add(format_args!("\"{name}.angle\" = {{ guess = 0 }}\n"));
@@ -249,10 +250,10 @@ impl Writer<'_> {
 }
 
 /// The joint that lets a pin slide on the ground, and along what.
-fn slide(kind: Kind) -> Option<(&'static str, [f64; 2])> {
+fn slide(kind: PinKind) -> Option<(&'static str, [f64; 2])> {
     match kind {
-        Kind::Turning => None,
-        Kind::Sliding(axis) => Some(("prismatic", axis)),
-        Kind::Slot(axis) => Some(("slot", axis)),
+        PinKind::Turning => None,
+        PinKind::Sliding(axis) => Some(("prismatic", axis)),
+        PinKind::Slot(axis) => Some(("slot", axis)),
     }
 }

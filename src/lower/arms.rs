@@ -318,7 +318,11 @@ impl Lowering<'_> {
         }
         for row in &self.arms.rows {
             let repeats = self.repeats[row.constraint];
-            let mut data = arm_form::Row { constraint: row.constraint as u32, repeats, ..arm_form::Row::default() };
+            let mut data = arm_form::LoopEquation {
+                constraint: row.constraint as u32,
+                repeats,
+                ..arm_form::LoopEquation::default()
+            };
             for (arm, p) in &row.arms {
                 data.arms.push((self.numbers[arm], p.map(|part| self.coefficients.place(part))));
             }

@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::eliminate::Undetermined;
 
-pub(super) type Row = BTreeMap<usize, f64>;
+pub(super) type SparseRow = BTreeMap<usize, f64>;
 
 /// Coordinates with less than this share of the largest mass are light: a better pivot is wanted.
 pub(super) const LIGHT: f64 = 1e-4;
@@ -24,7 +24,10 @@ const CONSTRAINS: f64 = 1e-6;
 ///
 /// # Errors
 /// A massless motion that no loop equation constrains.
-pub(super) fn additions(mut mass: Vec<Row>, loops: &BTreeMap<usize, Row>) -> Result<Vec<(usize, f64)>, Undetermined> {
+pub(super) fn additions(
+    mut mass: Vec<SparseRow>,
+    loops: &BTreeMap<usize, SparseRow>,
+) -> Result<Vec<(usize, f64)>, Undetermined> {
     let heaviest = (0..mass.len()).map(|i| diagonal(&mass, i)).fold(0.0, f64::max);
     let heaviest = if heaviest > 0.0 { heaviest } else { 1.0 };
     let mut added = Vec::new();
@@ -63,7 +66,7 @@ pub(super) fn additions(mut mass: Vec<Row>, loops: &BTreeMap<usize, Row>) -> Res
 }
 
 /// The loop equations in which each coordinate occurs.
-fn by_column(loops: &BTreeMap<usize, Row>) -> BTreeMap<usize, Vec<usize>> {
+fn by_column(loops: &BTreeMap<usize, SparseRow>) -> BTreeMap<usize, Vec<usize>> {
     let mut by_column: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for (&index, row) in loops {
         row.keys().for_each(|&column| by_column.entry(column).or_default().push(index));
@@ -73,7 +76,7 @@ fn by_column(loops: &BTreeMap<usize, Row>) -> BTreeMap<usize, Vec<usize>> {
 
 struct Weak {
     coordinate: usize,
-    motion: Row,
+    motion: SparseRow,
     is_zero: bool,
 }
 
@@ -81,13 +84,13 @@ struct Weak {
 const FEW: usize = 600;
 
 /// The first poor pivots of a Cholesky factorisation in minimum degree order.
-fn weak(mass: &[Row], heaviest: f64, accepted: &BTreeSet<usize>) -> Vec<Weak> {
+fn weak(mass: &[SparseRow], heaviest: f64, accepted: &BTreeSet<usize>) -> Vec<Weak> {
     let most = if mass.len() <= FEW { 1 } else { mass.len() };
     let mut found = Vec::new();
     let mut rows = mass.to_vec();
     let mut left: BTreeSet<(usize, usize)> =
         (0..rows.len()).filter(|&i| !rows[i].is_empty()).map(|i| (rows[i].len(), i)).collect();
-    let mut steps: Vec<(usize, Row)> = Vec::new();
+    let mut steps: Vec<(usize, SparseRow)> = Vec::new();
     let mut followers = vec![Vec::new(); mass.len()];
     while let Some((_, index)) = left.pop_first() {
         let mut row = std::mem::take(&mut rows[index]);
@@ -103,7 +106,7 @@ fn weak(mass: &[Row], heaviest: f64, accepted: &BTreeSet<usize>) -> Vec<Weak> {
             // As it will be when a loop equation has been added.
             pivot += heaviest;
         }
-        let below: Row = row.iter().map(|(&other, entry)| (other, entry / pivot)).collect();
+        let below: SparseRow = row.iter().map(|(&other, entry)| (other, entry / pivot)).collect();
         for (&other, factor) in &below {
             left.remove(&(rows[other].len(), other));
             rows[other].remove(&index);
@@ -120,8 +123,8 @@ fn weak(mass: &[Row], heaviest: f64, accepted: &BTreeSet<usize>) -> Vec<Weak> {
 
 /// The motion of one coordinate at rate 1 with which the eliminated ones go so as to move the least mass. `followers`: the steps in which a
 /// coordinate was left, from which the eliminated one follows.
-fn motion(index: usize, steps: &[(usize, Row)], followers: &[Vec<usize>]) -> Row {
-    let mut motion = Row::from([(index, 1.0)]);
+fn motion(index: usize, steps: &[(usize, SparseRow)], followers: &[Vec<usize>]) -> SparseRow {
+    let mut motion = SparseRow::from([(index, 1.0)]);
     let mut due: BTreeSet<usize> = followers[index].iter().copied().collect();
     while let Some(last) = due.pop_last() {
         let (eliminated, below) = &steps[last];
@@ -136,7 +139,7 @@ fn motion(index: usize, steps: &[(usize, Row)], followers: &[Vec<usize>]) -> Row
 }
 
 /// How fast a loop equation of unit length opens with a motion; 0 if it stays closed.
-fn rate(row: &Row, motion: &Row) -> f64 {
+fn rate(row: &SparseRow, motion: &SparseRow) -> f64 {
     let terms = || row.iter().map(|(index, entry)| entry * motion.get(index).copied().unwrap_or_default());
     let (sum, size) = (terms().sum::<f64>().abs(), terms().map(f64::abs).sum::<f64>());
     let length = row.values().map(|entry| entry * entry).sum::<f64>().sqrt();
@@ -144,12 +147,12 @@ fn rate(row: &Row, motion: &Row) -> f64 {
 }
 
 /// A power of two that makes the row's share of the mass as large as the largest mass.
-fn weight(heaviest: f64, row: &Row) -> f64 {
+fn weight(heaviest: f64, row: &SparseRow) -> f64 {
     let largest = row.values().map(|entry| entry * entry).fold(0.0, f64::max);
     (heaviest / largest).log2().round().exp2()
 }
 
-fn add(mass: &mut [Row], weight: f64, row: &Row) {
+fn add(mass: &mut [SparseRow], weight: f64, row: &SparseRow) {
     for (&i, a) in row {
         for (&j, b) in row {
             *mass[i].entry(j).or_default() += weight * a * b;
@@ -157,11 +160,11 @@ fn add(mass: &mut [Row], weight: f64, row: &Row) {
     }
 }
 
-fn diagonal(mass: &[Row], index: usize) -> f64 {
+fn diagonal(mass: &[SparseRow], index: usize) -> f64 {
     mass[index].get(&index).copied().unwrap_or_default()
 }
 
-fn largest(motion: &Row) -> Option<usize> {
+fn largest(motion: &SparseRow) -> Option<usize> {
     motion.iter().max_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs())).map(|(&index, _)| index)
 }
 
@@ -169,11 +172,11 @@ fn largest(motion: &Row) -> Option<usize> {
 mod tests {
     use super::*;
 
-    fn rows(dense: &[&[f64]]) -> Vec<Row> {
+    fn rows(dense: &[&[f64]]) -> Vec<SparseRow> {
         dense.iter().map(|row| row.iter().copied().enumerate().filter(|(_, x)| *x != 0.0).collect()).collect()
     }
 
-    fn loops(dense: &[&[f64]]) -> BTreeMap<usize, Row> {
+    fn loops(dense: &[&[f64]]) -> BTreeMap<usize, SparseRow> {
         rows(dense).into_iter().enumerate().collect()
     }
 

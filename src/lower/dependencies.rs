@@ -11,7 +11,7 @@ use cotree_fmu::program::Source;
 use super::blocks::Block;
 use super::dependency_sets::dependency_sets;
 use super::program::inverse;
-use super::table::Row;
+use super::table::TableRow;
 use crate::equations::{Constraint, Equations};
 use crate::expr::{Arena, Expr, Order, Symbol};
 
@@ -35,7 +35,7 @@ pub(super) struct Moving<'a> {
 
 /// Finds the dependencies of all variables in motion. Dynamic motion: through the accelerations and reactions to what is in their expressions.
 /// Driven motion: through the blocks of the loop equations to the inputs in them.
-pub(super) fn in_motion(rows: &mut [Row], equations: &mut Equations, moving: &Moving) {
+pub(super) fn in_motion(rows: &mut [TableRow], equations: &mut Equations, moving: &Moving) {
     let driven = moving.solved.is_empty();
     let given = rows.iter().enumerate().filter_map(|(place, row)| Some((place, known(row.source, driven)?)));
     // Time is beyond all places.
@@ -53,7 +53,7 @@ pub(super) fn in_motion(rows: &mut [Row], equations: &mut Equations, moving: &Mo
         sources.add_solved(equations, moving.solved);
     }
     let found = sources.of(&equations.system.arena, &values);
-    let computed = |row: &Row| !matches!(row.source, Source::Parameter(_) | Source::Input(_));
+    let computed = |row: &TableRow| !matches!(row.source, Source::Parameter(_) | Source::Input(_));
     let rows = rows.iter_mut().zip(found).filter(|(row, _)| computed(row));
     rows.for_each(|(row, places)| row.dependencies = places);
 }

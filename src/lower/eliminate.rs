@@ -7,7 +7,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::augment::{LIGHT, Row, additions};
+use super::augment::{LIGHT, SparseRow, additions};
 use crate::expr::{Arena, Expr, Symbol};
 
 /// Rows of a symmetric matrix, both triangles stored.
@@ -16,12 +16,12 @@ type Rows = Vec<BTreeMap<usize, Expr>>;
 /// A factorised system of n coordinates and the active multipliers.
 #[derive(Clone, Debug)]
 pub struct Factor {
-    steps: Vec<Step>,
+    steps: Vec<PivotStep>,
     size: usize,
 }
 
 #[derive(Clone, Debug)]
-enum Step {
+enum PivotStep {
     /// A pivot: its inverse, and (row, multiplier of the pivot's row).
     One { index: usize, inverse: Expr, below: Vec<(usize, Expr)> },
     /// A pair \[a b; b 0\] with constant b, and (row, multipliers of the pair's rows).
@@ -89,12 +89,12 @@ impl Factor {
         x.resize(self.size, Expr::ZERO);
         for step in &self.steps {
             match step {
-                Step::One { index, below, .. } | Step::Add { index, to: below, .. } => {
+                PivotStep::One { index, below, .. } | PivotStep::Add { index, to: below, .. } => {
                     for (row, factor) in below {
                         x[*row] = arena.subtract_product(x[*row], *factor, x[*index]);
                     }
                 }
-                Step::Two { pair: [i, k], below, .. } => {
+                PivotStep::Two { pair: [i, k], below, .. } => {
                     for (row, [fi, fk]) in below {
                         let first = arena.subtract_product(x[*row], *fi, x[*i]);
                         x[*row] = arena.subtract_product(first, *fk, x[*k]);
@@ -115,8 +115,10 @@ impl Factor {
         let mut reciprocal_pivots = Vec::new();
         for step in &self.steps {
             match step {
-                Step::Add { index, weight, .. } => *weights.entry(*index).or_insert(0.0) += weight,
-                Step::One { index, inverse, .. } if *index >= coordinates && arena.as_constant(*inverse).is_none() => {
+                PivotStep::Add { index, weight, .. } => *weights.entry(*index).or_insert(0.0) += weight,
+                PivotStep::One { index, inverse, .. }
+                    if *index >= coordinates && arena.as_constant(*inverse).is_none() =>
+                {
                     // An equation that was added makes its own pivot smaller: 1 / (1 / d + weight) instead of d.
                     let weight = arena.constant(weights.get(index).copied().unwrap_or_default());
                     reciprocal_pivots.push(arena.add(*inverse, weight));
@@ -128,17 +130,17 @@ impl Factor {
     }
 }
 
-impl Step {
+impl PivotStep {
     fn substitute_back(&self, arena: &mut Arena, x: &mut [Expr]) {
         match self {
-            Step::One { index, inverse, below } => {
+            PivotStep::One { index, inverse, below } => {
                 let mut value = arena.multiply(x[*index], *inverse);
                 for (row, factor) in below {
                     value = arena.subtract_product(value, *factor, x[*row]);
                 }
                 x[*index] = value;
             }
-            Step::Two { pair: [i, k], diagonal, inverse, below } => {
+            PivotStep::Two { pair: [i, k], diagonal, inverse, below } => {
                 // [a b; b 0]^-1 (y_i, y_k) = (y_k / b, (y_i - a y_k / b) / b)
                 let mut first = arena.multiply(x[*k], *inverse);
                 let rest = arena.subtract_product(x[*i], *diagonal, first);
@@ -151,7 +153,7 @@ impl Step {
                 x[*k] = second;
             }
             // The added equation is satisfied: the solution is that without it.
-            Step::Add { .. } => {}
+            PivotStep::Add { .. } => {}
         }
     }
 }
@@ -169,7 +171,7 @@ struct Elimination {
     safe: BTreeSet<(usize, usize)>,
     /// The cost under which a row is among the safe ones.
     costs: Vec<Option<usize>>,
-    steps: Vec<Step>,
+    steps: Vec<PivotStep>,
     operations: usize,
 }
 
@@ -218,8 +220,8 @@ impl Elimination {
             places.extend(self.rows[index].range(..self.coordinates).map(|(&column, _)| (index, column)));
         }
         let entries: Vec<Expr> = places.iter().map(|&(row, column)| self.entry(row, column)).collect();
-        let mut mass = vec![Row::new(); self.coordinates];
-        let mut loops: BTreeMap<usize, Row> = BTreeMap::new();
+        let mut mass = vec![SparseRow::new(); self.coordinates];
+        let mut loops: BTreeMap<usize, SparseRow> = BTreeMap::new();
         for index in (0..self.coordinates).filter(|&index| !self.gone[index]) {
             mass[index].insert(index, 0.0);
         }
@@ -258,7 +260,7 @@ impl Elimination {
                 self.subtract(arena, [column, other], factor, entry);
             }
         }
-        self.steps.push(Step::Add { index, weight, to });
+        self.steps.push(PivotStep::Add { index, weight, to });
     }
 
     fn choose(&self) -> Option<usize> {
@@ -305,7 +307,7 @@ impl Elimination {
             }
         }
         below.iter().for_each(|&(row, _)| self.refresh(row));
-        self.steps.push(Step::One { index, inverse, below });
+        self.steps.push(PivotStep::One { index, inverse, below });
     }
 
     fn eliminate_two(&mut self, arena: &mut Arena, [i, k]: [usize; 2]) {
@@ -329,7 +331,7 @@ impl Elimination {
                 }
             }
         }
-        self.steps.push(Step::Two { pair: [i, k], diagonal, inverse, below: below.into_iter().collect() });
+        self.steps.push(PivotStep::Two { pair: [i, k], diagonal, inverse, below: below.into_iter().collect() });
     }
 
     fn take(&mut self, index: usize) -> BTreeMap<usize, Expr> {

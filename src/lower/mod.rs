@@ -33,5 +33,5 @@ pub use motion::{MotionSystem, Solver};
 pub use program::{Lowered, Pose, kernel_cost, positions, program};
 pub use solve_tree::{SolveTree, in_solve_tree};
 pub(crate) use steep::divisor;
-pub use table::{Row, Start, Table};
+pub use table::{Start, Table, TableRow};
 pub use tape::{Assembler, symbol_register};

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use cotree_fmu::program::arm_form::MAX_SWITCHES;
-use cotree_fmu::program::arm_form::{Given, Operation, SeriesTape, Slot, Source, Step, Term};
+use cotree_fmu::program::arm_form::{Given, Operation, SeriesStep, SeriesTape, Slot, Source, Term};
 
 use crate::equations::arms::Reason;
 use crate::expr::{Arena, Binary, Expr, Node, Order, Symbol, Unary};
@@ -142,7 +142,7 @@ impl SeriesBuilder {
 
     pub fn operate(&mut self, operation: Operation) -> Slot {
         let mut level = Level::Signals;
-        self.tape.each_read(&Step { target: 0, operation }, |slot| level = level.max(self.levels[slot as usize]));
+        self.tape.each_read(&SeriesStep { target: 0, operation }, |slot| level = level.max(self.levels[slot as usize]));
         if matches!(operation, Operation::Rate(_)) {
             level = Level::Rates;
         }
@@ -156,7 +156,7 @@ impl SeriesBuilder {
             Level::Positions => &mut self.tape.positions,
             Level::Rates => &mut self.tape.rates,
         };
-        steps.push(Step { target, operation });
+        steps.push(SeriesStep { target, operation });
         target
     }
 

@@ -12,7 +12,7 @@ use crate::expr::{Expr, Order, Symbol};
 use crate::mechanism::{Calculated, DisplayUnit, Mechanism, Quantity, Unit};
 
 #[derive(Clone, Debug)]
-pub struct Row {
+pub struct TableRow {
     pub name: String,
     pub description: String,
     pub unit: Unit,
@@ -41,7 +41,7 @@ pub struct Start {
 /// All variables, and the expressions of those that need a kernel.
 #[derive(Clone, Debug, Default)]
 pub struct Table {
-    pub rows: Vec<Row>,
+    pub rows: Vec<TableRow>,
     pub results: Vec<Expr>,
     places: HashMap<Expr, usize>,
 }
@@ -100,12 +100,12 @@ impl Table {
         }
     }
 
-    fn add_outputs(&mut self, equations: &mut Equations, members: &[Row]) {
-        let named: HashMap<&str, &Row> = members.iter().map(|member| (member.name.as_str(), member)).collect();
+    fn add_outputs(&mut self, equations: &mut Equations, members: &[TableRow]) {
+        let named: HashMap<&str, &TableRow> = members.iter().map(|member| (member.name.as_str(), member)).collect();
         for output in &equations.system.mechanism.clone().outputs {
             if let Some(&member) = named.get(output.name.as_str()) {
                 let description = output.description.clone();
-                self.rows.push(Row { output: true, description, ..member.clone() });
+                self.rows.push(TableRow { output: true, description, ..member.clone() });
                 continue;
             }
             let value = equations.formula(&output.value);
@@ -118,7 +118,7 @@ impl Table {
     }
 
     /// Coordinates, rates and accelerations that are no outputs. In a dynamic model v is the derivative of q and a that of v.
-    fn add_members(&mut self, members: &[Row], driven: bool) {
+    fn add_members(&mut self, members: &[TableRow], driven: bool) {
         let there: HashSet<String> = self.rows.iter().map(|row| row.name.clone()).collect();
         self.rows.extend(members.iter().filter(|member| !there.contains(&member.name)).cloned());
         if driven {
@@ -191,7 +191,7 @@ impl Table {
     }
 
     fn push(&mut self, (name, description, unit): (&str, &str, &Unit), source: Source, value: Expr) {
-        self.rows.push(Row {
+        self.rows.push(TableRow {
             name: name.to_string(),
             description: description.to_string(),
             unit: unit.clone(),
@@ -207,7 +207,7 @@ impl Table {
 }
 
 /// q, v and a of every coordinate.
-fn coordinate_members(equations: &mut Equations) -> Vec<Row> {
+fn coordinate_members(equations: &mut Equations) -> Vec<TableRow> {
     let mut table = Table::default();
     for (index, coordinate) in equations.coordinates.clone().into_iter().enumerate() {
         let kind = if coordinate.angular { Unit::angle() } else { Unit::length() };

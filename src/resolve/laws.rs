@@ -12,7 +12,7 @@ use crate::mechanism::{Formula, Friction, InputId, Motion, Range};
 use crate::scene::constant;
 use crate::scene::decode::Fields;
 use crate::scene::dimension::{ANYTHING, Wanted};
-use crate::scene::document::{Kind, Node};
+use crate::scene::document::{Content, Node};
 use crate::scene::model::{InputAs, Vector};
 use crate::scene::unit::{compatible, from_exponents};
 
@@ -44,7 +44,7 @@ impl Resolver<'_> {
         user: &str,
         [level, speed]: &[Wanted; 2],
     ) -> Option<Friction> {
-        if matches!(node.kind, Kind::Number(_) | Kind::Text(_)) {
+        if matches!(node.kind, Content::Number(_) | Content::Text(_)) {
             let message = format!("{what} is a number, but needs a level and a velocity");
             let fault = Fault::new("scene::friction", message, node.span).label("not a table");
             self.faults.push(fault.help(format!(
@@ -99,7 +99,7 @@ impl Resolver<'_> {
 
     /// An expression, or `{ input = "name", as = "position" | "velocity" | "acceleration" }`.
     pub(super) fn motion(&mut self, node: &Node, key: &str, what: &str, wanted: &[Wanted; 3]) -> Option<Motion> {
-        if !matches!(node.kind, Kind::Table(_)) {
+        if !matches!(node.kind, Content::Table(_)) {
             let law = self.faults.quantity(node, what)?;
             return Some(Motion::Given(self.formula(&law, what, &wanted[0], Context::Driver)));
         }

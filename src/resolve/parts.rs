@@ -9,7 +9,7 @@ use crate::diagnostic::suggest;
 use crate::mechanism::{BodyId, DriverId, JointId, LoadId, Owner, Part, Place, Value};
 use crate::scene::decode::Fields;
 use crate::scene::dimension::ANGLE;
-use crate::scene::document::{Kind, Node};
+use crate::scene::document::{Content, Node};
 use crate::scene::key::{Form, Key, Need, Range};
 use crate::scene::part as written;
 
@@ -367,7 +367,7 @@ impl Resolver<'_> {
 
     /// Does this key name a joint that turns, and does not slide?
     fn turns(&self, joint: Option<&Node>) -> bool {
-        let Some(Node { kind: Kind::Text(name), .. }) = joint else { return false };
+        let Some(Node { kind: Content::Text(name), .. }) = joint else { return false };
         let Some(super::names::Named::Joint(id)) = self.names.get(name) else { return false };
         let component = self.scene.joints[id.0].component(Section::Joints);
         component.is_some_and(|component| component.drivers == ["angle"])

@@ -12,7 +12,7 @@ use crate::diagnostic::suggest;
 use crate::mechanism::{Body, Formula, Range, Value};
 use crate::scene::decode::Fields;
 use crate::scene::dimension::{ANYTHING, DENSITY, LENGTH};
-use crate::scene::document::{Kind, Node};
+use crate::scene::document::{Content, Node};
 use crate::scene::key::{Form, Key, Need, names};
 use crate::scene::unit::{compatible, from_exponents};
 
@@ -91,7 +91,7 @@ impl Resolver<'_> {
         let Form::Corners(least, most) = key.form else {
             return Some(vec![self.corner(node, &what, body)?]);
         };
-        let Kind::Array(items) = &node.kind else {
+        let Content::Array(items) = &node.kind else {
             let message = format!("{what} is {}, but must be a list of places", node.kind.name());
             let help = "each place is a point's name or two coordinates: `[\"pin\", [0.2, 0.1]]`";
             self.faults.push(Fault::new("scene::wrong_type", message, node.span).label("not a list").help(help));
@@ -113,7 +113,7 @@ impl Resolver<'_> {
 
     /// A point of the body by its name, or two coordinates.
     fn corner(&mut self, node: &Node, what: &str, body: &Body) -> Option<[Formula; 2]> {
-        let Kind::Text(name) = &node.kind else {
+        let Content::Text(name) = &node.kind else {
             let at = self.faults.vector(node, what)?;
             return Some(self.vector(&at, what, &LENGTH, Context::Constant));
         };
@@ -156,7 +156,7 @@ impl Resolver<'_> {
         let name = shape.place.name;
         let node = fields.get(name)?;
         let span = match &node.kind {
-            Kind::Array(items) => items.get(index).map_or(node.span, |item| item.span),
+            Content::Array(items) => items.get(index).map_or(node.span, |item| item.span),
             _ => node.span,
         };
         let message = format!("{} {problem}", fields.name_of(name));

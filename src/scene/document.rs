@@ -11,11 +11,11 @@ use crate::diagnostic::span::{Span, Text};
 pub struct Node {
     /// Where it is written; a text without its quotes if it is written verbatim.
     pub span: Span,
-    pub kind: Kind,
+    pub kind: Content,
 }
 
 #[derive(Clone, Debug, PartialEq)]
-pub enum Kind {
+pub enum Content {
     /// In the order of the text.
     Table(Vec<(Text, Node)>),
     Array(Vec<Node>),
@@ -33,27 +33,27 @@ impl Node {
     pub fn shift(&mut self, by: usize) {
         self.span = self.span.shifted(by);
         match &mut self.kind {
-            Kind::Table(entries) => entries.iter_mut().for_each(|(key, node)| {
+            Content::Table(entries) => entries.iter_mut().for_each(|(key, node)| {
                 key.span = key.span.shifted(by);
                 node.shift(by);
             }),
-            Kind::Array(items) => items.iter_mut().for_each(|item| item.shift(by)),
-            Kind::Text(_) | Kind::Number(_) | Kind::Boolean(_) | Kind::Date | Kind::Null => {}
+            Content::Array(items) => items.iter_mut().for_each(|item| item.shift(by)),
+            Content::Text(_) | Content::Number(_) | Content::Boolean(_) | Content::Date | Content::Null => {}
         }
     }
 }
 
-impl Kind {
+impl Content {
     /// What it is, with its article.
     pub fn name(&self) -> &'static str {
         match self {
-            Kind::Table(_) => "a table",
-            Kind::Array(_) => "a list",
-            Kind::Text(_) => "a text",
-            Kind::Number(_) => "a number",
-            Kind::Boolean(_) => "true or false",
-            Kind::Date => "a date",
-            Kind::Null => "null",
+            Content::Table(_) => "a table",
+            Content::Array(_) => "a list",
+            Content::Text(_) => "a text",
+            Content::Number(_) => "a number",
+            Content::Boolean(_) => "true or false",
+            Content::Date => "a date",
+            Content::Null => "null",
         }
     }
 }
@@ -166,7 +166,7 @@ pub(crate) fn inside_quotes(source: &str, whole: Span, text: &str) -> Span {
 }
 
 /// The depth of the tree is limited by the parser, so recursion is safe.
-fn table_of(source: &str, table: DeTable<'_>) -> Kind {
+fn table_of(source: &str, table: DeTable<'_>) -> Content {
     let mut entries: Vec<(Text, Node)> = table
         .into_iter()
         .map(|(key, value)| {
@@ -177,21 +177,21 @@ fn table_of(source: &str, table: DeTable<'_>) -> Kind {
         })
         .collect();
     entries.sort_by_key(|(key, _)| key.span.start);
-    Kind::Table(entries)
+    Content::Table(entries)
 }
 
 fn node_of(source: &str, span: Span, value: DeValue<'_>) -> Node {
     let kind = match value {
         DeValue::String(text) => {
             let span = inside_quotes(source, span, &text);
-            return Node { span, kind: Kind::Text(text.into_owned()) };
+            return Node { span, kind: Content::Text(text.into_owned()) };
         }
-        DeValue::Integer(integer) => Kind::Number(integer_of(integer.as_str(), integer.radix())),
+        DeValue::Integer(integer) => Content::Number(integer_of(integer.as_str(), integer.radix())),
         // A number beyond the largest float parses as infinite, which is refused where it is used.
-        DeValue::Float(float) => Kind::Number(float.as_str().parse().unwrap_or(f64::NAN)),
-        DeValue::Boolean(value) => Kind::Boolean(value),
-        DeValue::Datetime(_) => Kind::Date,
-        DeValue::Array(items) => Kind::Array(
+        DeValue::Float(float) => Content::Number(float.as_str().parse().unwrap_or(f64::NAN)),
+        DeValue::Boolean(value) => Content::Boolean(value),
+        DeValue::Datetime(_) => Content::Date,
+        DeValue::Array(items) => Content::Array(
             items
                 .into_iter()
                 .map(|item| {

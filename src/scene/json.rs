@@ -1,6 +1,6 @@
 //! A JSON reader that knows where each value is written.
 
-use super::document::{Kind, Node, duplicate_key, inside_quotes, syntax};
+use super::document::{Content, Node, duplicate_key, inside_quotes, syntax};
 use crate::diagnostic::fault::{Fault, Sink};
 use crate::diagnostic::span::{Span, Text};
 use std::collections::HashSet;
@@ -42,7 +42,7 @@ impl Reader<'_, '_> {
             Some('[') => self.array(depth)?,
             Some('"') => {
                 let Text { text, span } = self.string()?;
-                return Ok(Node { span, kind: Kind::Text(text) });
+                return Ok(Node { span, kind: Content::Text(text) });
             }
             Some('-' | '0'..='9') => self.number()?,
             Some('a'..='z' | 'A'..='Z') => self.word()?,
@@ -51,13 +51,13 @@ impl Reader<'_, '_> {
         Ok(Node { span: Span::new(start, self.at), kind })
     }
 
-    fn table(&mut self, depth: usize) -> Result<Kind, Fault> {
+    fn table(&mut self, depth: usize) -> Result<Content, Fault> {
         self.at += 1;
         let mut entries: Vec<(Text, Node)> = Vec::new();
         let mut seen = HashSet::new();
         self.skip_space();
         if self.take('}') {
-            return Ok(Kind::Table(entries));
+            return Ok(Content::Table(entries));
         }
         loop {
             self.skip_space();
@@ -77,7 +77,7 @@ impl Reader<'_, '_> {
             }
             self.skip_space();
             if self.take('}') {
-                return Ok(Kind::Table(entries));
+                return Ok(Content::Table(entries));
             }
             if !self.take(',') {
                 return Err(self.expected("`,` or `}`"));
@@ -85,18 +85,18 @@ impl Reader<'_, '_> {
         }
     }
 
-    fn array(&mut self, depth: usize) -> Result<Kind, Fault> {
+    fn array(&mut self, depth: usize) -> Result<Content, Fault> {
         self.at += 1;
         let mut items = Vec::new();
         self.skip_space();
         if self.take(']') {
-            return Ok(Kind::Array(items));
+            return Ok(Content::Array(items));
         }
         loop {
             items.push(self.value(depth + 1)?);
             self.skip_space();
             if self.take(']') {
-                return Ok(Kind::Array(items));
+                return Ok(Content::Array(items));
             }
             if !self.take(',') {
                 return Err(self.expected("`,` or `]`"));
@@ -154,22 +154,22 @@ impl Reader<'_, '_> {
         (0..4).try_fold(0, |sum, _| Some(sum * 16 + self.next()?.to_digit(16)?))
     }
 
-    fn number(&mut self) -> Result<Kind, Fault> {
+    fn number(&mut self) -> Result<Content, Fault> {
         let rest = &self.text[self.at..];
         let length = rest.find(|c: char| !matches!(c, '0'..='9' | '+' | '-' | '.' | 'e' | 'E')).unwrap_or(rest.len());
         let digits = &rest[..length];
         let span = Span::new(self.at, self.at + length);
         self.at += length;
-        digits.parse().map(Kind::Number).map_err(|_| syntax("not a number", span).label("not a number"))
+        digits.parse().map(Content::Number).map_err(|_| syntax("not a number", span).label("not a number"))
     }
 
-    fn word(&mut self) -> Result<Kind, Fault> {
+    fn word(&mut self) -> Result<Content, Fault> {
         let rest = &self.text[self.at..];
         let length = rest.find(|c: char| !c.is_ascii_alphanumeric()).unwrap_or(rest.len());
         let kind = match &rest[..length] {
-            "true" => Kind::Boolean(true),
-            "false" => Kind::Boolean(false),
-            "null" => Kind::Null,
+            "true" => Content::Boolean(true),
+            "false" => Content::Boolean(false),
+            "null" => Content::Null,
             word => {
                 let message = format!("`{word}` is not a value; texts stand in double quotes");
                 return Err(syntax(&message, Span::new(self.at, self.at + length)));

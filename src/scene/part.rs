@@ -1,6 +1,6 @@
 //! Bodies, joints, drivers and loads as they are written: tables whose keys their components know.
 
-use super::document::{Kind, Node};
+use super::document::{Content, Node};
 use super::model::{InputAs, Motion, Vector};
 use super::quantity::{Quantity, Value};
 use crate::diagnostic::span::{Span, Text};
@@ -17,7 +17,7 @@ pub struct Part {
 
 impl Part {
     fn new() -> Part {
-        Part { name: Text::default(), node: Node { span: Span::default(), kind: Kind::Table(Vec::new()) } }
+        Part { name: Text::default(), node: Node { span: Span::default(), kind: Content::Table(Vec::new()) } }
     }
 
     pub(super) fn with_name(mut self, name: &str) -> Part {
@@ -27,7 +27,7 @@ impl Part {
 
     /// With a value for a key, in place of the one that it has.
     pub(crate) fn set(mut self, key: &str, value: impl Into<Node>) -> Part {
-        if let Kind::Table(entries) = &mut self.node.kind {
+        if let Content::Table(entries) = &mut self.node.kind {
             entries.retain(|(other, _)| other.text != key);
             entries.push((Text::from(key), value.into()));
         }
@@ -48,53 +48,53 @@ impl Part {
     /// The same, if it is a table.
     fn add_entry(&mut self, key: &str, name: Text, value: Node) {
         if self.get(key).is_none() {
-            self.insert(key, Node::built(Kind::Table(Vec::new())));
+            self.insert(key, Node::built(Content::Table(Vec::new())));
         }
-        if let Some(Node { kind: Kind::Table(entries), .. }) = self.get_mut(key) {
+        if let Some(Node { kind: Content::Table(entries), .. }) = self.get_mut(key) {
             entries.push((name, value));
         }
     }
 
     /// Is it a table, and so are its points, if it has any? Else nobody knows its points.
     pub(crate) fn is_readable(&self) -> bool {
-        let is_table = |node: &Node| matches!(node.kind, Kind::Table(_));
+        let is_table = |node: &Node| matches!(node.kind, Content::Table(_));
         is_table(&self.node) && self.get("points").is_none_or(is_table)
     }
 
     /// The entries of a table with names, if it is one.
     pub fn entries(&self, key: &str) -> &[(Text, Node)] {
         match self.get(key).or_else(|| self.meant(key)) {
-            Some(Node { kind: Kind::Table(entries), .. }) => entries,
+            Some(Node { kind: Content::Table(entries), .. }) => entries,
             _ => &[],
         }
     }
 
     /// What a key says that is nearly this one.
     fn meant(&self, key: &str) -> Option<&Node> {
-        let Kind::Table(entries) = &self.node.kind else { return None };
+        let Content::Table(entries) = &self.node.kind else { return None };
         entries.iter().find(|(other, _)| suggest::nearest(&other.text, [key]).is_some()).map(|(_, node)| node)
     }
 
     /// What a key says, if it is there.
     pub fn get(&self, key: &str) -> Option<&Node> {
-        let Kind::Table(entries) = &self.node.kind else { return None };
+        let Content::Table(entries) = &self.node.kind else { return None };
         entries.iter().find(|(other, _)| other.text == key).map(|(_, node)| node)
     }
 
     pub(crate) fn get_mut(&mut self, key: &str) -> Option<&mut Node> {
-        let Kind::Table(entries) = &mut self.node.kind else { return None };
+        let Content::Table(entries) = &mut self.node.kind else { return None };
         entries.iter_mut().find(|(other, _)| other.text == key).map(|(_, node)| node)
     }
 
     /// Adds an entry, if it is a table.
     pub(crate) fn insert(&mut self, key: &str, value: Node) {
-        if let Kind::Table(entries) = &mut self.node.kind {
+        if let Content::Table(entries) = &mut self.node.kind {
             entries.push((Text::new(key, value.span), value));
         }
     }
 
     pub(crate) fn remove(&mut self, key: &str) {
-        if let Kind::Table(entries) = &mut self.node.kind {
+        if let Content::Table(entries) = &mut self.node.kind {
             entries.retain(|(other, _)| other.text != key);
         }
     }
@@ -111,7 +111,7 @@ impl Part {
 
     /// The two names of `between`, if it has two.
     pub(crate) fn between(&self) -> Option<[Text; 2]> {
-        let Some(Node { kind: Kind::Array(items), .. }) = self.get("between") else { return None };
+        let Some(Node { kind: Content::Array(items), .. }) = self.get("between") else { return None };
         let [first, second] = &items[..] else { return None };
         Some([first.text()?, second.text()?])
     }
@@ -167,7 +167,7 @@ impl Joint {
     pub fn friction(self, coulomb: impl Into<Quantity>, velocity: impl Into<Quantity>) -> Joint {
         let entry = |key: &str, value: Quantity| (Text::from(key), Node::from(value));
         let entries = vec![entry("coulomb", coulomb.into()), entry("velocity", velocity.into())];
-        self.set("friction", Node { span: Span::default(), kind: Kind::Table(entries) })
+        self.set("friction", Node { span: Span::default(), kind: Content::Table(entries) })
     }
 
     /// The second body's angle minus the first's, or the second wheel's angle where the first's is zero.
@@ -210,7 +210,7 @@ impl Body {
     /// Gravity leaves it alone.
     #[must_use]
     pub fn weightless(self) -> Body {
-        self.set("gravity", Node::built(Kind::Boolean(false)))
+        self.set("gravity", Node::built(Content::Boolean(false)))
     }
 
     /// Its shape: gives the mass centre, and with a density the mass and the moment of inertia.
@@ -252,7 +252,7 @@ impl Shape {
     /// A shape with these corners.
     pub(crate) fn new(kind: &str, corners: Vec<Corner>) -> Shape {
         let corners = corners.into_iter().map(|corner| corner.0).collect();
-        Shape(Part::new()).set(kind, Node::built(Kind::Array(corners)))
+        Shape(Part::new()).set(kind, Node::built(Content::Array(corners)))
     }
 
     /// A shape about a place.
@@ -296,33 +296,33 @@ impl Load {
 }
 
 impl Node {
-    fn built(kind: Kind) -> Node {
+    fn built(kind: Content) -> Node {
         Node { span: Span::default(), kind }
     }
 
     pub(crate) fn text(&self) -> Option<Text> {
-        let Kind::Text(text) = &self.kind else { return None };
+        let Content::Text(text) = &self.kind else { return None };
         Some(Text::new(text.as_str(), self.span))
     }
 }
 
 impl From<&str> for Node {
     fn from(text: &str) -> Node {
-        Node::built(Kind::Text(text.to_string()))
+        Node::built(Content::Text(text.to_string()))
     }
 }
 
 impl From<[&str; 2]> for Node {
     fn from(pair: [&str; 2]) -> Node {
-        Node::built(Kind::Array(pair.map(Node::from).into()))
+        Node::built(Content::Array(pair.map(Node::from).into()))
     }
 }
 
 impl From<Quantity> for Node {
     fn from(quantity: Quantity) -> Node {
         let kind = match quantity.value {
-            Value::Number(number) => Kind::Number(number),
-            Value::Text(text) => Kind::Text(text),
+            Value::Number(number) => Content::Number(number),
+            Value::Text(text) => Content::Text(text),
         };
         Node { span: quantity.span, kind }
     }
@@ -330,7 +330,7 @@ impl From<Quantity> for Node {
 
 impl From<Vector> for Node {
     fn from(vector: Vector) -> Node {
-        Node { span: vector.span, kind: Kind::Array(vector.components.into_iter().map(Node::from).collect()) }
+        Node { span: vector.span, kind: Content::Array(vector.components.into_iter().map(Node::from).collect()) }
     }
 }
 
@@ -341,7 +341,7 @@ impl From<Motion> for Node {
             Motion::Follows { input, r#as } => {
                 let entry = |key: &str, text: &str| (Text::from(key), Node::from(text));
                 let entries = vec![entry("input", &input.text), entry("as", r#as.word())];
-                Node::built(Kind::Table(entries))
+                Node::built(Content::Table(entries))
             }
         }
     }

@@ -5,21 +5,21 @@ use std::str::FromStr;
 use crate::output::statistics::Accumulator;
 
 /// What is made of a variable over time, and its word.
-const KINDS: [(&str, Kind); 10] = [
-    ("max", Kind::Max),
-    ("min", Kind::Min),
-    ("peak", Kind::Peak),
-    ("range", Kind::Range),
-    ("mean", Kind::Mean),
-    ("rms", Kind::RootMeanSquare),
-    ("first", Kind::First),
-    ("last", Kind::Last),
-    ("when_max", Kind::WhenMax),
-    ("when_min", Kind::WhenMin),
+const KINDS: [(&str, Statistic); 10] = [
+    ("max", Statistic::Max),
+    ("min", Statistic::Min),
+    ("peak", Statistic::Peak),
+    ("range", Statistic::Range),
+    ("mean", Statistic::Mean),
+    ("rms", Statistic::RootMeanSquare),
+    ("first", Statistic::First),
+    ("last", Statistic::Last),
+    ("when_max", Statistic::WhenMax),
+    ("when_min", Statistic::WhenMin),
 ];
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
+enum Statistic {
     Max,
     Min,
     /// Of the magnitude.
@@ -39,7 +39,7 @@ enum Kind {
 /// by the trapezoidal rule.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Measure {
-    kind: Kind,
+    kind: Statistic,
     pub variable: String,
 }
 
@@ -76,32 +76,32 @@ impl std::fmt::Display for Measure {
 impl Measure {
     /// Does it follow from the two ends of a run?
     pub fn is_of_ends(&self) -> bool {
-        matches!(self.kind, Kind::First | Kind::Last)
+        matches!(self.kind, Statistic::First | Statistic::Last)
     }
 
     /// The last value of a variable.
     pub fn last(variable: &str) -> Self {
-        Measure { kind: Kind::Last, variable: variable.to_owned() }
+        Measure { kind: Statistic::Last, variable: variable.to_owned() }
     }
 
     /// Its unit, given that of the variable.
     pub fn unit<'u>(&self, unit: &'u str) -> &'u str {
-        if matches!(self.kind, Kind::WhenMax | Kind::WhenMin) { "s" } else { unit }
+        if matches!(self.kind, Statistic::WhenMax | Statistic::WhenMin) { "s" } else { unit }
     }
 
     /// The number, once the run has ended.
     pub fn of(&self, seen: &Accumulator) -> f64 {
         match self.kind {
-            Kind::Max => seen.max.1,
-            Kind::Min => seen.min.1,
-            Kind::Peak => seen.max.1.abs().max(seen.min.1.abs()),
-            Kind::Range => seen.max.1 - seen.min.1,
-            Kind::Mean => seen.mean(),
-            Kind::RootMeanSquare => seen.rms(),
-            Kind::First => seen.first,
-            Kind::Last => seen.last.1,
-            Kind::WhenMax => seen.max.0,
-            Kind::WhenMin => seen.min.0,
+            Statistic::Max => seen.max.1,
+            Statistic::Min => seen.min.1,
+            Statistic::Peak => seen.max.1.abs().max(seen.min.1.abs()),
+            Statistic::Range => seen.max.1 - seen.min.1,
+            Statistic::Mean => seen.mean(),
+            Statistic::RootMeanSquare => seen.rms(),
+            Statistic::First => seen.first,
+            Statistic::Last => seen.last.1,
+            Statistic::WhenMax => seen.max.0,
+            Statistic::WhenMin => seen.min.0,
         }
     }
 }

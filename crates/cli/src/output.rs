@@ -19,41 +19,41 @@ use super::failure::{self, Failure};
 const LARGEST_TABLE: u64 = 256 << 20;
 
 /// Where a table goes.
-pub enum Output {
+pub enum Destination {
     Standard(BufWriter<StdoutLock<'static>>),
     File(Draft),
 }
 
-impl Output {
+impl Destination {
     /// A file if a path is given, otherwise standard output.
     pub fn new(path: Option<&Path>) -> Result<Self, Failure> {
         match path {
-            Some(path) => Ok(Output::File(Draft::new(path).map_err(|error| Failure::file("write", path, error))?)),
-            None => Ok(Output::Standard(BufWriter::with_capacity(1 << 16, io::stdout().lock()))),
+            Some(path) => Ok(Destination::File(Draft::new(path).map_err(|error| Failure::file("write", path, error))?)),
+            None => Ok(Destination::Standard(BufWriter::with_capacity(1 << 16, io::stdout().lock()))),
         }
     }
 
     /// Ends the output: only now does the file appear.
     pub fn commit(self) -> io::Result<()> {
         match self {
-            Output::Standard(mut out) => out.flush(),
-            Output::File(draft) => draft.commit(),
+            Destination::Standard(mut out) => out.flush(),
+            Destination::File(draft) => draft.commit(),
         }
     }
 }
 
-impl Write for Output {
+impl Write for Destination {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         match self {
-            Output::Standard(out) => out.write(bytes),
-            Output::File(draft) => draft.write(bytes),
+            Destination::Standard(out) => out.write(bytes),
+            Destination::File(draft) => draft.write(bytes),
         }
     }
 
     fn flush(&mut self) -> io::Result<()> {
         match self {
-            Output::Standard(out) => out.flush(),
-            Output::File(draft) => draft.flush(),
+            Destination::Standard(out) => out.flush(),
+            Destination::File(draft) => draft.flush(),
         }
     }
 }
@@ -122,8 +122,8 @@ pub fn json(value: &impl Serialize) -> Result<(), Failure> {
 }
 
 /// Ends a table.
-pub fn finish(table: Writer<Output>, file: Option<&Path>) -> Result<(), Failure> {
-    table.finish().and_then(Output::commit).map_err(|error| match file {
+pub fn finish(table: Writer<Destination>, file: Option<&Path>) -> Result<(), Failure> {
+    table.finish().and_then(Destination::commit).map_err(|error| match file {
         Some(path) => Failure::file("write", path, error),
         None => Failure::from(error),
     })
@@ -133,8 +133,8 @@ pub fn finish(table: Writer<Output>, file: Option<&Path>) -> Result<(), Failure>
 pub fn begin(
     file: Option<&Path>,
     columns: impl IntoIterator<Item = (impl AsRef<str>, f64)>,
-) -> Result<Writer<Output>, Failure> {
-    Ok(Writer::new(Output::new(file)?, columns)?)
+) -> Result<Writer<Destination>, Failure> {
+    Ok(Writer::new(Destination::new(file)?, columns)?)
 }
 
 /// Writes a picture, as PNG if its name ends so, and says what it is.

@@ -11,7 +11,7 @@ use cotree::files;
 use cotree::scene::Scene;
 use cotree::simulate::Measure;
 use cotree_draw::study::sweep::Picture;
-use cotree_study::sweep::{self, Design, Factor, Inaccurate, Kind, Record, RecordError};
+use cotree_study::sweep::{self, Design, Factor, Inaccurate, Record, RecordError, Sampling};
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 use signal_hook::consts::SIGINT;
 
@@ -150,8 +150,8 @@ impl Sweep {
                 return Design::table(description, &text, factors)
                     .map_err(|wrong| Failure::usage(&wrong.into_iter().map(placed).collect::<Vec<_>>()));
             }
-            (_, Some(count), _) => Design::random(factors, Kind::Random, count, self.seed),
-            (_, _, Some(count)) => Design::random(factors, Kind::Latin, count, self.seed),
+            (_, Some(count), _) => Design::random(factors, Sampling::Random, count, self.seed),
+            (_, _, Some(count)) => Design::random(factors, Sampling::Latin, count, self.seed),
             _ => Design::grid(factors),
         };
         design.map_err(Failure::Usage)

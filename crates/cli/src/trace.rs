@@ -114,10 +114,10 @@ fn variables(points: &[String]) -> impl Iterator<Item = String> {
 }
 
 /// Time, then x and y of each point, SI.
-type Row = Vec<f64>;
+type Sample = Vec<f64>;
 
 /// The rows of a run, and what ended it early: what was worked out before is worth having.
-fn rows(compiled: &Compiled, format: MessageFormat) -> Result<(Vec<Row>, Result<(), Failure>), Failure> {
+fn rows(compiled: &Compiled, format: MessageFormat) -> Result<(Vec<Sample>, Result<(), Failure>), Failure> {
     let mut rows = Vec::new();
     let ended = compiled.run(|time, values| {
         rows.push([&[time], values].concat());

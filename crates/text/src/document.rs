@@ -59,7 +59,7 @@ struct Format {
     math: fn(&str) -> String,
     heading: fn(&str) -> String,
     paragraph: fn(&str) -> String,
-    equations: fn(Vec<Row>) -> String,
+    equations: fn(Vec<DisplayRow>) -> String,
     table: fn(&Table) -> String,
     picture: fn(&str, &str) -> String,
     /// A line about what is folded, and that itself where it can be unfolded.
@@ -146,16 +146,16 @@ impl Format {
     }
 
     /// Equations with their left sides below each other; if one of these is wide, all equations are broken as a whole.
-    fn rows(&self, equations: &[(Tree, Tree)]) -> Vec<Row> {
+    fn rows(&self, equations: &[(Tree, Tree)]) -> Vec<DisplayRow> {
         let widest = equations.iter().map(|(left, _)| self.width_of(left)).fold(0.0, f64::max);
         let row = |(left, right): &(Tree, Tree)| match widest <= LEFT * self.width {
-            true => Row {
+            true => DisplayRow {
                 left: Some(self.notation.formula(left)),
                 lines: self.notation.wrapped(right, self.width - widest - 4.0),
             },
             false => {
                 let whole = Tree::Relation("=", Box::new([left.clone(), right.clone()]));
-                Row { left: None, lines: self.notation.wrapped(&whole, self.width) }
+                DisplayRow { left: None, lines: self.notation.wrapped(&whole, self.width) }
             }
         };
         equations.iter().map(row).collect()
@@ -163,7 +163,7 @@ impl Format {
 }
 
 /// A row of a display: an aligned left side, and the lines of the rest.
-struct Row {
+struct DisplayRow {
     left: Option<String>,
     lines: Vec<String>,
 }
@@ -206,7 +206,7 @@ pub fn text(title: &str, blocks: &[Block]) -> String {
     format!("{title}\n{}", TEXT.body(blocks))
 }
 
-fn text_equations(rows: Vec<Row>) -> String {
+fn text_equations(rows: Vec<DisplayRow>) -> String {
     let width = rows.iter().flat_map(|row| &row.left).map(|left| left.chars().count()).max().unwrap_or_default();
     let mut text = String::new();
     for row in rows {
@@ -242,8 +242,8 @@ pub fn latex(title: &str, blocks: &[Block]) -> String {
     format!("{preamble}{pictures}{}{text}", unicode::declarations(&text))
 }
 
-fn latex_equations(rows: Vec<Row>) -> String {
-    let row = |row: &Row| {
+fn latex_equations(rows: Vec<DisplayRow>) -> String {
+    let row = |row: &DisplayRow| {
         let lines = row.lines.join(" \\\\\n    &\\quad");
         match &row.left {
             Some(left) => format!("  {left} &= {lines}"),
@@ -361,7 +361,7 @@ pub fn fragment(blocks: &[Block]) -> String {
     format!("<style>{BLOCK_STYLE}</style>\n{}", HTML.body(blocks))
 }
 
-fn html_equations(rows: Vec<Row>) -> String {
+fn html_equations(rows: Vec<DisplayRow>) -> String {
     let mut text = String::from("<div class=\"equations\"><math display=\"block\"><mtable>\n");
     for row in rows {
         let mut sign = if row.left.is_some() { "<mo>=</mo>" } else { "" };

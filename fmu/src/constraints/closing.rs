@@ -5,7 +5,7 @@
 
 use super::poses::Loops;
 use crate::linalg::least_squares::Equations;
-use crate::linalg::sparse::{Factors, Row, product_with_transposed};
+use crate::linalg::sparse::{Factors, SparseRow, product_with_transposed};
 
 /// Most steps.
 const ITERATIONS: usize = 60;
@@ -54,7 +54,7 @@ pub(super) fn close(loops: &mut Loops, x: &mut Vec<f64>) -> f64 {
 }
 
 /// -J^T (J J^T + damping)^-1 r, refined once.
-fn step(rows: &[Row], r: &[f64], size: f64, unknowns: usize) -> Option<Vec<f64>> {
+fn step(rows: &[SparseRow], r: &[f64], size: f64, unknowns: usize) -> Option<Vec<f64>> {
     let product = product_with_transposed(rows);
     let largest = product.iter().enumerate().filter_map(|(index, row)| row.get(&index).copied()).fold(1.0, f64::max);
     let [least, most] = DAMPING;
@@ -77,7 +77,7 @@ fn step(rows: &[Row], r: &[f64], size: f64, unknowns: usize) -> Option<Vec<f64>>
 }
 
 /// With more damping where rounding makes a pivot negative.
-fn factors(product: &[Row], mut damping: f64) -> Option<Factors> {
+fn factors(product: &[SparseRow], mut damping: f64) -> Option<Factors> {
     const TRIES: usize = 3;
     for _ in 0..TRIES {
         let mut damped = product.to_vec();

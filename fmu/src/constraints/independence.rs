@@ -14,7 +14,7 @@ use nalgebra::{DMatrix, DVector};
 use super::closing::close;
 use super::poses::{Loops, consistent_poses, scaled, sparse_jacobian};
 use crate::linalg::least_squares::Equations;
-use crate::linalg::sparse::{self, Row};
+use crate::linalg::sparse::{self, SparseRow};
 use crate::machine::Machine;
 use crate::math::Random;
 use crate::model::{Model, State};
@@ -154,7 +154,7 @@ impl<'a> Study<'a> {
     }
 
     /// Rows of a matrix in the order in which they count.
-    fn ordered(&self, mut rows: Vec<Row>) -> Vec<Row> {
+    fn ordered(&self, mut rows: Vec<SparseRow>) -> Vec<SparseRow> {
         self.order.iter().map(|&row| std::mem::take(&mut rows[row])).collect()
     }
 

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::initial::FULFILLED;
 use crate::linalg::least_squares::{Entry, Equations, project};
-use crate::linalg::sparse::Row;
+use crate::linalg::sparse::SparseRow;
 use crate::machine::Machine;
 use crate::math::Random;
 use crate::model::{Model, State};
@@ -34,7 +34,7 @@ pub fn jacobian(model: &Model, state: &State) -> DMatrix<f64> {
 }
 
 /// The rows of Phi_q at a state, in units of the scales.
-pub(crate) fn sparse_jacobian(model: &Model, state: &State) -> Vec<Row> {
+pub(crate) fn sparse_jacobian(model: &Model, state: &State) -> Vec<SparseRow> {
     let mut machine = Machine::new(model);
     Loops { model, machine: &mut machine, state: &mut state.clone(), only: None }.rows(&scaled(model, state))
 }
@@ -46,7 +46,7 @@ pub(crate) fn scaled(model: &Model, state: &State) -> Vec<f64> {
 }
 
 /// Those of the active loop equations.
-pub(crate) fn active_rows(model: &Model, state: &State) -> Vec<Row> {
+pub(crate) fn active_rows(model: &Model, state: &State) -> Vec<SparseRow> {
     let mut rows = sparse_jacobian(model, state);
     model.active().iter().map(|&row| std::mem::take(&mut rows[row])).collect()
 }
@@ -110,10 +110,10 @@ impl Loops<'_> {
     }
 
     /// The rows of the Jacobian, in units of the scales.
-    pub fn rows(&mut self, x: &[f64]) -> Vec<Row> {
+    pub fn rows(&mut self, x: &[f64]) -> Vec<SparseRow> {
         let mut entries = Vec::new();
         self.jacobian(x, &mut entries);
-        let mut rows = vec![Row::new(); self.only.map_or(self.model.program().constraints.len(), <[usize]>::len)];
+        let mut rows = vec![SparseRow::new(); self.only.map_or(self.model.program().constraints.len(), <[usize]>::len)];
         entries.into_iter().for_each(|(row, column, value)| *rows[row].entry(column).or_default() += value);
         rows
     }

@@ -7,7 +7,7 @@
 
 use nalgebra::{DMatrix, DVector, SVD};
 
-use super::sparse::{Factors, Row};
+use super::sparse::{Factors, SparseRow};
 
 /// Singular values below this share of the largest do not count.
 const RANK: f64 = 1e-10;
@@ -209,7 +209,7 @@ impl SparseBlock {
     }
 
     /// J J^T + damping^2 or J^T J + damping^2.
-    fn normal(&self, damping: f64) -> Vec<Row> {
+    fn normal(&self, damping: f64) -> Vec<SparseRow> {
         let (size, others) =
             if self.by_rows { (self.rows.len(), self.columns.len()) } else { (self.columns.len(), self.rows.len()) };
         let mut crossing: Vec<Vec<(usize, f64)>> = vec![Vec::new(); others];
@@ -217,7 +217,7 @@ impl SparseBlock {
             let (own, other) = if self.by_rows { (row, column) } else { (column, row) };
             crossing[other].push((own, value));
         }
-        let mut normal: Vec<Row> = (0..size).map(|index| Row::from([(index, damping * damping)])).collect();
+        let mut normal: Vec<SparseRow> = (0..size).map(|index| SparseRow::from([(index, damping * damping)])).collect();
         for line in crossing {
             for &(i, a) in &line {
                 line.iter().for_each(|&(j, b)| *normal[i].entry(j).or_default() += a * b);

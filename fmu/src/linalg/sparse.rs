@@ -3,17 +3,17 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// A row of a matrix: column and value.
-pub(crate) type Row = BTreeMap<usize, f64>;
+pub(crate) type SparseRow = BTreeMap<usize, f64>;
 
 /// L D L^T of a symmetric, positive definite matrix, rows with the fewest neighbours first.
 #[derive(Clone, Debug)]
 pub(crate) struct Factors {
-    steps: Vec<Step>,
+    steps: Vec<Pivot>,
 }
 
 /// One pivot, and the multipliers of the rows that were left.
 #[derive(Clone, Debug)]
-struct Step {
+struct Pivot {
     index: usize,
     pivot: f64,
     below: Vec<(usize, f64)>,
@@ -21,7 +21,7 @@ struct Step {
 
 impl Factors {
     /// Factorises; both triangles of the matrix are given. None if a pivot is not positive.
-    pub fn new(mut rows: Vec<Row>) -> Option<Self> {
+    pub fn new(mut rows: Vec<SparseRow>) -> Option<Self> {
         let mut left: BTreeSet<(usize, usize)> = rows.iter().enumerate().map(|(i, row)| (row.len(), i)).collect();
         let mut steps = Vec::with_capacity(rows.len());
         while let Some((_, index)) = left.pop_first() {
@@ -41,25 +41,25 @@ impl Factors {
                 }
                 left.insert((rows[other].len(), other));
             }
-            steps.push(Step { index, pivot, below });
+            steps.push(Pivot { index, pivot, below });
         }
         Some(Self { steps })
     }
 
     /// Replaces the right-hand side by the solution.
     pub fn solve(&self, x: &mut [f64]) {
-        for Step { index, below, .. } in &self.steps {
+        for Pivot { index, below, .. } in &self.steps {
             let value = x[*index];
             below.iter().for_each(|&(row, factor)| x[row] -= factor * value);
         }
-        for Step { index, pivot, below } in self.steps.iter().rev() {
+        for Pivot { index, pivot, below } in self.steps.iter().rev() {
             x[*index] = x[*index] / pivot - below.iter().map(|&(row, factor)| factor * x[row]).sum::<f64>();
         }
     }
 }
 
 /// The entries of each column: row and value.
-pub(crate) fn columns(rows: &[Row]) -> BTreeMap<usize, Vec<(usize, f64)>> {
+pub(crate) fn columns(rows: &[SparseRow]) -> BTreeMap<usize, Vec<(usize, f64)>> {
     let mut columns: BTreeMap<usize, Vec<(usize, f64)>> = BTreeMap::new();
     for (index, row) in rows.iter().enumerate() {
         row.iter().for_each(|(&column, &value)| columns.entry(column).or_default().push((index, value)));
@@ -68,8 +68,8 @@ pub(crate) fn columns(rows: &[Row]) -> BTreeMap<usize, Vec<(usize, f64)>> {
 }
 
 /// J J^T of the rows of J.
-pub(crate) fn product_with_transposed(rows: &[Row]) -> Vec<Row> {
-    let mut product = vec![Row::new(); rows.len()];
+pub(crate) fn product_with_transposed(rows: &[SparseRow]) -> Vec<SparseRow> {
+    let mut product = vec![SparseRow::new(); rows.len()];
     for entries in columns(rows).values() {
         for &(row, a) in entries {
             entries.iter().for_each(|&(other, b)| *product[row].entry(other).or_default() += a * b);
@@ -80,8 +80,8 @@ pub(crate) fn product_with_transposed(rows: &[Row]) -> Vec<Row> {
 
 /// Which rows are independent of those before them: those of which a share of more than `new` is left when the rows before are taken out, by
 /// Gauss elimination with the largest entry as the pivot. Also whether more than a share of `clear` was left of each.
-pub(crate) fn independent_rows(rows: Vec<Row>, new: f64, clear: f64) -> (bool, Vec<usize>) {
-    let mut pivots: Vec<(usize, Row)> = Vec::new();
+pub(crate) fn independent_rows(rows: Vec<SparseRow>, new: f64, clear: f64) -> (bool, Vec<usize>) {
+    let mut pivots: Vec<(usize, SparseRow)> = Vec::new();
     let mut place: HashMap<usize, usize> = HashMap::new();
     let mut independent = Vec::new();
     let mut is_clear = true;
@@ -112,7 +112,7 @@ pub(crate) fn independent_rows(rows: Vec<Row>, new: f64, clear: f64) -> (bool, V
     (is_clear, independent)
 }
 
-fn norm(row: &Row) -> f64 {
+fn norm(row: &SparseRow) -> f64 {
     row.values().map(|value| value * value).sum::<f64>().sqrt()
 }
 
@@ -120,7 +120,7 @@ fn norm(row: &Row) -> f64 {
 mod tests {
     use super::*;
 
-    fn rows(dense: &[&[f64]]) -> Vec<Row> {
+    fn rows(dense: &[&[f64]]) -> Vec<SparseRow> {
         dense.iter().map(|row| row.iter().copied().enumerate().filter(|(_, value)| *value != 0.0).collect()).collect()
     }
 

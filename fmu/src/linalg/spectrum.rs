@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::sparse::{Factors, Row, product_with_transposed};
+use super::sparse::{Factors, SparseRow, product_with_transposed};
 use crate::math::Random;
 
 /// Iterations towards one end; each shrinks what lies apart by the ratio of the eigenvalues.
@@ -21,7 +21,7 @@ pub(crate) fn ends(rows: &DMatrix<f64>) -> Option<(f64, f64, Vec<f64>)> {
 }
 
 /// The same for many rows with few entries: by iteration of J J^T for the largest one, of its inverse for the smallest.
-pub(crate) fn ends_of_many(rows: &[Row]) -> Option<(f64, f64, Vec<f64>)> {
+pub(crate) fn ends_of_many(rows: &[SparseRow]) -> Option<(f64, f64, Vec<f64>)> {
     let product = product_with_transposed(rows);
     let times = |x: &[f64]| -> Vec<f64> {
         product.iter().map(|row| row.iter().map(|(&column, value)| value * x[column]).sum()).collect()
@@ -70,7 +70,7 @@ mod tests {
         let sum = rows.row(3) + rows.row(20);
         rows.row_mut(size - 1).copy_from(&sum);
         rows[(size - 1, columns - 1)] += 1e-4;
-        let sparse: Vec<Row> = rows.row_iter().map(|row| row.iter().copied().enumerate().collect()).collect();
+        let sparse: Vec<SparseRow> = rows.row_iter().map(|row| row.iter().copied().enumerate().collect()).collect();
         let (least, largest, vector) = ends(&rows).unwrap();
         let (found, most, direction) = ends_of_many(&sparse).unwrap();
         assert!(

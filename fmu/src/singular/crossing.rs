@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::constraints::poses::{Loops, scaled};
 use crate::linalg::lane::{Lane, WIDTH, ZERO, multiply, splat};
 use crate::linalg::least_squares::Equations;
-use crate::linalg::sparse::{Factors, Row, columns, independent_rows, product_with_transposed};
+use crate::linalg::sparse::{Factors, SparseRow, columns, independent_rows, product_with_transposed};
 use crate::machine::Machine;
 use crate::math;
 use crate::model::{Model, State};
@@ -46,7 +46,7 @@ pub(super) struct Dependences {
 
 impl Dependences {
     /// None if rounding errors hide it.
-    pub fn of(rows: &[Row]) -> Option<Self> {
+    pub fn of(rows: &[SparseRow]) -> Option<Self> {
         let mut independent = Vec::new();
         for new in NEW {
             (_, independent) = independent_rows(rows.to_vec(), new, new);
@@ -58,8 +58,8 @@ impl Dependences {
     }
 
     /// With these rows as the independent ones.
-    fn with(independent: Vec<usize>, rows: &[Row]) -> Option<Self> {
-        let own: Vec<Row> = independent.iter().map(|&row| rows[row].clone()).collect();
+    fn with(independent: Vec<usize>, rows: &[SparseRow]) -> Option<Self> {
+        let own: Vec<SparseRow> = independent.iter().map(|&row| rows[row].clone()).collect();
         let factors = Factors::new(product_with_transposed(&own))?;
         let others = (0..rows.len()).filter(|row| independent.binary_search(row).is_err());
         let columns = columns(&own);
@@ -87,7 +87,7 @@ impl Dependences {
     }
 
     /// What the independent equations leave of a change of one coordinate.
-    fn along_the_loops(&self, rows: &[Row], column: usize) -> Row {
+    fn along_the_loops(&self, rows: &[SparseRow], column: usize) -> SparseRow {
         let opened: Vec<f64> = rows.iter().map(|row| row.get(&column).copied().unwrap_or_default()).collect();
         let mut left = self.shortest(rows, &opened);
         left.values_mut().for_each(|part| *part = -*part);
@@ -96,10 +96,10 @@ impl Dependences {
     }
 
     /// The shortest change of the coordinates that the independent rows turn into these values.
-    fn shortest(&self, rows: &[Row], values: &[f64]) -> Row {
+    fn shortest(&self, rows: &[SparseRow], values: &[f64]) -> SparseRow {
         let mut weights: Vec<f64> = self.independent.iter().map(|&row| values[row]).collect();
         self.factors.solve(&mut weights);
-        let mut change = Row::new();
+        let mut change = SparseRow::new();
         for (&row, weight) in self.independent.iter().zip(weights) {
             rows[row].iter().for_each(|(&column, entry)| *change.entry(column).or_default() += weight * entry);
         }
@@ -110,20 +110,20 @@ impl Dependences {
 /// A pose: its active loop equations in units of the scales, and what follows from their rows. The column after those of the coordinates is that of time.
 struct Pose {
     state: State,
-    rows: Vec<Row>,
+    rows: Vec<SparseRow>,
     open: Vec<f64>,
     found: Dependences,
     /// The shortest change that closes the independent equations.
-    closing: Row,
+    closing: SparseRow,
     /// What the independent equations leave of changes of single coordinates, as far as that has been asked for.
-    free: BTreeMap<usize, Row>,
+    free: BTreeMap<usize, SparseRow>,
     /// How the Jacobian changes with four coordinates, by the number of the four, as far as that has been asked for.
     changes: BTreeMap<usize, Vec<Change>>,
 }
 
 impl Pose {
     /// What the independent equations leave of a change of a coordinate.
-    fn free(&mut self, column: usize) -> &Row {
+    fn free(&mut self, column: usize) -> &SparseRow {
         let Self { rows, found, free, .. } = self;
         free.entry(column).or_insert_with(|| found.along_the_loops(rows, column))
     }
@@ -135,7 +135,7 @@ impl Pose {
 }
 
 /// A step of Newton's method to a saddle.
-struct Step {
+struct NewtonStep {
     /// By columns.
     way: Vec<f64>,
     /// Its largest part among those that bend the saddle.
@@ -247,7 +247,7 @@ impl<'a> Study<'a> {
     }
 
     /// One step of Newton's method to where the independent equations hold and a combination does not change along them.
-    fn newton_step(&mut self, pose: &mut Pose, place: usize) -> Option<Step> {
+    fn newton_step(&mut self, pose: &mut Pose, place: usize) -> Option<NewtonStep> {
         let combination = pose.found.combinations[place].clone();
         let mut slope = vec![0.0; self.model.coordinates() + 1];
         for (row, share) in pose.rows.iter().zip(&combination).filter(|(_, share)| **share != 0.0) {
@@ -261,9 +261,9 @@ impl<'a> Study<'a> {
             return None;
         }
         let on_columns =
-            |row: &Row| DVector::from_iterator(columns.len(), columns.iter().map(|column| entry(row, column)));
+            |row: &SparseRow| DVector::from_iterator(columns.len(), columns.iter().map(|column| entry(row, column)));
         columns.iter().for_each(|&column| _ = pose.free(column));
-        let free: Vec<&Row> = columns.iter().map(|column| &pose.free[column]).collect();
+        let free: Vec<&SparseRow> = columns.iter().map(|column| &pose.free[column]).collect();
         let projected = DMatrix::from_columns(&free.iter().map(|row| on_columns(row)).collect::<Vec<_>>());
         let sloping = DVector::from_iterator(columns.len(), free.iter().map(|row| dot(row, &slope)));
         let sloping = sloping + &projected * (&bend * on_columns(&pose.closing));
@@ -281,7 +281,7 @@ impl<'a> Study<'a> {
         let left = pose.value(place)
             + slope.iter().zip(&way).map(|(slope, part)| slope * part).sum::<f64>()
             + 0.5 * bent.dot(&(&bend * &bent));
-        Some(Step { way, length: bent.amax(), left })
+        Some(NewtonStep { way, length: bent.amax(), left })
     }
 
     /// Second derivatives of a combination of the loop equations, its shares fixed, by some columns: those by the coordinates are exact.
@@ -330,11 +330,11 @@ fn unit_directions(four: usize, coordinates: usize) -> impl Iterator<Item = (usi
     columns.map(|column| (column, std::array::from_fn(|lane| if lane == column % WIDTH { 1.0 } else { 0.0 })))
 }
 
-fn entry(row: &Row, column: &usize) -> f64 {
+fn entry(row: &SparseRow, column: &usize) -> f64 {
     row.get(column).copied().unwrap_or_default()
 }
 
-fn dot(row: &Row, columns: &[f64]) -> f64 {
+fn dot(row: &SparseRow, columns: &[f64]) -> f64 {
     row.iter().map(|(&column, value)| value * columns[column]).sum()
 }
 
@@ -357,8 +357,8 @@ mod tests {
     #[test]
     fn rows_that_depend_on_each_other_are_found_with_their_shares() {
         let rows =
-            |entries: &[&[(usize, f64)]]| entries.iter().map(|row| Row::from_iter(row.iter().copied())).collect();
-        let matrix: Vec<Row> = rows(&[&[(0, 1.0)], &[(1, 2.0)], &[(2, 1.0)], &[(1, 1.0), (2, -1.0)]]);
+            |entries: &[&[(usize, f64)]]| entries.iter().map(|row| SparseRow::from_iter(row.iter().copied())).collect();
+        let matrix: Vec<SparseRow> = rows(&[&[(0, 1.0)], &[(1, 2.0)], &[(2, 1.0)], &[(1, 1.0), (2, -1.0)]]);
         let found = Dependences::of(&matrix).unwrap();
         let [shares] = &found.combinations[..] else { panic!("{found:?}") };
         let expected = [0.0, -0.5, 1.0, 1.0];

@@ -13,7 +13,7 @@ use nalgebra::DMatrix;
 
 use crate::constraints::poses::active_rows;
 use crate::constraints::reciprocals::{STEADY, is_jump, is_within};
-use crate::linalg::sparse::Row;
+use crate::linalg::sparse::SparseRow;
 use crate::linalg::spectrum::{ends, ends_of_many};
 use crate::math::{self, Random};
 use crate::model::{Model, State};
@@ -223,7 +223,7 @@ impl Guard {
 pub fn dependent(model: &Model, state: &State) -> (f64, Vec<String>) {
     let mut poses = vec![active_rows(model, state)];
     // A law may have no value in some poses.
-    let is_defined = |rows: &Vec<Row>| rows.iter().flat_map(Row::values).all(|entry| entry.is_finite());
+    let is_defined = |rows: &Vec<SparseRow>| rows.iter().flat_map(SparseRow::values).all(|entry| entry.is_finite());
     poses.extend(open_poses(model, state).map(|pose| active_rows(model, &pose)).filter(is_defined));
     divide_by_sizes(&mut poses);
     let mut found = poses.iter().filter_map(|rows| distance(model, rows));
@@ -233,7 +233,7 @@ pub fn dependent(model: &Model, state: &State) -> (f64, Vec<String>) {
 }
 
 /// How far rows of loop equations of about unit size are from depending on each other, and the joints and drivers that do so most.
-fn distance(model: &Model, rows: &[Row]) -> Option<(f64, Vec<String>)> {
+fn distance(model: &Model, rows: &[SparseRow]) -> Option<(f64, Vec<String>)> {
     // The largest combination is no measure: a single row, and rows that vanish together, would never depend on each other.
     let (least, _, combination) = weakest(model, rows)?;
     Some((least.max(0.0).sqrt(), named(model, &combination)))
@@ -251,8 +251,8 @@ fn open_poses(model: &Model, state: &State) -> impl Iterator<Item = State> {
 }
 
 /// Makes each row 1 where it is largest: between angles and lengths of whatever order some rows are smaller than others in all poses.
-fn divide_by_sizes(poses: &mut [Vec<Row>]) {
-    let size = |row: &Row| row.values().map(|entry| entry * entry).sum::<f64>().sqrt();
+fn divide_by_sizes(poses: &mut [Vec<SparseRow>]) {
+    let size = |row: &SparseRow| row.values().map(|entry| entry * entry).sum::<f64>().sqrt();
     for index in 0..poses.first().map_or(0, Vec::len) {
         let largest = poses.iter().map(|rows| size(&rows[index])).fold(0.0, math::maximum);
         if largest > 0.0 {
@@ -262,14 +262,14 @@ fn divide_by_sizes(poses: &mut [Vec<Row>]) {
 }
 
 /// The combination of some active loop equations, given by their rows, that holds least, and the joints and drivers that take part in it.
-pub(crate) fn weakest_combination(model: &Model, rows: &[Row]) -> Option<(Vec<f64>, Vec<String>)> {
+pub(crate) fn weakest_combination(model: &Model, rows: &[SparseRow]) -> Option<(Vec<f64>, Vec<String>)> {
     let (_, _, combination) = weakest(model, rows)?;
     let joints = named(model, &combination);
     Some((combination, joints))
 }
 
 /// The smallest and the largest eigenvalue of J J^T, and the combination that belongs to the smallest.
-pub(crate) fn weakest(model: &Model, rows: &[Row]) -> Option<(f64, f64, Vec<f64>)> {
+pub(crate) fn weakest(model: &Model, rows: &[SparseRow]) -> Option<(f64, f64, Vec<f64>)> {
     if rows.len() > MANY {
         return ends_of_many(rows);
     }

@@ -4,7 +4,7 @@ use super::tape::{Numbers, Vectors};
 use crate::linalg::lane::{Lane, WIDTH, add, plus, splat};
 use crate::linalg::number::{Elementary, Number};
 use crate::program::arm_form::ORDERS;
-use crate::program::arm_form::{Operation, SeriesTape, Slot, Source, Step};
+use crate::program::arm_form::{Operation, SeriesStep, SeriesTape, Slot, Source};
 
 /// What is run at each order.
 #[derive(Clone, Debug)]
@@ -12,11 +12,11 @@ pub(crate) enum Task<N> {
     Sums(Box<Sums<N>>),
     Length(Box<Length<N>>),
     Along(Box<Along<N>>),
-    Single(Step),
+    Single(SeriesStep),
 }
 
 /// The tasks of some steps.
-pub(crate) fn tasks<N: Elementary>(tape: &SeriesTape, steps: &[Step]) -> Vec<Task<N>> {
+pub(crate) fn tasks<N: Elementary>(tape: &SeriesTape, steps: &[SeriesStep]) -> Vec<Task<N>> {
     let (sums, mut rest) = Sums::gather(tape, steps);
     let mut tasks: Vec<Task<N>> = sums.into_iter().map(|sums| Task::Sums(Box::new(sums))).collect();
     while !rest.is_empty() {
@@ -48,19 +48,19 @@ pub(crate) struct Sums<N> {
 
 impl<N: Number> Sums<N> {
     /// The sums among these steps, and the other steps in their order. They need nothing of the others, so they may come first.
-    fn gather(tape: &SeriesTape, steps: &[Step]) -> (Vec<Self>, Vec<Step>) {
-        let is_sum = |step: &&Step| match step.operation {
+    fn gather(tape: &SeriesTape, steps: &[SeriesStep]) -> (Vec<Self>, Vec<SeriesStep>) {
+        let is_sum = |step: &&SeriesStep| match step.operation {
             Operation::Linear { first, count, .. } => {
                 let terms = &tape.terms[first as usize..(first + count) as usize];
                 terms.iter().all(|term| !matches!(term.source, Source::Slot(_)))
             }
             _ => false,
         };
-        let (linear, rest): (Vec<&Step>, Vec<&Step>) = steps.iter().partition(is_sum);
+        let (linear, rest): (Vec<&SeriesStep>, Vec<&SeriesStep>) = steps.iter().partition(is_sum);
         (linear.chunks(WIDTH).map(|steps| Self::new(tape, steps)).collect(), rest.into_iter().copied().collect())
     }
 
-    fn new(tape: &SeriesTape, steps: &[&Step]) -> Self {
+    fn new(tape: &SeriesTape, steps: &[&SeriesStep]) -> Self {
         let mut sums = Self {
             targets: vec![],
             columns: vec![],
@@ -124,7 +124,7 @@ pub(crate) struct Length<N> {
 
 impl<N: Elementary> Length<N> {
     /// The square root of this sum of squares, if it follows at once.
-    fn find(step: Step, rest: &mut Vec<Step>) -> Option<Self> {
+    fn find(step: SeriesStep, rest: &mut Vec<SeriesStep>) -> Option<Self> {
         let Operation::SquareSum(x, y) = step.operation else { return None };
         let next = rest.first().filter(|next| next.operation == Operation::SquareRoot(step.target))?;
         let of = [x as usize, y as usize];
@@ -181,7 +181,7 @@ pub(crate) struct Along<N> {
 
 impl<N: Number> Along<N> {
     /// The quotient of this step with products that follow and read nothing that is not known by then.
-    fn find(step: Step, rest: &mut Vec<Step>) -> Option<Self> {
+    fn find(step: SeriesStep, rest: &mut Vec<SeriesStep>) -> Option<Self> {
         let Operation::Divide(numerator, divisor) = step.operation else { return None };
         let mut along = Self {
             of: [numerator as usize, divisor as usize],
@@ -240,7 +240,7 @@ impl<N: Number> Along<N> {
     }
 }
 
-impl Step {
+impl SeriesStep {
     /// Is this series one of its results?
     fn writes(&self, slot: Slot) -> bool {
         let second = match self.operation {

@@ -8,7 +8,7 @@ use crate::linalg::number::{Elementary, Number};
 use crate::model::Model;
 use crate::program::FollowerOrder;
 use crate::program::arm_form::ORDERS;
-use crate::program::arm_form::{Given, Operation, SeriesTape, Slot, Source, Step};
+use crate::program::arm_form::{Given, Operation, SeriesStep, SeriesTape, Slot, Source};
 
 /// What linear steps read besides scalar series: the k-th coefficients of arms and unknowns.
 #[derive(Clone, Copy)]
@@ -264,7 +264,7 @@ impl<N: Elementary> Store<N> {
 
     /// Out of line: the loop over the tasks stays small.
     #[inline(never)]
-    fn step<const L: usize>(&mut self, step: Step, k: usize, vectors: Vectors<N, L>) {
+    fn step<const L: usize>(&mut self, step: SeriesStep, k: usize, vectors: Vectors<N, L>) {
         let value = match step.operation {
             Operation::Linear { first, count, constant } => self.linear(first, count, constant, k, vectors),
             Operation::Multiply(a, b) => convolution(self.series(a), self.series(b), k),

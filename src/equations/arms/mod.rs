@@ -69,7 +69,7 @@ pub struct Turning {
 }
 
 #[derive(Clone, Debug, Default)]
-pub struct Row {
+pub struct LoopEquation {
     pub constraint: usize,
     pub arms: Arms,
     pub displacements: Vec<(usize, Expr)>,
@@ -119,7 +119,7 @@ pub struct ArmEquations {
     pub links: Vec<Link>,
     /// Arms that loads work along, at most.
     spanned: usize,
-    pub rows: Vec<Row>,
+    pub rows: Vec<LoopEquation>,
     pub auxiliary: Vec<Auxiliary>,
     pub rods: Vec<Rod>,
     pub loads: Vec<Load>,

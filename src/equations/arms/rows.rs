@@ -1,7 +1,7 @@
 //! Loop equations by arms. Constraints along directions of a turning frame become linear by auxiliary displacements, constraints on a distance by a massless rod.
 
 use super::linear::{conjugate_product, linear};
-use super::{Arm, ArmEquations, Arms, Auxiliary, Equations, Factor, Reason, Rod, Row};
+use super::{Arm, ArmEquations, Arms, Auxiliary, Equations, Factor, LoopEquation, Reason, Rod};
 use crate::component::{Angle, Coupling, Direction, Held, Port};
 use crate::equations::form::Coefficient;
 use crate::equations::kinematics::{ScalarMotion, known_angle};
@@ -42,7 +42,7 @@ impl Equations {
     }
 
     fn coupled_row(&mut self, constraint: usize, coupling: &Coupling, arms: &mut ArmEquations) -> Result<(), Reason> {
-        let mut row = Row { constraint, constant: vec![coupling.offset], ..Row::default() };
+        let mut row = LoopEquation { constraint, constant: vec![coupling.offset], ..LoopEquation::default() };
         for term in &coupling.terms {
             let factor = self.system.arena.negate(term.factor);
             match term.port {
@@ -57,7 +57,7 @@ impl Equations {
     }
 
     /// factor x the angle of the second node relative to the first.
-    fn angle_between(&mut self, ends: [RNode; 2], factor: Expr, arms: &ArmEquations, row: &mut Row) {
+    fn angle_between(&mut self, ends: [RNode; 2], factor: Expr, arms: &ArmEquations, row: &mut LoopEquation) {
         let arena = &mut self.system.arena;
         let minus = arena.negate(factor);
         for (node, factor) in ends.into_iter().zip([minus, factor]) {
@@ -77,7 +77,7 @@ impl Equations {
         direction: Direction,
         factor: Expr,
         arms: &mut ArmEquations,
-        row: &mut Row,
+        row: &mut LoopEquation,
     ) -> Result<(), Reason> {
         let gap = self.kinematics.across(&mut self.system.arena, ends).position;
         let gap = self.decompose(&gap)?;
@@ -169,7 +169,7 @@ impl Equations {
         arms: &mut ArmEquations,
     ) -> Result<(), Reason> {
         let arena = &mut self.system.arena;
-        let mut row = Row { constraint, ..Row::default() };
+        let mut row = LoopEquation { constraint, ..LoopEquation::default() };
         let known: ScalarMotion = known_angle(arena, angle);
         let known = known.position.total(arena);
         let mut terms = Vec::new();
@@ -195,7 +195,12 @@ impl Equations {
 }
 
 /// direction . gap, where it is linear in the arms: the direction is fixed in the world, or in the frame of the gap.
-fn linear_row(arena: &mut Arena, constraint: usize, gap: &Arms, (frame, along): (FrameId, [Expr; 2])) -> Option<Row> {
+fn linear_row(
+    arena: &mut Arena,
+    constraint: usize,
+    gap: &Arms,
+    (frame, along): (FrameId, [Expr; 2]),
+) -> Option<LoopEquation> {
     match frame == FrameId::WORLD {
         true => Some(projected_row(arena, constraint, gap.clone(), along)),
         false => row_in_frame(arena, constraint, gap.clone(), (frame, along)),
@@ -203,8 +208,8 @@ fn linear_row(arena: &mut Arena, constraint: usize, gap: &Arms, (frame, along): 
 }
 
 /// direction . gap, with the direction fixed in the world.
-fn projected_row(arena: &mut Arena, constraint: usize, gap: Arms, direction: [Expr; 2]) -> Row {
-    let mut row = Row { constraint, ..Row::default() };
+fn projected_row(arena: &mut Arena, constraint: usize, gap: Arms, direction: [Expr; 2]) -> LoopEquation {
+    let mut row = LoopEquation { constraint, ..LoopEquation::default() };
     for (arm, z) in gap {
         // Re(conj(n) z b) = p . b with p = conj(conj(n) z) = conj(z) n
         let p = conjugate_product(arena, z, direction);
@@ -218,8 +223,13 @@ fn projected_row(arena: &mut Arena, constraint: usize, gap: Arms, direction: [Ex
 }
 
 /// direction . gap, if the gap and its direction are fixed in the same turning frame but for displacements.
-fn row_in_frame(arena: &mut Arena, constraint: usize, gap: Arms, (frame, along): (FrameId, [Expr; 2])) -> Option<Row> {
-    let mut row = Row { constraint, ..Row::default() };
+fn row_in_frame(
+    arena: &mut Arena,
+    constraint: usize,
+    gap: Arms,
+    (frame, along): (FrameId, [Expr; 2]),
+) -> Option<LoopEquation> {
+    let mut row = LoopEquation { constraint, ..LoopEquation::default() };
     for (arm, z) in gap {
         if arm.frame != frame {
             return None;

@@ -22,7 +22,7 @@ pub use motion::{PointMotion, ScalarMotion};
 pub use terminal::{known_angle, project};
 
 use frames::{angles, frames};
-use paths::Step;
+use paths::PathEnd;
 use totals::Totals;
 
 /// The coordinates that each branch brings: index of the first.
@@ -36,7 +36,7 @@ pub struct Kinematics {
     /// For each rotational node its frame, and the constant angle from the frame to the body.
     placement: Vec<(FrameId, Expr)>,
     /// For each translational node but the datum, the step to it.
-    steps: Vec<Option<Step>>,
+    steps: Vec<Option<PathEnd>>,
     /// Shared sums of nodes at the end of deep paths.
     totals: Vec<Totals>,
 }
@@ -65,7 +65,7 @@ impl Kinematics {
             let slides = before.map_or(0, |s| s.slides) + row.motion.len();
             let turned = across.position.frames().find(|&own| own != FrameId::WORLD && own != frame);
             let (angles, frame) = turned.map_or((angles, frame), |own| (angles + 1, own));
-            kinematics.steps[node.index()] = Some(Step { parent, depth: depth + 1, slides, angles, frame, across });
+            kinematics.steps[node.index()] = Some(PathEnd { parent, depth: depth + 1, slides, angles, frame, across });
         }
         kinematics
     }

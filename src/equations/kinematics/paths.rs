@@ -11,7 +11,7 @@ pub(super) const DEEP: usize = 30;
 /// The branch between a node and the one before it. Sums along paths are made where they are needed: of a deep tree only
 /// few are.
 #[derive(Clone, Debug)]
-pub(super) struct Step {
+pub(super) struct PathEnd {
     pub(super) parent: TNode,
     pub(super) depth: usize,
     pub(super) slides: usize,
@@ -38,7 +38,7 @@ impl Kinematics {
 
     /// The nodes but the datum, each after the one before it: their places and its, and their positions relative to it.
     pub fn outward(&self) -> impl Iterator<Item = (usize, usize, &Vector)> {
-        let mut nodes: Vec<(usize, usize, &Step)> = self
+        let mut nodes: Vec<(usize, usize, &PathEnd)> = self
             .steps
             .iter()
             .enumerate()

@@ -35,7 +35,7 @@ pub struct TableError {
     pub message: String,
 }
 
-type Row = (usize, Vec<String>);
+type CsvRow = (usize, Vec<String>);
 
 impl Table {
     /// Reads `time,name,...` and rows of numbers whose times do not decrease. Two rows with the same time are a jump. The columns may be
@@ -87,7 +87,7 @@ impl Table {
     }
 
     /// An empty table.
-    fn of_header((line, fields): Row, separator: char) -> Result<Self, TableError> {
+    fn of_header((line, fields): CsvRow, separator: char) -> Result<Self, TableError> {
         let named = fields.iter().enumerate().map(|(index, field)| name_and_unit(line, index + 1, field));
         let mut named: Vec<(String, Option<Unit>)> = named.collect::<Result<_, _>>()?;
         let factor =
@@ -164,7 +164,7 @@ impl Table {
         }
     }
 
-    fn push(&mut self, (line, fields): Row) -> Result<(), TableError> {
+    fn push(&mut self, (line, fields): CsvRow) -> Result<(), TableError> {
         let Layout { separator, time, ref factors } = self.layout;
         if fields.len() != factors.len() {
             let (found, wanted) = (fields.len(), factors.len());
@@ -222,7 +222,7 @@ fn fault(line: usize, column: usize, message: impl Into<String>) -> TableError {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cells {
     /// Fields, and the line each row begins on; empty lines are skipped.
-    pub rows: Vec<Row>,
+    pub rows: Vec<CsvRow>,
     separator: char,
 }
 
@@ -256,7 +256,7 @@ pub fn named(heading: &str) -> Result<(String, Option<Unit>), String> {
 }
 
 /// The rows of a text, each with the line it begins on; empty lines are skipped.
-fn rows(text: &str, separator: char) -> Result<Vec<Row>, TableError> {
+fn rows(text: &str, separator: char) -> Result<Vec<CsvRow>, TableError> {
     let mut rows = Vec::new();
     let mut lines = text.split('\n').enumerate().map(|(index, line)| (index + 1, line));
     while let Some((line, first)) = lines.next() {

@@ -6,7 +6,7 @@ use crate::component::{Component, Section, change_both, shape, sum, within_a_tur
 use crate::diagnostic::span::Text;
 use crate::mechanism::Quantity as Variable;
 use crate::mechanism::measure::LENGTH;
-use crate::scene::document::{Kind, Node};
+use crate::scene::document::{Content, Node};
 use crate::scene::expression::substituted;
 use crate::scene::key::Form;
 use crate::scene::model::{Scene, Signal};
@@ -57,10 +57,10 @@ impl Placing<'_> {
     fn substitute(&mut self, node: &mut Node, form: Form, component: &Component, owner: &str) {
         let span = node.span;
         let unknown = match (form, &mut node.kind) {
-            (Form::Law(_) | Form::Motion(_), Kind::Text(text)) => self.law(text, component.own, owner),
-            (Form::Vector(_), Kind::Array(items)) => {
+            (Form::Law(_) | Form::Motion(_), Content::Text(text)) => self.law(text, component.own, owner),
+            (Form::Vector(_), Content::Array(items)) => {
                 let law = |item: &mut Node| match &mut item.kind {
-                    Kind::Text(text) => self.law(text, component.own, owner),
+                    Content::Text(text) => self.law(text, component.own, owner),
                     _ => false,
                 };
                 items.iter_mut().map(law).fold(false, |any, unknown| any | unknown)
@@ -137,19 +137,19 @@ impl Placing<'_> {
     fn ground(&self, element: &mut Part, component: &Component) {
         let (origin, on) = (self.has_origin().then(|| self.origin()), self.on.map(|on| on.text.clone()));
         let place = |node: &mut Node, to: &Option<String>| match (&mut node.kind, to) {
-            (Kind::Text(text), Some(to)) if text == "ground" => text.clone_from(to),
+            (Content::Text(text), Some(to)) if text == "ground" => text.clone_from(to),
             _ => {}
         };
         for key in component.keys {
             let node = element.get_mut(key.name);
             match (key.form, node) {
-                (Form::Points, Some(Node { kind: Kind::Array(items), .. })) => {
+                (Form::Points, Some(Node { kind: Content::Array(items), .. })) => {
                     items.iter_mut().for_each(|item| place(item, &origin));
                 }
-                (Form::Bodies, Some(Node { kind: Kind::Array(items), .. })) => {
+                (Form::Bodies, Some(Node { kind: Content::Array(items), .. })) => {
                     items.iter_mut().for_each(|item| place(item, &on));
                 }
-                (Form::BodyAndPoint, Some(Node { kind: Kind::Array(items), .. })) => {
+                (Form::BodyAndPoint, Some(Node { kind: Content::Array(items), .. })) => {
                     let targets = [&on, &origin];
                     items.iter_mut().zip(targets).for_each(|(item, to)| place(item, to));
                 }
@@ -160,7 +160,7 @@ impl Placing<'_> {
                 }
                 (Form::CarrierBody, None) => on.iter().for_each(|to| element.insert(key.name, Node::from(to.as_str()))),
                 // It acts between the ground and the body.
-                (Form::Body, Some(Node { kind: Kind::Text(body), .. })) => {
+                (Form::Body, Some(Node { kind: Content::Text(body), .. })) => {
                     if let Some(on) = &on {
                         let between = Node::from([on.as_str(), body.as_str()]);
                         element.remove(key.name);
@@ -177,16 +177,16 @@ impl Placing<'_> {
         if let Some(node) = body.get_mut("com") {
             mirrored(node);
         }
-        if let Some(Node { kind: Kind::Table(points), .. }) = body.get_mut("points") {
+        if let Some(Node { kind: Content::Table(points), .. }) = body.get_mut("points") {
             points.iter_mut().for_each(|(_, node)| mirrored(node));
         }
-        let Some(Node { kind: Kind::Table(entries), .. }) = body.get_mut("shape") else { return };
+        let Some(Node { kind: Content::Table(entries), .. }) = body.get_mut("shape") else { return };
         for (key, node) in entries {
             let places = shape::ALL.iter().map(|shape| shape.place);
             match places.into_iter().find(|place| place.name == key.text).map(|place| place.form) {
                 Some(Form::Corner) => mirrored(node),
                 Some(Form::Corners(..)) => {
-                    if let Kind::Array(corners) = &mut node.kind {
+                    if let Content::Array(corners) = &mut node.kind {
                         corners.iter_mut().for_each(mirrored);
                         // They stay counter-clockwise.
                         corners.reverse();

@@ -6,7 +6,7 @@ use super::elements::sections;
 use crate::component::{body, shape};
 use crate::diagnostic::span::Text;
 use crate::mechanism::Quantity as Variable;
-use crate::scene::document::{Kind, Node};
+use crate::scene::document::{Content, Node};
 use crate::scene::expression::{substituted, with_files as with_files_of};
 use crate::scene::key::{Form, Key};
 use crate::scene::model::{Scene, Use, Vector};
@@ -138,7 +138,7 @@ impl Walk<'_> {
 
     /// The values of a table with these keys.
     fn entries(&mut self, part: &mut Part, keys: &[Key], own: &[Variable]) {
-        let Kind::Table(entries) = &mut part.node.kind else { return };
+        let Content::Table(entries) = &mut part.node.kind else { return };
         for (key, node) in entries {
             if let Some(known) = keys.iter().find(|known| known.name == key.text) {
                 self.value(node, known.form, own);
@@ -152,27 +152,27 @@ impl Walk<'_> {
             Curve, Friction, Joint, Law, Motion, NamedPoints, Names, OtherJoint, Point, Points,
         };
         match (form, &mut node.kind) {
-            (Points | Bodies | BodyAndPoint | Names, Kind::Array(items)) => {
+            (Points | Bodies | BodyAndPoint | Names, Content::Array(items)) => {
                 items.iter_mut().for_each(|item| self.value(item, Point, own));
             }
-            (Point | Body | Joint | OtherJoint | CarrierBody | CarrierPoint, Kind::Text(text)) => (self.name)(text),
-            (Constant(..) | Law(_) | Curve(..) | Motion(_), Kind::Text(text)) => self.law(text, own),
+            (Point | Body | Joint | OtherJoint | CarrierBody | CarrierPoint, Content::Text(text)) => (self.name)(text),
+            (Constant(..) | Law(_) | Curve(..) | Motion(_), Content::Text(text)) => self.law(text, own),
             // In a list of places a text is the name of a point of the body.
-            (Form::Vector(_) | ConstantVector(_) | Axis | Corner, Kind::Array(items)) => {
+            (Form::Vector(_) | ConstantVector(_) | Axis | Corner, Content::Array(items)) => {
                 items.iter_mut().for_each(|item| self.value(item, ANY, own));
             }
-            (Motion(_), Kind::Table(entries)) => {
+            (Motion(_), Content::Table(entries)) => {
                 let input = entries.iter_mut().find(|(key, _)| key.text == "input");
                 input.into_iter().for_each(|(_, node)| self.value(node, Point, own));
             }
-            (Friction(_), Kind::Table(entries)) => {
+            (Friction(_), Content::Table(entries)) => {
                 entries.iter_mut().for_each(|(_, node)| self.value(node, ANY, own));
             }
-            (NamedPoints, Kind::Table(entries)) => {
+            (NamedPoints, Content::Table(entries)) => {
                 entries.iter_mut().for_each(|(_, node)| self.value(node, Axis, own));
             }
-            (Corners(..), Kind::Array(items)) => items.iter_mut().for_each(|item| self.value(item, Corner, own)),
-            (Form::Shape, Kind::Table(entries)) => entries.iter_mut().for_each(|(key, node)| {
+            (Corners(..), Content::Array(items)) => items.iter_mut().for_each(|item| self.value(item, Corner, own)),
+            (Form::Shape, Content::Table(entries)) => entries.iter_mut().for_each(|(key, node)| {
                 let keys = shape::ALL.iter().flat_map(|shape| shape.all_keys());
                 if let Some(known) = keys.into_iter().find(|known| known.name == key.text) {
                     self.value(node, known.form, own);

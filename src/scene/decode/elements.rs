@@ -3,14 +3,14 @@
 use super::Decoder;
 use super::fields::Fields;
 use crate::diagnostic::span::Text;
-use crate::scene::document::{Kind, Node};
+use crate::scene::document::{Content, Node};
 use crate::scene::key::names;
 use crate::scene::model::{Input, Parameter, Point, Signal, Use};
 use crate::scene::tables::{GROUND, INPUT, PARAMETER, PART, SIGNAL};
 
 impl Decoder {
     pub(super) fn parameter(&mut self, name: &Text, node: &Node, owner: &str) -> Option<Parameter> {
-        if !matches!(node.kind, Kind::Table(_)) {
+        if !matches!(node.kind, Content::Table(_)) {
             let value = self.faults.quantity(node, owner)?;
             return Some(Parameter { name: name.clone(), value, ..Parameter::default() });
         }
@@ -29,7 +29,7 @@ impl Decoder {
     }
 
     pub(super) fn input(&mut self, name: &Text, node: &Node, owner: &str) -> Option<Input> {
-        if !matches!(node.kind, Kind::Table(_)) {
+        if !matches!(node.kind, Content::Table(_)) {
             let start = Some(self.faults.quantity(node, owner)?);
             return Some(Input { name: name.clone(), start, ..Input::default() });
         }
@@ -46,7 +46,7 @@ impl Decoder {
 
     /// A law that is used by its name, or an output that is an expression.
     pub(super) fn signal(&mut self, name: &Text, node: &Node, owner: &str) -> Option<Signal> {
-        if !matches!(node.kind, Kind::Table(_)) {
+        if !matches!(node.kind, Content::Table(_)) {
             let value = self.faults.quantity(node, owner)?;
             return Some(Signal { name: name.clone(), value, ..Signal::default() });
         }

@@ -3,7 +3,7 @@
 use crate::diagnostic::fault::{Fault, Sink};
 use crate::diagnostic::span::{Span, Text};
 use crate::diagnostic::suggest;
-use crate::scene::document::{Kind, Node};
+use crate::scene::document::{Content, Node};
 use crate::scene::model::Vector;
 use crate::scene::quantity::{Quantity, Value};
 
@@ -41,7 +41,7 @@ impl<'n> Fields<'n> {
 
     /// The fields of a table, whatever they are.
     pub fn open_any(node: &'n Node, owner: &str, span: Span, faults: &mut Sink) -> Option<Fields<'n>> {
-        let Kind::Table(entries) = &node.kind else {
+        let Content::Table(entries) = &node.kind else {
             faults.push(wrong_type(node, owner, "a table"));
             return None;
         };
@@ -88,7 +88,7 @@ fn wrong_type(node: &Node, what: &str, wanted: &str) -> Fault {
 
 impl Sink {
     pub fn entries<'n>(&mut self, node: &'n Node, what: &str) -> Option<&'n [(Text, Node)]> {
-        let entries = if let Kind::Table(entries) = &node.kind { Some(&entries[..]) } else { None };
+        let entries = if let Content::Table(entries) = &node.kind { Some(&entries[..]) } else { None };
         self.expect(entries, node, what, "a table")
     }
 
@@ -104,14 +104,14 @@ impl Sink {
     }
 
     pub fn boolean(&mut self, node: &Node, what: &str) -> Option<bool> {
-        let value = if let Kind::Boolean(value) = node.kind { Some(value) } else { None };
+        let value = if let Content::Boolean(value) = node.kind { Some(value) } else { None };
         self.expect(value, node, what, "true or false")
     }
 
     pub fn quantity(&mut self, node: &Node, what: &str) -> Option<Quantity> {
         let value = match &node.kind {
-            Kind::Number(number) => Value::Number(*number),
-            Kind::Text(text) => Value::Text(text.clone()),
+            Content::Number(number) => Value::Number(*number),
+            Content::Text(text) => Value::Text(text.clone()),
             _ => {
                 let fault = wrong_type(node, what, "a number or a text")
                     .help("such as `0.12`, `\"120 mm\"` or `\"0.5*crank_length\"`");
@@ -124,7 +124,7 @@ impl Sink {
 
     /// One or two components; `resolve` knows how many there must be.
     pub fn vector(&mut self, node: &Node, what: &str) -> Option<Vector> {
-        let Kind::Array(items) = &node.kind else {
+        let Content::Array(items) = &node.kind else {
             self.push(wrong_type(node, what, "a list of two numbers").help("such as `[0.0, -9.81]`"));
             return None;
         };
@@ -133,7 +133,7 @@ impl Sink {
     }
 
     pub fn texts(&mut self, node: &Node, what: &str) -> Option<Vec<Text>> {
-        let Kind::Array(items) = &node.kind else {
+        let Content::Array(items) = &node.kind else {
             self.push(wrong_type(node, what, "a list of names").help("such as `[\"crank\", \"rod\"]`"));
             return None;
         };
@@ -145,7 +145,7 @@ impl Sink {
         let names = self.texts(node, what)?;
         let count = names.len();
         let pair: Option<[Text; 2]> = names.try_into().ok();
-        if pair.is_none() && matches!(&node.kind, Kind::Array(items) if items.len() == count) {
+        if pair.is_none() && matches!(&node.kind, Content::Array(items) if items.len() == count) {
             self.push(
                 Fault::new("scene::wrong_value", format!("{what} names {count} instead of two"), node.span)
                     .label("two are wanted")

@@ -7,7 +7,7 @@ mod settings;
 use std::path::Path;
 
 pub(crate) use self::fields::Fields;
-use super::document::{self, Kind, Node};
+use super::document::{self, Content, Node};
 use super::key::names;
 use super::model::Scene;
 use super::part::Part;
@@ -179,7 +179,7 @@ impl Decoder {
         let Some(node) = top.get("format") else {
             return;
         };
-        if !matches!(node.kind, Kind::Number(1.0)) {
+        if !matches!(node.kind, Content::Number(1.0)) {
             self.faults.push(
                 Fault::new("scene::format", "this version of cotree reads format 1", node.span)
                     .label("another format")
@@ -190,8 +190,8 @@ impl Decoder {
 
     fn dimension(&mut self, node: &Node) -> Dimension {
         match node.kind {
-            Kind::Number(1.0) => Dimension::One,
-            Kind::Number(2.0) => Dimension::Two,
+            Content::Number(1.0) => Dimension::One,
+            Content::Number(2.0) => Dimension::Two,
             _ => {
                 self.faults.push(
                     Fault::new("scene::wrong_value", "`dimension` is neither 1 nor 2", node.span)

@@ -3,7 +3,7 @@
 use super::Decoder;
 use super::fields::Fields;
 use crate::diagnostic::span::Text;
-use crate::scene::document::{Kind, Node};
+use crate::scene::document::{Content, Node};
 use crate::scene::key::{Form, Key, names};
 use crate::scene::model::{Coordinates, Experiment, Initial, Outputs, Scene, Solver};
 use crate::scene::tables::{COORDINATES, DISPLAY, EXPERIMENT, GUESS, OUTPUTS, SOLVER};
@@ -72,7 +72,7 @@ impl Decoder {
     /// A value, a guess, or a table of them: TOML reads the key `crank.angle` without quotes as `angle` in `crank`.
     fn initial(&mut self, key: Text, node: &Node, values: &mut Vec<Initial>) {
         let what = format!("the initial value of `{}`", key.text);
-        let Kind::Table(entries) = &node.kind else {
+        let Content::Table(entries) = &node.kind else {
             if let Some(value) = self.faults.quantity(node, &what) {
                 values.push(Initial { variable: key, value, known: true });
             }

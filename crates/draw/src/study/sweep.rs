@@ -12,7 +12,7 @@ const MOST_CURVES: usize = 4;
 /// The measures of all runs, and how they are drawn.
 #[derive(Clone, Debug)]
 pub struct Picture {
-    kind: Kind,
+    kind: Axes,
     /// A column for each measure, as it is shown; not a number where a run failed.
     values: Vec<Vec<f64>>,
     /// How each column is shown: what is set, then what is measured.
@@ -21,7 +21,7 @@ pub struct Picture {
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Kind {
+enum Axes {
     /// Over one factor, a curve for each value of the other if there is one.
     Curves(usize, Option<usize>),
     /// Over two factors.
@@ -37,22 +37,22 @@ impl Picture {
     pub fn new(sweep: &Sweep) -> Result<Self, String> {
         let design = &sweep.design;
         let kind = match (design.is_grid(), &design.varied()[..]) {
-            _ if design.is_drawn() => Kind::Histograms,
+            _ if design.is_drawn() => Axes::Histograms,
             (_, []) => return Err("nothing is varied: there is one run to draw".to_owned()),
-            (_, &[one]) => Kind::Curves(one, None),
+            (_, &[one]) => Axes::Curves(one, None),
             (true, &[one, other]) => {
                 let [count, others] = [one, other].map(|factor| levels(sweep, factor).len());
                 match (count <= MOST_CURVES, others <= MOST_CURVES) {
-                    (_, true) if others <= count => Kind::Curves(one, Some(other)),
-                    (true, _) => Kind::Curves(other, Some(one)),
-                    _ => Kind::Map([one, other]),
+                    (_, true) if others <= count => Axes::Curves(one, Some(other)),
+                    (true, _) => Axes::Curves(other, Some(one)),
+                    _ => Axes::Map([one, other]),
                 }
             }
             (true, varied) => {
                 let what = "a picture shows one or two of them; give the others one value";
                 return Err(format!("{} quantities are varied, but {what}, or draw runs at random", varied.len()));
             }
-            (false, _) => Kind::Histograms,
+            (false, _) => Axes::Histograms,
         };
         Ok(Picture { kind, values: vec![Vec::new(); sweep.measures.len()], units: sweep.shown(), failed: 0 })
     }
@@ -71,9 +71,9 @@ impl Picture {
     /// Draws it, as SVG.
     pub fn svg(&self, sweep: &Sweep) -> String {
         match self.kind {
-            Kind::Curves(along, other) => self.curves(sweep, along, other).svg(),
-            Kind::Map(axes) => self.map(sweep, axes).svg(),
-            Kind::Histograms => self.histogram(sweep).svg(),
+            Axes::Curves(along, other) => self.curves(sweep, along, other).svg(),
+            Axes::Map(axes) => self.map(sweep, axes).svg(),
+            Axes::Histograms => self.histogram(sweep).svg(),
         }
     }
 

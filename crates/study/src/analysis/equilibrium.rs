@@ -8,7 +8,7 @@ use nalgebra::DMatrix;
 use super::decompose::symmetric_eigen;
 use super::modes::{Mode, modes};
 use super::search::{null_space, scales, search};
-use super::variation::{Column, Row, Variation};
+use super::variation::{Column, RowBlock, Variation};
 use super::{Failure, Point, StateSpace};
 
 /// Stiffness counts as none below this share of the largest.
@@ -112,8 +112,8 @@ impl Statics {
     fn new(formulated: &Formulated, variation: &Variation, point: &Point) -> Result<Self, Failure> {
         let numbers = variation.motion_at(&formulated.equations, point)?;
         let scales = scales(formulated);
-        let tangent = numbers.block(Row::Motion, Column::Positions);
-        let loops = numbers.block(Row::Loops, Column::Positions);
+        let tangent = numbers.block(RowBlock::Motion, Column::Positions);
+        let loops = numbers.block(RowBlock::Loops, Column::Positions);
         let tangent = DMatrix::from_fn(scales.len(), scales.len(), |i, j| tangent[(i, j)] * scales[i] * scales[j]);
         let loops = DMatrix::from_fn(loops.nrows(), scales.len(), |i, j| loops[(i, j)] * scales[j]);
         let free = null_space(&loops, DETERMINED)?;

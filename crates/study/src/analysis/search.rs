@@ -9,7 +9,7 @@ use cotree::formulate::Formulated;
 use nalgebra::{DMatrix, DVector};
 
 use super::decompose::{least_squares, svd};
-use super::variation::{Column, Numbers, Row, Variation};
+use super::variation::{Column, Numbers, RowBlock, Variation};
 use super::{Failure, Point};
 
 const ITERATIONS: usize = 100;
@@ -62,7 +62,7 @@ pub(super) fn search(formulated: &Formulated, variation: &Variation, guess: Poin
 /// Accelerations of a point when it is released from rest.
 fn accelerations(numbers: &Numbers, point: &Point) -> Result<DVector<f64>, Failure> {
     let coordinates = point.positions().len();
-    let (motion, loops) = (numbers.values(Row::Motion), numbers.values(Row::Accelerations));
+    let (motion, loops) = (numbers.values(RowBlock::Motion), numbers.values(RowBlock::Accelerations));
     let right = DVector::from_iterator(motion.len() + loops.len(), motion.iter().chain(&loops).map(|value| -value));
     // The solution holds changes of the reactions too. In a singular pose: the solution of least norm.
     Ok(least_squares(&numbers.system(), &right, 0.0)?.rows(0, coordinates).into_owned())
@@ -130,7 +130,7 @@ impl<'a> Search<'a> {
         let gaps = variation.active().iter().map(|&row| constraints[row].scale).collect();
         let mut search = Search { formulated, variation, point, scales: scales(formulated), gaps, energy: 1.0 };
         let numbers = variation.motion_at(&formulated.equations, &search.point)?;
-        let (jacobian, residual) = (search.jacobian(&numbers), search.scaled(&numbers.values(Row::Motion)));
+        let (jacobian, residual) = (search.jacobian(&numbers), search.scaled(&numbers.values(RowBlock::Motion)));
         let n = search.scales.len();
         let largest = jacobian.view((0, 0), (n, n)).amax().max(residual.amax());
         if largest > 0.0 {
@@ -147,8 +147,8 @@ impl<'a> Search<'a> {
 
     /// The reactions that balance the loads best, by least squares.
     fn carry(&mut self, numbers: &Numbers) -> Result<(), Failure> {
-        let reactions = numbers.block(Row::Motion, Column::Reactions);
-        let change = least_squares(&reactions, &-numbers.values(Row::Motion), 0.0)?;
+        let reactions = numbers.block(RowBlock::Motion, Column::Reactions);
+        let change = least_squares(&reactions, &-numbers.values(RowBlock::Motion), 0.0)?;
         self.change_reactions(change.as_slice());
         Ok(())
     }
@@ -163,8 +163,8 @@ impl<'a> Search<'a> {
     /// Unbalanced loads and gaps in natural units.
     fn residual(&self, point: &Point) -> DVector<f64> {
         let equations = &self.formulated.equations;
-        let motion = self.scaled(&self.variation.values(equations, point, Row::Motion));
-        let loops = self.variation.values(equations, point, Row::Loops);
+        let motion = self.scaled(&self.variation.values(equations, point, RowBlock::Motion));
+        let loops = self.variation.values(equations, point, RowBlock::Loops);
         let loops = loops.iter().zip(&self.gaps).map(|(gap, scale)| gap / scale);
         DVector::from_iterator(motion.len() + self.gaps.len(), motion.iter().copied().chain(loops))
     }
@@ -172,9 +172,9 @@ impl<'a> Search<'a> {
     /// Derivatives of the residual by coordinates and reactions in natural units.
     fn jacobian(&self, numbers: &Numbers) -> DMatrix<f64> {
         let (n, m) = (self.scales.len(), self.gaps.len());
-        let stiffness = numbers.block(Row::Motion, Column::Positions);
-        let reactions = numbers.block(Row::Motion, Column::Reactions);
-        let loops = numbers.block(Row::Loops, Column::Positions);
+        let stiffness = numbers.block(RowBlock::Motion, Column::Positions);
+        let reactions = numbers.block(RowBlock::Motion, Column::Reactions);
+        let loops = numbers.block(RowBlock::Loops, Column::Positions);
         DMatrix::from_fn(n + m, n + m, |row, column| match (row.checked_sub(n), column.checked_sub(n)) {
             (None, None) => stiffness[(row, column)] * self.scales[row] * self.scales[column] / self.energy,
             (None, Some(k)) => reactions[(row, k)] * self.scales[row] / self.gaps[k],
@@ -244,7 +244,11 @@ impl<'a> Search<'a> {
         }
         for _ in 0..MOVES {
             let numbers = self.variation.motion_at(equations, &self.point)?;
-            let step = least_squares(&numbers.block(Row::Loops, Column::Positions), &-numbers.values(Row::Loops), 0.0)?;
+            let step = least_squares(
+                &numbers.block(RowBlock::Loops, Column::Positions),
+                &-numbers.values(RowBlock::Loops),
+                0.0,
+            )?;
             self.point.positions_mut().iter_mut().zip(&step).for_each(|(q, change)| *q += change);
         }
         let numbers = self.variation.motion_at(equations, &self.point)?;

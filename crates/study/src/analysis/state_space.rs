@@ -13,7 +13,7 @@ use nalgebra::DMatrix;
 
 use super::independent::{Partition, Undetermined};
 use super::search::scales;
-use super::variation::{Column, Numbers, Row, Variation};
+use super::variation::{Column, Numbers, RowBlock, Variation};
 use super::{Failure, Point};
 
 /// A state, input or output, and its value at the point.
@@ -120,7 +120,7 @@ fn partition(
 ) -> Result<Partition, Undetermined> {
     let constraints = &formulated.lowered.program.constraints;
     let scales = scales(formulated);
-    let mut jacobian = numbers.block(Row::Loops, Column::Positions);
+    let mut jacobian = numbers.block(RowBlock::Loops, Column::Positions);
     for (mut row, &constraint) in jacobian.row_iter_mut().zip(variation.active()) {
         row /= constraints[constraint].scale;
     }
@@ -177,7 +177,7 @@ impl Basis {
     /// Varies the loop equations, their rates, and the equations of motion; `None` in a singular pose.
     fn motion(&self, numbers: &Numbers, partition: &Partition) -> Option<MotionChanges> {
         let Partition { independent, dependent } = partition;
-        let jacobian = numbers.block(Row::Loops, Column::Positions);
+        let jacobian = numbers.block(RowBlock::Loops, Column::Positions);
         let (n, count) = (jacobian.ncols(), self.signals.ncols());
         let held = jacobian.select_columns(dependent);
         // Columns of the independent coordinates and rates are unit columns; the dependent ones follow.
@@ -193,13 +193,13 @@ impl Basis {
             }
             Some(all)
         };
-        let positions = complete(0, numbers.block(Row::Loops, Column::Signals) * &self.signals)?;
-        let turning = numbers.block(Row::Rates, Column::Positions) * &positions
-            + numbers.block(Row::Rates, Column::Signals) * &self.signals;
+        let positions = complete(0, numbers.block(RowBlock::Loops, Column::Signals) * &self.signals)?;
+        let turning = numbers.block(RowBlock::Rates, Column::Positions) * &positions
+            + numbers.block(RowBlock::Rates, Column::Signals) * &self.signals;
         let rates = complete(independent.len(), turning)?;
         let m = jacobian.nrows();
         let mut right = DMatrix::zeros(n + m, count);
-        for (first, size, row) in [(0, n, Row::Motion), (n, m, Row::Accelerations)] {
+        for (first, size, row) in [(0, n, RowBlock::Motion), (n, m, RowBlock::Accelerations)] {
             let change = numbers.block(row, Column::Positions) * &positions
                 + numbers.block(row, Column::Rates) * &rates
                 + numbers.block(row, Column::Signals) * &self.signals;
@@ -211,7 +211,7 @@ impl Basis {
     }
 
     fn outputs(&self, numbers: &Numbers, motion: &MotionChanges) -> DMatrix<f64> {
-        let of = |column: Column| numbers.block(Row::Outputs, column);
+        let of = |column: Column| numbers.block(RowBlock::Outputs, column);
         of(Column::Positions) * &motion.positions
             + of(Column::Rates) * &motion.rates
             + of(Column::Accelerations) * &motion.accelerations
@@ -297,7 +297,7 @@ fn signal(formulated: &Formulated, point: &Point, symbol: Symbol) -> Signal {
 
 fn output_signals(formulated: &Formulated, numbers: &Numbers) -> Vec<Signal> {
     let outputs = formulated.equations.system.mechanism.outputs.iter();
-    let values = numbers.values(Row::Outputs);
+    let values = numbers.values(RowBlock::Outputs);
     outputs
         .zip(values.iter())
         .map(|(output, &value)| Signal { name: output.name.clone(), unit: output.unit.clone(), value })

@@ -18,7 +18,7 @@ use super::{Failure, Point, saddle};
 const TOGETHER: f64 = 1e-9;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Row {
+pub(super) enum RowBlock {
     /// Phi of the independent loop equations.
     Loops,
     /// Phi_t + Phi_q v of the same.
@@ -56,7 +56,7 @@ pub struct Variation {
     places: Vec<(usize, usize)>,
     derivatives: Vec<Expr>,
     /// Where each kind of equation is among the roots.
-    rows: Vec<(Row, Range<usize>)>,
+    rows: Vec<(RowBlock, Range<usize>)>,
     coordinates: usize,
     /// The independent loop equations.
     active: Vec<usize>,
@@ -79,7 +79,7 @@ impl Variation {
     pub(super) fn by(formulated: &mut Formulated, signals: Vec<Symbol>) -> Self {
         let active = active(formulated);
         let mut roots = roots(&mut formulated.equations, &active);
-        roots.push((Row::Repeated, repeated(&formulated.equations, &active)));
+        roots.push((RowBlock::Repeated, repeated(&formulated.equations, &active)));
         Variation::of(&mut formulated.equations, active, roots, signals)
     }
 
@@ -88,16 +88,21 @@ impl Variation {
         let active = active(formulated);
         let equations = &mut formulated.equations;
         let mut roots = loops(equations, &active);
-        for (row, order) in [(Row::Starts, Order::Position), (Row::StartRates, Order::Velocity)] {
+        for (row, order) in [(RowBlock::Starts, Order::Position), (RowBlock::StartRates, Order::Velocity)] {
             roots.push((row, starts(equations, order)));
         }
-        roots.push((Row::Repeated, repeated(equations, &active)));
+        roots.push((RowBlock::Repeated, repeated(equations, &active)));
         let switches = motion_indicators(equations, &formulated.lowered.solved);
-        roots.push((Row::Switches, switches));
+        roots.push((RowBlock::Switches, switches));
         Variation::of(equations, active, roots, signals)
     }
 
-    fn of(equations: &mut Equations, active: Vec<usize>, groups: Vec<(Row, Vec<Expr>)>, signals: Vec<Symbol>) -> Self {
+    fn of(
+        equations: &mut Equations,
+        active: Vec<usize>,
+        groups: Vec<(RowBlock, Vec<Expr>)>,
+        signals: Vec<Symbol>,
+    ) -> Self {
         let coordinates = equations.coordinates.len();
         let arena = &mut equations.system.arena;
         let columns: Vec<Symbol> = (Order::ALL.into_iter())
@@ -149,7 +154,7 @@ impl Variation {
 
     /// The same, where outputs may lack a value or a derivative.
     pub(super) fn motion_at(&self, equations: &Equations, point: &Point) -> Result<Numbers<'_>, Failure> {
-        self.numbers(equations, point, |row| !self.row(Row::Outputs).contains(&row))
+        self.numbers(equations, point, |row| !self.row(RowBlock::Outputs).contains(&row))
     }
 
     fn numbers(
@@ -179,7 +184,7 @@ impl Variation {
         equations: &mut Equations,
         point: &Point,
         symbols: &[Symbol],
-        rows: &[Row],
+        rows: &[RowBlock],
     ) -> Result<Vec<DMatrix<f64>>, Failure> {
         let is_wanted = |row: usize| rows.iter().any(|wanted| self.row(*wanted).contains(&row));
         let wanted: Vec<usize> = (0..self.places.len()).filter(|&index| is_wanted(self.places[index].0)).collect();
@@ -207,17 +212,17 @@ impl Variation {
     }
 
     /// A block of a matrix of [`Variation::second`].
-    pub(super) fn block_of(&self, matrix: &DMatrix<f64>, row: Row, column: Column) -> DMatrix<f64> {
+    pub(super) fn block_of(&self, matrix: &DMatrix<f64>, row: RowBlock, column: Column) -> DMatrix<f64> {
         let (rows, columns) = (self.row(row), self.column(column));
         matrix.view((rows.start, columns.start), (rows.len(), columns.len())).into_owned()
     }
 
-    pub(super) fn values(&self, equations: &Equations, point: &Point, row: Row) -> DVector<f64> {
+    pub(super) fn values(&self, equations: &Equations, point: &Point, row: RowBlock) -> DVector<f64> {
         let roots = &self.roots[self.row(row)];
         DVector::from_vec(equations.system.arena.evaluate(roots, point))
     }
 
-    fn row(&self, row: Row) -> Range<usize> {
+    fn row(&self, row: RowBlock) -> Range<usize> {
         self.rows.iter().find(|(known, _)| *known == row).map_or(0..0, |(_, range)| range.clone())
     }
 
@@ -235,13 +240,13 @@ impl Variation {
     /// The user's name of an equation's owner.
     fn name(&self, equations: &Equations, row: usize) -> String {
         let within =
-            |group: Row| Some(self.row(group)).filter(|range| range.contains(&row)).map(|range| row - range.start);
-        if let Some(output) = within(Row::Outputs) {
+            |group: RowBlock| Some(self.row(group)).filter(|range| range.contains(&row)).map(|range| row - range.start);
+        if let Some(output) = within(RowBlock::Outputs) {
             equations.system.mechanism.outputs[output].name.clone()
-        } else if let Some(coordinate) = within(Row::Motion) {
+        } else if let Some(coordinate) = within(RowBlock::Motion) {
             equations.coordinates[coordinate].name.position.clone()
         } else {
-            let place = [Row::Loops, Row::Rates, Row::Accelerations].into_iter().find_map(within);
+            let place = [RowBlock::Loops, RowBlock::Rates, RowBlock::Accelerations].into_iter().find_map(within);
             match place.and_then(|place| self.active.get(place)) {
                 Some(&active) => equations.system.element(equations.constraints[active].element).name.clone(),
                 None => equations.system.mechanism.name.clone(),
@@ -271,21 +276,21 @@ fn active(formulated: &Formulated) -> Vec<usize> {
     constraints.filter(|(_, constraint)| constraint.active).map(|(row, _)| row).collect()
 }
 
-fn roots(equations: &mut Equations, active: &[usize]) -> Vec<(Row, Vec<Expr>)> {
+fn roots(equations: &mut Equations, active: &[usize]) -> Vec<(RowBlock, Vec<Expr>)> {
     let mechanism: &Mechanism = &equations.system.mechanism.clone();
     let mut roots = loops(equations, active);
     roots.extend([
-        (Row::Motion, motion(equations)),
-        (Row::Accelerations, active.iter().map(|&row| acceleration(equations, row)).collect()),
-        (Row::Outputs, mechanism.outputs.iter().map(|output| equations.formula(&output.value)).collect()),
+        (RowBlock::Motion, motion(equations)),
+        (RowBlock::Accelerations, active.iter().map(|&row| acceleration(equations, row)).collect()),
+        (RowBlock::Outputs, mechanism.outputs.iter().map(|output| equations.formula(&output.value)).collect()),
     ]);
     roots
 }
 
-fn loops(equations: &mut Equations, active: &[usize]) -> Vec<(Row, Vec<Expr>)> {
+fn loops(equations: &mut Equations, active: &[usize]) -> Vec<(RowBlock, Vec<Expr>)> {
     vec![
-        (Row::Loops, active.iter().map(|&row| equations.constraints[row].value).collect()),
-        (Row::Rates, active.iter().map(|&row| equations.constraint_rate(row)).collect()),
+        (RowBlock::Loops, active.iter().map(|&row| equations.constraints[row].value).collect()),
+        (RowBlock::Rates, active.iter().map(|&row| equations.constraint_rate(row)).collect()),
     ]
 }
 
@@ -343,19 +348,19 @@ pub(super) struct Numbers<'v> {
 }
 
 impl Numbers<'_> {
-    pub fn values(&self, row: Row) -> DVector<f64> {
+    pub fn values(&self, row: RowBlock) -> DVector<f64> {
         let range = self.variation.row(row);
         self.values.rows(range.start, range.len()).into_owned()
     }
 
-    pub fn block(&self, row: Row, column: Column) -> DMatrix<f64> {
+    pub fn block(&self, row: RowBlock, column: Column) -> DMatrix<f64> {
         self.variation.block_of(&self.matrix, row, column)
     }
 
     /// \[M Phi_q^T; Phi_q 0\]
     pub fn system(&self) -> DMatrix<f64> {
         let [mass, reactions] =
-            [Column::Accelerations, Column::Reactions].map(|column| self.block(Row::Motion, column));
-        saddle(&mass, &reactions, &self.block(Row::Accelerations, Column::Accelerations))
+            [Column::Accelerations, Column::Reactions].map(|column| self.block(RowBlock::Motion, column));
+        saddle(&mass, &reactions, &self.block(RowBlock::Accelerations, Column::Accelerations))
     }
 }

@@ -62,7 +62,7 @@ pub fn minimise(
         for (scale, column) in scales.iter_mut().zip(here.derivatives.column_iter()) {
             *scale = column.norm().max(*scale);
         }
-        let Some(step) = Step::new(&here, &values, bounds, &scales) else { break Ended::Settled };
+        let Some(step) = DampedSteps::new(&here, &values, bounds, &scales) else { break Ended::Settled };
         let moved = loop {
             let next = step.at(damping);
             let change = &next - &values;
@@ -100,7 +100,7 @@ pub fn minimise(
 }
 
 /// The steps from a point, for any damping.
-struct Step<'a> {
+struct DampedSteps<'a> {
     here: &'a Residuals,
     values: &'a DVector<f64>,
     bounds: &'a [[f64; 2]],
@@ -109,7 +109,7 @@ struct Step<'a> {
     free: Vec<usize>,
 }
 
-impl<'a> Step<'a> {
+impl<'a> DampedSteps<'a> {
     /// None where nothing makes the sum of squares smaller.
     fn new(
         here: &'a Residuals,
@@ -127,7 +127,7 @@ impl<'a> Step<'a> {
         let free: Vec<usize> = (0..values.len()).filter(is_free).collect();
         let across =
             |&index: &usize| uphill[index].abs() > PERPENDICULAR * length * here.derivatives.column(index).norm();
-        free.iter().any(across).then_some(Step { here, values, bounds, scales, free })
+        free.iter().any(across).then_some(DampedSteps { here, values, bounds, scales, free })
     }
 
     /// The values after a step: what would leave its bounds goes as far as they permit, and the others make the best of that.

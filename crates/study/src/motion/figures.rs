@@ -15,7 +15,7 @@ use super::drive::{self, Table};
 use super::dwell::Dwell;
 use super::flywheel::Fluctuation;
 use super::grashof;
-use super::input::Output;
+use super::input::Watched;
 use super::report::radius_of;
 use super::samples::{ANGULAR, At, Derivatives, Samples, lagrange};
 use super::{Drive, MotionError, Request, unit_of};
@@ -29,7 +29,7 @@ pub(super) struct Subject<'a> {
     pub scene: &'a Scene,
     pub mechanism: &'a Mechanism,
     pub drive: &'a Drive,
-    pub output: Option<&'a Output>,
+    pub output: Option<&'a Watched>,
     pub request: &'a Request,
 }
 
@@ -304,7 +304,13 @@ impl Figures {
     }
 
     /// Position, influence coefficients, limits, stroke, time ratio and mechanical advantage of the output.
-    fn output(&mut self, output: &Output, table: &Table, drive: &Drive, dwell: Option<f64>) -> Result<(), MotionError> {
+    fn output(
+        &mut self,
+        output: &Watched,
+        table: &Table,
+        drive: &Drive,
+        dwell: Option<f64>,
+    ) -> Result<(), MotionError> {
         let (name, link) = (&output.name, Link::new(&output.name, &output.unit.si));
         let missing = || MotionError::Request(format!("`{name}` cannot be computed: the scene gives no masses for it"));
         let position = output.variables.first().and_then(|name| table.get(name)).ok_or_else(missing)?;
@@ -347,7 +353,7 @@ impl Figures {
     }
 
     /// dq/dphi and d2q/dphi2: by the rates that the scene has of it, else by the slopes between samples. Next to a dead point, where slopes grow without bound, neighbours do not give them: none.
-    fn influence(&self, output: &Output, position: &Samples, table: &Table, drive: &Drive) -> Option<[Samples; 2]> {
+    fn influence(&self, output: &Watched, position: &Samples, table: &Table, drive: &Drive) -> Option<[Samples; 2]> {
         let rate = |order: i32| {
             let own = table.get(output.variables.get(order as usize)?)?;
             Some(own.map(|value| value / drive.speed.powi(order)))

@@ -60,7 +60,7 @@ fn asked(mechanism: &Mechanism, name: &str) -> Option<(JointId, Derivatives)> {
 }
 
 /// What is looked at.
-pub(super) struct Output {
+pub(super) struct Watched {
     pub name: String,
     /// Its variable, with its rate and its acceleration as far as there are variables for them.
     pub variables: Vec<String>,
@@ -69,10 +69,10 @@ pub(super) struct Output {
     pub joint: Option<(JointId, Derivatives)>,
 }
 
-impl Output {
-    fn of_joint(mechanism: &Mechanism, (id, motion): (JointId, Derivatives)) -> Output {
+impl Watched {
+    fn of_joint(mechanism: &Mechanism, (id, motion): (JointId, Derivatives)) -> Watched {
         let joint = &mechanism.joints[id.0];
-        Output {
+        Watched {
             name: drive::called(joint, motion),
             variables: motion.map(|quantity| quantity.of(&joint.name)).to_vec(),
             unit: unit_of(motion),
@@ -87,15 +87,15 @@ pub(super) fn output(
     mechanism: &Mechanism,
     input: (JointId, Derivatives),
     name: Option<&str>,
-) -> Result<Option<Output>, MotionError> {
+) -> Result<Option<Watched>, MotionError> {
     let on_ground = |id: JointId| mechanism.joints[id.0].bodies().contains(&None);
     let Some(name) = name else {
         let other = motions(mechanism).find(|(_, (joint, _))| *joint != input.0 && on_ground(*joint));
-        return Ok(other.map(|(_, other)| Output::of_joint(mechanism, other)));
+        return Ok(other.map(|(_, other)| Watched::of_joint(mechanism, other)));
     };
     match asked(mechanism, name) {
         Some(motion) if motion == input => Err(MotionError::Request(format!("`{name}` is the input, not an output"))),
-        Some(motion) if on_ground(motion.0) => Ok(Some(Output::of_joint(mechanism, motion))),
+        Some(motion) if on_ground(motion.0) => Ok(Some(Watched::of_joint(mechanism, motion))),
         _ => match mechanism.joints.iter().find(|joint| joint.name == name) {
             Some(joint) => {
                 let own: Vec<String> = joint.component().variables.iter().map(|quantity| quantity.of(name)).collect();
@@ -110,7 +110,7 @@ pub(super) fn output(
 }
 
 /// A variable or an output of the scene.
-fn variable(scene: &Scene, mechanism: &Mechanism, name: &str) -> Result<Output, MotionError> {
+fn variable(scene: &Scene, mechanism: &Mechanism, name: &str) -> Result<Watched, MotionError> {
     let expressions = || scene.outputs.expressions.iter().map(|output| output.name.text.as_str());
     let unknown =
         |more: String| MotionError::Request(format!("there is no joint, variable or output `{name}`; {more}"));
@@ -133,7 +133,7 @@ fn variable(scene: &Scene, mechanism: &Mechanism, name: &str) -> Result<Output, 
         let rates = rates(variable.quantity).iter().map(|rate| rate.of(owner));
         variables.extend(rates.take_while(|rate| reported.contains(rate)));
     }
-    Ok(Output { name: name.to_owned(), variables, unit: output.unit, joint: None })
+    Ok(Watched { name: name.to_owned(), variables, unit: output.unit, joint: None })
 }
 
 /// The variables that are the derivatives of another by time, one after the other.
@@ -157,7 +157,7 @@ fn only(scene: &Scene, name: &str) -> Scene {
 }
 
 /// The scene that reports what is looked at, and nothing else.
-pub(super) fn reporting(mut scene: Scene, output: Option<&Output>) -> Scene {
+pub(super) fn reporting(mut scene: Scene, output: Option<&Watched>) -> Scene {
     match output.and_then(|output| output.variables.first()) {
         Some(name) => only(&scene, name),
         None => {

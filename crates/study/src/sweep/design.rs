@@ -4,7 +4,7 @@ use cotree::export::description::Description;
 use cotree::simulate::Settings;
 
 use super::factor::{Factor, Values};
-use super::sample::{Kind, drawn};
+use super::sample::{Sampling, drawn};
 use super::table;
 
 /// The runs of a sweep.
@@ -49,7 +49,7 @@ impl Design {
     ///
     /// # Errors
     /// A factor is there twice, or there are no runs or too many.
-    pub fn random(factors: Vec<Factor>, kind: Kind, count: usize, seed: u64) -> Result<Self, String> {
+    pub fn random(factors: Vec<Factor>, kind: Sampling, count: usize, seed: u64) -> Result<Self, String> {
         different(&factors)?;
         if !(1..=MOST_RUNS).contains(&count) {
             return Err(if count == 0 { "0 runs are none: draw at least one".to_owned() } else { too_many() });

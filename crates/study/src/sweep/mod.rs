@@ -23,7 +23,7 @@ use cotree_fmu::model::Model;
 pub use design::Design;
 pub use factor::{Factor, Values};
 pub use record::{Record, RecordError, begin, write};
-pub use sample::Kind;
+pub use sample::Sampling;
 
 /// Rows are handed over about as often.
 const PACE: Duration = Duration::from_millis(250);

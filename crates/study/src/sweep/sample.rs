@@ -4,7 +4,7 @@ use super::Values;
 
 /// How random values are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum Sampling {
     /// Each by itself.
     Random,
     /// One in each of as many equally likely strata as there are runs: Latin hypercube (McKay, Beckman and Conover 1979).
@@ -12,16 +12,16 @@ pub enum Kind {
 }
 
 /// The values of one factor for all runs.
-pub fn drawn(kind: Kind, values: &Values, count: usize, seed: u64, factor: usize) -> Vec<f64> {
+pub fn drawn(kind: Sampling, values: &Values, count: usize, seed: u64, factor: usize) -> Vec<f64> {
     // Streams of different factors and seeds have nothing to do with each other: their starts are mixed.
     let mut stream = Stream(mixed(mixed(seed).wrapping_add(factor as u64)));
     let strata: Vec<usize> = match kind {
-        Kind::Random => Vec::new(),
-        Kind::Latin => stream.permutation(count),
+        Sampling::Random => Vec::new(),
+        Sampling::Latin => stream.permutation(count),
     };
     let share = |run: usize, within: f64| match kind {
-        Kind::Random => within,
-        Kind::Latin => (strata[run] as f64 + within) / count as f64,
+        Sampling::Random => within,
+        Sampling::Latin => (strata[run] as f64 + within) / count as f64,
     };
     (0..count).map(|run| values.at(share(run, stream.uniform()))).collect()
 }
@@ -137,7 +137,7 @@ mod tests {
     #[test]
     fn a_latin_hypercube_has_one_value_in_each_stratum() {
         for factor in 0..3 {
-            let mut values = drawn(Kind::Latin, &Values::Uniform(2.0, 5.0), 1000, 7, factor);
+            let mut values = drawn(Sampling::Latin, &Values::Uniform(2.0, 5.0), 1000, 7, factor);
             values.sort_by(f64::total_cmp);
             for (index, value) in values.iter().enumerate() {
                 let stratum = 2.0 + 3.0 * index as f64 / 1000.0;
@@ -154,21 +154,21 @@ mod tests {
         };
         let count = 100_000;
         for seed in 0..4 {
-            let (mean, variance) = moments(&drawn(Kind::Random, &Values::Uniform(-1.0, 1.0), count, seed, 0));
+            let (mean, variance) = moments(&drawn(Sampling::Random, &Values::Uniform(-1.0, 1.0), count, seed, 0));
             assert!(mean.abs() < 0.01 && (variance - 1.0 / 3.0).abs() < 0.01, "{mean}, {variance}");
-            let (mean, variance) = moments(&drawn(Kind::Random, &Values::Normal(3.0, 0.5), count, seed, 1));
+            let (mean, variance) = moments(&drawn(Sampling::Random, &Values::Normal(3.0, 0.5), count, seed, 1));
             assert!((mean - 3.0).abs() < 0.01 && (variance - 0.25).abs() < 0.01, "{mean}, {variance}");
         }
     }
 
     #[test]
     fn streams_differ_by_seed_and_factor_and_repeat() {
-        let first = |seed, factor| drawn(Kind::Random, &Values::Uniform(0.0, 1.0), 4, seed, factor);
+        let first = |seed, factor| drawn(Sampling::Random, &Values::Uniform(0.0, 1.0), 4, seed, factor);
         assert_eq!(first(1, 0), first(1, 0));
         assert_ne!(first(1, 0), first(1, 1));
         assert_ne!(first(1, 0), first(2, 0));
         // Levels are each as likely.
-        let levels = drawn(Kind::Latin, &Values::Levels(vec![1.0, 2.0]), 10, 0, 0);
+        let levels = drawn(Sampling::Latin, &Values::Levels(vec![1.0, 2.0]), 10, 0, 0);
         assert_eq!(levels.iter().filter(|value| **value == 1.0).count(), 5);
     }
 }

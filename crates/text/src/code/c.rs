@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::syntax::Syntax;
-use super::{Function, Kinematics, Language, Output, Sizes, Step};
+use super::{CodeBlock, Function, Kinematics, Language, Sizes, Statement};
 
 /// Sine and cosine as the runtime computes them, and the small functions that C lacks.
 const PRELUDE: &str = include_str!("prelude.c");
@@ -36,8 +36,9 @@ impl Language for C {
         text + "*/\n" + PRELUDE
     }
 
-    fn function(&self, function: &Function, sizes: &Sizes, steps: &[Step]) -> String {
-        let known: &[Output] = if function.knows_motion { &[Output::Acceleration, Output::Reaction] } else { &[] };
+    fn function(&self, function: &Function, sizes: &Sizes, steps: &[Statement]) -> String {
+        let known: &[CodeBlock] =
+            if function.knows_motion { &[CodeBlock::Acceleration, CodeBlock::Reaction] } else { &[] };
         let known: String = known.iter().map(|known| format!("const double *{}, ", known.name())).collect();
         let outputs: Vec<String> = function.outputs.iter().map(|output| format!("double *{}", output.name())).collect();
         let shapes: Vec<String> = function.outputs.iter().map(|output| output.described(sizes)).collect();

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::syntax::Syntax;
-use super::{Function, Kinematics, Language, Sizes, Step};
+use super::{Function, Kinematics, Language, Sizes, Statement};
 
 const HELPERS: &str = "
   pure subroutine sine_cosine(x, sine, cosine)
@@ -97,7 +97,7 @@ impl Language for Fortran {
         )
     }
 
-    fn function(&self, function: &Function, sizes: &Sizes, steps: &[Step]) -> String {
+    fn function(&self, function: &Function, sizes: &Sizes, steps: &[Statement]) -> String {
         let name = identifier(&function.name);
         let outputs: Vec<&str> = function.outputs.iter().map(|output| SYNTAX.array(output.name())).collect();
         let known = if function.knows_motion { "a, lambda, " } else { "" };
@@ -156,11 +156,11 @@ fn identifier(name: &str) -> String {
     format!("{}{tail}", &name[..40])
 }
 
-fn locals(steps: &[Step]) -> Vec<String> {
+fn locals(steps: &[Statement]) -> Vec<String> {
     let results = steps.iter().flat_map(|step| match *step {
-        Step::One(own, ..) | Step::Two(own, ..) | Step::Select(own, ..) => vec![own],
-        Step::SineCosine(pair, _) => pair.to_vec(),
-        Step::Store(..) => Vec::new(),
+        Statement::One(own, ..) | Statement::Two(own, ..) | Statement::Select(own, ..) => vec![own],
+        Statement::SineCosine(pair, _) => pair.to_vec(),
+        Statement::Store(..) => Vec::new(),
     });
     results.map(|index| format!("x{index}")).collect()
 }

@@ -24,7 +24,7 @@ pub trait Language {
     /// The beginning of the file; `legend` describes the arguments.
     fn prelude(&self, name: &str, legend: &[String]) -> String;
     /// A function from its first line to its last; `steps` are the lines between.
-    fn function(&self, function: &Function, sizes: &Sizes, steps: &[Step]) -> String;
+    fn function(&self, function: &Function, sizes: &Sizes, steps: &[Statement]) -> String;
     /// The velocities and accelerations of a model whose motion the drivers prescribe.
     fn kinematics(&self, model: &Kinematics) -> String;
     fn end(&self, _name: &str) -> String {
@@ -52,11 +52,11 @@ pub struct Function {
     /// Are accelerations and reactions arguments too, after the rates?
     pub knows_motion: bool,
     /// The arrays that it fills, in the order in which it is given them.
-    pub outputs: &'static [Output],
+    pub outputs: &'static [CodeBlock],
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Output {
+pub enum CodeBlock {
     /// \[M\]
     Mass,
     /// {Q}
@@ -79,7 +79,7 @@ pub enum Output {
 
 /// One line of straight-line code. Operands are constants, symbols, or the results of earlier lines.
 #[derive(Clone, Copy, Debug)]
-pub enum Step {
+pub enum Statement {
     /// result = f(a)
     One(usize, Unary, Operand),
     /// result = f(a, b)
@@ -89,7 +89,7 @@ pub enum Step {
     /// Both from one call: sine, cosine. One of them may be unused.
     SineCosine([usize; 2], Operand),
     /// An entry of an array of results: row, column.
-    Store(Output, [usize; 2], Operand),
+    Store(CodeBlock, [usize; 2], Operand),
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -106,40 +106,46 @@ impl Function {
     }
 }
 
-const EQUATIONS: &[Output] =
-    &[Output::Mass, Output::Load, Output::Constraint, Output::Jacobian, Output::TimeRate, Output::Gamma];
-const SOLUTION: &[Output] = &[Output::Acceleration, Output::Reaction];
+const EQUATIONS: &[CodeBlock] = &[
+    CodeBlock::Mass,
+    CodeBlock::Load,
+    CodeBlock::Constraint,
+    CodeBlock::Jacobian,
+    CodeBlock::TimeRate,
+    CodeBlock::Gamma,
+];
+const SOLUTION: &[CodeBlock] = &[CodeBlock::Acceleration, CodeBlock::Reaction];
 
-impl Output {
+impl CodeBlock {
     /// Rows and columns; one column for what is no matrix.
     pub fn shape(self, sizes: &Sizes) -> [usize; 2] {
         let (n, m) = (sizes.coordinates, sizes.constraints);
         match self {
-            Output::Mass => [n, n],
-            Output::Load | Output::Acceleration => [n, 1],
-            Output::Constraint | Output::TimeRate | Output::Gamma | Output::Reaction => [m, 1],
-            Output::Jacobian => [m, n],
-            Output::Slide => [sizes.slides, 1],
-            Output::Effort => [sizes.efforts, 1],
+            CodeBlock::Mass => [n, n],
+            CodeBlock::Load | CodeBlock::Acceleration => [n, 1],
+            CodeBlock::Constraint | CodeBlock::TimeRate | CodeBlock::Gamma | CodeBlock::Reaction => [m, 1],
+            CodeBlock::Jacobian => [m, n],
+            CodeBlock::Slide => [sizes.slides, 1],
+            CodeBlock::Effort => [sizes.efforts, 1],
         }
     }
 
     pub fn is_matrix(self) -> bool {
-        matches!(self, Output::Mass | Output::Jacobian)
+        matches!(self, CodeBlock::Mass | CodeBlock::Jacobian)
     }
 
     pub fn name(self) -> &'static str {
         match self {
-            Output::Mass => "M",
-            Output::Load => "Q",
-            Output::Constraint => "Phi",
-            Output::Jacobian => "Phi_q",
-            Output::TimeRate => "Phi_t",
-            Output::Gamma => "gamma",
-            Output::Acceleration => "a",
-            Output::Reaction => "lambda",
-            Output::Slide => "s",
-            Output::Effort => "effort",
+            CodeBlock::Mass => "M",
+            CodeBlock::Load => "Q",
+            CodeBlock::Constraint => "Phi",
+            CodeBlock::Jacobian => "Phi_q",
+            CodeBlock::TimeRate => "Phi_t",
+            CodeBlock::Gamma => "gamma",
+            CodeBlock::Acceleration => "a",
+            CodeBlock::Reaction => "lambda",
+            CodeBlock::Slide => "s",
+            CodeBlock::Effort => "effort",
         }
     }
 }
@@ -185,7 +191,7 @@ pub fn code(equations: &mut Equations, solved: &[Expr], redundant: &[usize], lan
     text
 }
 
-fn column<'a>(output: Output, exprs: impl IntoIterator<Item = &'a Expr>) -> Vec<(Output, [usize; 2], Expr)> {
+fn column<'a>(output: CodeBlock, exprs: impl IntoIterator<Item = &'a Expr>) -> Vec<(CodeBlock, [usize; 2], Expr)> {
     exprs.into_iter().enumerate().map(|(row, &expr)| (output, [row, 0], expr)).collect()
 }
 
@@ -203,7 +209,7 @@ struct Writer<'a> {
 }
 
 impl Writer<'_> {
-    fn equations(&self, matrices: &[(Output, [usize; 2], Expr)], masses: bool) -> String {
+    fn equations(&self, matrices: &[(CodeBlock, [usize; 2], Expr)], masses: bool) -> String {
         let without = if masses { "" } else { "\nThe scene gives no masses: M and Q are zero." };
         let about = format!(
             "Equations of motion: M a + Phi_q^T lambda = Q, Phi = 0, Phi_q v = -Phi_t, Phi_q a = gamma.{without}"
@@ -214,15 +220,15 @@ impl Writer<'_> {
     fn accelerations(&self, solved: &[Expr]) -> String {
         let (accelerations, reactions) = solved.split_at(self.sizes.coordinates.min(solved.len()));
         let reactions = self.loops.iter().filter_map(|&index| reactions.get(index));
-        let results = [column(Output::Acceleration, accelerations), column(Output::Reaction, reactions)].concat();
+        let results = [column(CodeBlock::Acceleration, accelerations), column(CodeBlock::Reaction, reactions)].concat();
         let about = "Accelerations a and reactions lambda, from the equations of motion.".to_owned();
         self.function("accelerations", about, SOLUTION, &results)
     }
 
     fn slides(&self, slides: &[Entry]) -> String {
         let about = format!("Displacements s of the slides that are no coordinates: {}.", list(slides));
-        let results = column(Output::Slide, slides.iter().map(|(_, expr)| expr));
-        self.function("slides", about, &[Output::Slide], &results)
+        let results = column(CodeBlock::Slide, slides.iter().map(|(_, expr)| expr));
+        self.function("slides", about, &[CodeBlock::Slide], &results)
     }
 
     fn efforts(&self, efforts: &[Entry]) -> String {
@@ -230,19 +236,19 @@ impl Writer<'_> {
             "Reactions of joints and efforts of drivers, on their second side, from accelerations a and reactions lambda:\n{}.",
             list(efforts)
         );
-        let results = column(Output::Effort, efforts.iter().map(|(_, expr)| expr));
-        self.function("efforts", about, &[Output::Effort], &results)
+        let results = column(CodeBlock::Effort, efforts.iter().map(|(_, expr)| expr));
+        self.function("efforts", about, &[CodeBlock::Effort], &results)
     }
 
     fn function(
         &self,
         suffix: &str,
         about: String,
-        outputs: &'static [Output],
-        results: &[(Output, [usize; 2], Expr)],
+        outputs: &'static [CodeBlock],
+        results: &[(CodeBlock, [usize; 2], Expr)],
     ) -> String {
         let name = format!("{}_{suffix}", self.name);
-        let function = Function { name, about, knows_motion: outputs == [Output::Effort], outputs };
+        let function = Function { name, about, knows_motion: outputs == [CodeBlock::Effort], outputs };
         let roots: Vec<Expr> = results.iter().map(|(.., expr)| *expr).collect();
         let (arena, expansions) = self.arena.runnable(&roots);
         let places = results.iter().map(|(output, place, _)| (*output, *place));
@@ -252,10 +258,10 @@ impl Writer<'_> {
     }
 }
 
-fn matrices(equations: &mut Equations) -> Vec<(Output, [usize; 2], Expr)> {
+fn matrices(equations: &mut Equations) -> Vec<(CodeBlock, [usize; 2], Expr)> {
     let n = equations.coordinates.len();
     let mut results = Vec::new();
-    let mut dense = |output: Output, row: usize, entries: &[(usize, Expr)]| {
+    let mut dense = |output: CodeBlock, row: usize, entries: &[(usize, Expr)]| {
         for column in 0..n {
             let entry = entries.iter().find(|(at, _)| *at == column).map_or(Expr::ZERO, |(_, entry)| *entry);
             results.push((output, [row, column], entry));
@@ -264,22 +270,22 @@ fn matrices(equations: &mut Equations) -> Vec<(Output, [usize; 2], Expr)> {
     let dynamic = has_masses(equations);
     let none = vec![Vec::new(); n];
     for (row, entries) in if dynamic { &equations.dynamics().mass } else { &none }.iter().enumerate() {
-        dense(Output::Mass, row, entries);
+        dense(CodeBlock::Mass, row, entries);
     }
     for (row, (_, constraint)) in equations.loops().enumerate() {
-        dense(Output::Jacobian, row, &constraint.jacobian);
+        dense(CodeBlock::Jacobian, row, &constraint.jacobian);
     }
     let none = vec![Expr::ZERO; n];
-    results.extend(column(Output::Load, if dynamic { &equations.dynamics().load } else { &none }));
+    results.extend(column(CodeBlock::Load, if dynamic { &equations.dynamics().load } else { &none }));
     for (row, (_, constraint)) in equations.loops().enumerate() {
-        results.push((Output::Constraint, [row, 0], constraint.value));
-        results.push((Output::TimeRate, [row, 0], constraint.time_rate));
-        results.push((Output::Gamma, [row, 0], constraint.gamma));
+        results.push((CodeBlock::Constraint, [row, 0], constraint.value));
+        results.push((CodeBlock::TimeRate, [row, 0], constraint.time_rate));
+        results.push((CodeBlock::Gamma, [row, 0], constraint.gamma));
     }
     results
 }
 
-fn steps(arena: &Arena, loops: &[usize], results: &[(Output, [usize; 2], Expr)]) -> Vec<Step> {
+fn steps(arena: &Arena, loops: &[usize], results: &[(CodeBlock, [usize; 2], Expr)]) -> Vec<Statement> {
     let order = arena.reachable(results.iter().map(|(.., expr)| *expr));
     let mut steps = Vec::with_capacity(order.len() + results.len());
     let mut done = std::collections::HashSet::new();
@@ -303,15 +309,15 @@ fn steps(arena: &Arena, loops: &[usize], results: &[(Output, [usize; 2], Expr)])
                 let partner = arena.existing(Node::Unary(other, a)).map_or(arena.len() + own, Expr::index);
                 if done.insert(a) {
                     let pair = if function == Unary::Sin { [own, partner] } else { [partner, own] };
-                    steps.push(Step::SineCosine(pair, of(a)));
+                    steps.push(Statement::SineCosine(pair, of(a)));
                 }
             }
-            Node::Unary(function, a) => steps.push(Step::One(own, function, of(a))),
-            Node::Binary(function, a, b) => steps.push(Step::Two(own, function, of(a), of(b))),
-            Node::Select(a, b, c) => steps.push(Step::Select(own, of(a), of(b), of(c))),
+            Node::Unary(function, a) => steps.push(Statement::One(own, function, of(a))),
+            Node::Binary(function, a, b) => steps.push(Statement::Two(own, function, of(a), of(b))),
+            Node::Select(a, b, c) => steps.push(Statement::Select(own, of(a), of(b), of(c))),
         }
     }
-    steps.extend(results.iter().map(|&(output, place, expr)| Step::Store(output, place, of(expr))));
+    steps.extend(results.iter().map(|&(output, place, expr)| Statement::Store(output, place, of(expr))));
     steps
 }
 

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::syntax::Syntax;
-use super::{Function, Kinematics, Language, Sizes, Step};
+use super::{Function, Kinematics, Language, Sizes, Statement};
 
 const PRELUDE: &str = "import numpy as np
 
@@ -40,7 +40,7 @@ impl Language for Python {
         text + "\"\"\"\n\n" + PRELUDE
     }
 
-    fn function(&self, function: &Function, sizes: &Sizes, steps: &[Step]) -> String {
+    fn function(&self, function: &Function, sizes: &Sizes, steps: &[Statement]) -> String {
         let names: Vec<&str> = function.outputs.iter().map(|output| SYNTAX.array(output.name())).collect();
         let names = names.join(", ");
         let known = if function.knows_motion { ["a", "lambda_"].as_slice() } else { &[] };

@@ -2,7 +2,7 @@
 
 use cotree::expr::Symbol;
 
-use super::{Operand, Output, Sizes, Step, argument};
+use super::{CodeBlock, Operand, Sizes, Statement, argument};
 
 /// How a language writes lines of straight-line code. In its patterns `{x}` is a result, `{v}` a value and `{a}`, `{b}`, `{c}` operands.
 #[derive(Debug)]
@@ -32,23 +32,25 @@ impl Syntax {
         self.renamed.iter().find(|(own, _)| *own == name).map_or(name, |(_, renamed)| renamed)
     }
 
-    pub fn lines(&self, steps: &[Step], sizes: &Sizes) -> String {
+    pub fn lines(&self, steps: &[Statement], sizes: &Sizes) -> String {
         steps.iter().map(|step| self.line(step, sizes)).collect()
     }
 
-    fn line(&self, step: &Step, sizes: &Sizes) -> String {
+    fn line(&self, step: &Statement, sizes: &Sizes) -> String {
         let assigned = |own: usize, value: String| fill(self.assign, &[("{x}", &format!("x{own}")), ("{v}", &value)]);
         match *step {
-            Step::One(own, function, a) => assigned(own, self.called(function.definition().in_code(self.column), &[a])),
-            Step::Two(own, function, a, b) => {
+            Statement::One(own, function, a) => {
+                assigned(own, self.called(function.definition().in_code(self.column), &[a]))
+            }
+            Statement::Two(own, function, a, b) => {
                 assigned(own, self.called(function.definition().in_code(self.column), &[a, b]))
             }
-            Step::Select(own, a, b, c) => assigned(own, self.filled(self.select, &[a, b, c])),
-            Step::SineCosine([sine, cosine], angle) => fill(
+            Statement::Select(own, a, b, c) => assigned(own, self.filled(self.select, &[a, b, c])),
+            Statement::SineCosine([sine, cosine], angle) => fill(
                 &self.filled(self.sine_cosine, &[angle]),
                 &[("{x}", &format!("x{sine}")), ("{y}", &format!("x{cosine}"))],
             ),
-            Step::Store(output, [row, column], value) => {
+            Statement::Store(output, [row, column], value) => {
                 let columns = output.is_matrix().then(|| output.shape(sizes)[1]);
                 let place = format!("{}{}", self.array(output.name()), (self.place)([row, column], columns));
                 fill(self.store, &[("{x}", &place), ("{v}", &self.operand(value))])
@@ -101,7 +103,7 @@ fn fill(pattern: &str, places: &[(&str, &str)]) -> String {
     places.iter().fold(pattern.to_owned(), |text, (mark, written)| text.replace(mark, written))
 }
 
-impl Output {
+impl CodeBlock {
     pub fn described(self, sizes: &Sizes) -> String {
         let [rows, columns] = self.shape(sizes);
         if self.is_matrix() { format!("{} {rows} x {columns}", self.name()) } else { format!("{} {rows}", self.name()) }

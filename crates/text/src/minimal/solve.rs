@@ -33,7 +33,7 @@ impl Solved {
 }
 
 /// An augmented row: its coefficients by dependent coordinates, its right sides, and the former's values.
-struct Row {
+struct AugmentedRow {
     left: Vec<Expr>,
     right: Vec<Expr>,
     values: Vec<f64>,
@@ -47,7 +47,7 @@ pub fn solve(equations: &mut Equations, start: &Values, rows: &[usize]) -> Resul
     let jacobian = start.jacobian(equations, rows);
     let (independent, dependent) = independent_columns(&jacobian)
         .ok_or("where the motion starts the loops do not determine the dependent coordinates: it is a singular pose")?;
-    let mut system: Vec<Row> = rows
+    let mut system: Vec<AugmentedRow> = rows
         .iter()
         .zip(jacobian.row_iter())
         .map(|(&index, numbers)| {
@@ -57,7 +57,7 @@ pub fn solve(equations: &mut Equations, start: &Values, rows: &[usize]) -> Resul
             let arena = &mut equations.system.arena;
             let mut right: Vec<Expr> = independent.iter().map(|column| arena.negate(entry(column))).collect();
             right.extend([arena.negate(own.time_rate), own.gamma]);
-            Row {
+            AugmentedRow {
                 left: dependent.iter().map(entry).collect(),
                 right,
                 values: dependent.iter().map(|&column| numbers[column]).collect(),
@@ -80,7 +80,7 @@ pub fn solve(equations: &mut Equations, start: &Values, rows: &[usize]) -> Resul
 }
 
 /// Gauss-Jordan elimination: pivots with few other entries in their row and column come first. Returns rows with their columns.
-fn eliminate(equations: &mut Equations, start: &Values, system: &mut [Row]) -> Vec<(usize, usize)> {
+fn eliminate(equations: &mut Equations, start: &Values, system: &mut [AugmentedRow]) -> Vec<(usize, usize)> {
     let mut order: Vec<(usize, usize)> = Vec::new();
     while let Some((row, column)) = pivot(system, &order) {
         let arena = &mut equations.system.arena;
@@ -109,7 +109,7 @@ fn eliminate(equations: &mut Equations, start: &Values, system: &mut [Row]) -> V
     order
 }
 
-fn pivot(system: &[Row], order: &[(usize, usize)]) -> Option<(usize, usize)> {
+fn pivot(system: &[AugmentedRow], order: &[(usize, usize)]) -> Option<(usize, usize)> {
     let is_free = |row: usize, column: usize| !order.iter().any(|&(r, c)| r == row || c == column);
     let others = |row: usize, column: usize| {
         let across = system[row].left.iter().filter(|entry| **entry != Expr::ZERO).count() - 1;

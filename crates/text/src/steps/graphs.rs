@@ -5,7 +5,7 @@ use cotree::graph::Translation;
 
 use super::parts::kind;
 use super::projection::signed;
-use super::view::{Edge, Row, View};
+use super::view::{Edge, TopologyRow, View};
 use super::{Lesson, check, folded, heading, words};
 use crate::document::{Block, Piece};
 use crate::name::Name;
@@ -97,7 +97,7 @@ impl Lesson<'_> {
             branch.label,
             shortened(&names)
         );
-        let cut: Row = view.cut(branch).into_iter().filter(|(label, _)| *label != branch.label).collect();
+        let cut: TopologyRow = view.cut(branch).into_iter().filter(|(label, _)| *label != branch.label).collect();
         let sum = signed(Some(&branch.label), &cut, |label| self.letters.force(label));
         let mut blocks = vec![words(text), Block::Equations(vec![(sum, Tree::zero())])];
         blocks.extend(self.picture_of_cut(&nodes));
@@ -159,7 +159,7 @@ fn incidence<D>(title: &str, view: &View<D>, letter: Letter) -> Vec<Block> {
         );
     }
     let sums = rows.iter().map(|(_, signs)| {
-        let row: Row =
+        let row: TopologyRow =
             edges.iter().zip(signs).filter(|(_, sign)| **sign != 0).map(|(e, s)| (e.label.clone(), *s)).collect();
         (signed(None, &row, letter), Tree::zero())
     });
@@ -191,7 +191,8 @@ fn matrix<D>(title: &str, view: &View<D>, letter: Letter) -> Vec<Block> {
         let text = format!("{title} is {} x {}; as a list of balances:", view.branches.len(), chords.len());
         return std::iter::once(words(text)).chain(list(rows.collect())).collect();
     }
-    let sign = |row: &Row, column: &String| row.iter().find(|(label, _)| label == column).map_or(0, |(_, sign)| *sign);
+    let sign =
+        |row: &TopologyRow, column: &String| row.iter().find(|(label, _)| label == column).map_or(0, |(_, sign)| *sign);
     let rows = cutsets.map(|(branch, row)| (branch.label.clone(), chords.iter().map(|c| sign(&row, c)).collect()));
     let caption = format!("The matrix {title}: branches by chords");
     table(&caption, title, chords.clone(), rows.collect())

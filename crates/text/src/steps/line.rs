@@ -9,7 +9,7 @@ use nalgebra::DMatrix;
 
 use super::graphs::table;
 use super::numbers::agree;
-use super::view::Row;
+use super::view::TopologyRow;
 use super::{Lesson, check, columns, words};
 use crate::document::Block;
 use crate::motion::vibration;
@@ -20,7 +20,7 @@ use crate::tree::Tree;
 const WIDEST: usize = 24;
 
 /// The columns of one kind: its letter, the elements, and their constants.
-struct Kind {
+struct ElementKind {
     letter: &'static str,
     title: &'static str,
     elements: Vec<(String, Expr)>,
@@ -42,7 +42,8 @@ pub fn matrices(lesson: &mut Lesson) -> Vec<Block> {
     for kind in &kinds {
         let names: Vec<String> = kind.elements.iter().map(|(label, _)| label.clone()).collect();
         if names.len() <= WIDEST {
-            let sign = |row: &Row, name: &String| row.iter().find(|(own, _)| own == name).map_or(0, |(_, sign)| *sign);
+            let sign =
+                |row: &TopologyRow, name: &String| row.iter().find(|(own, _)| own == name).map_or(0, |(_, sign)| *sign);
             let signs = rows.iter().map(|(own, row)| (own.clone(), names.iter().map(|name| sign(row, name)).collect()));
             let signs: Vec<(String, Vec<i8>)> = signs.collect();
             blocks.extend(table(&format!("The part {} of the cutset matrix", kind.title), kind.title, names, signs));
@@ -57,7 +58,12 @@ pub fn matrices(lesson: &mut Lesson) -> Vec<Block> {
 }
 
 /// Whether anything holds the masses to the ground: what K and D make of a shift of all masses together.
-fn floating(lesson: &Lesson, kinds: &[Kind], rows: &[(String, Row)], vibration: &Vibration) -> Option<Block> {
+fn floating(
+    lesson: &Lesson,
+    kinds: &[ElementKind],
+    rows: &[(String, TopologyRow)],
+    vibration: &Vibration,
+) -> Option<Block> {
     let masses = &kinds.iter().find(|kind| kind.letter == "m")?.elements;
     let n = rows.len();
     if masses.len() != n || n == 0 || n > WIDEST {
@@ -80,8 +86,8 @@ fn floating(lesson: &Lesson, kinds: &[Kind], rows: &[(String, Row)], vibration: 
 }
 
 /// Bodies, dampers, springs, other loads. A spring with a damper is in two.
-fn kinds(lesson: &mut Lesson) -> Vec<Kind> {
-    let mut kinds = [("m", "A_m"), ("d", "A_d"), ("k", "A_k"), ("F", "A_F")].map(|(letter, title)| Kind {
+fn kinds(lesson: &mut Lesson) -> Vec<ElementKind> {
+    let mut kinds = [("m", "A_m"), ("d", "A_d"), ("k", "A_k"), ("F", "A_F")].map(|(letter, title)| ElementKind {
         letter,
         title,
         elements: Vec::new(),
@@ -117,7 +123,7 @@ fn kinds(lesson: &mut Lesson) -> Vec<Kind> {
 }
 
 /// The cutsets of the coordinates, found from the nodes.
-fn rows(lesson: &Lesson) -> Vec<(String, Row)> {
+fn rows(lesson: &Lesson) -> Vec<(String, TopologyRow)> {
     let view = &lesson.translation;
     let branch = |id: ElementId| view.branches.iter().find(move |branch| branch.element == id);
     let own = lesson.equations.coordinates.iter().filter_map(|own| branch(own.element));
@@ -125,14 +131,14 @@ fn rows(lesson: &Lesson) -> Vec<(String, Row)> {
 }
 
 /// (28) to (33)
-fn products(kinds: &[Kind]) -> Vec<Block> {
+fn products(kinds: &[ElementKind]) -> Vec<Block> {
     let diagonal = |letter: &str| Tree::Name(Name::matrix(letter, ""));
     let column = |base: &str, dots: usize| {
         let own = Name::column(base, "");
         Tree::Name(Name { plain: format!("{{{base}{}}}", &"''"[..dots]), dots, ..own })
     };
-    let matrix = |kind: &Kind| Tree::Name(Name::matrix("A", kind.letter));
-    let transposed = |kind: &Kind| Tree::power(matrix(kind), Tree::Name(Name::letter("T", "")));
+    let matrix = |kind: &ElementKind| Tree::Name(Name::matrix("A", kind.letter));
+    let transposed = |kind: &ElementKind| Tree::power(matrix(kind), Tree::Name(Name::letter("T", "")));
     let balance = kinds.iter().map(|kind| {
         let force = Tree::Name(Name::column("F", kind.letter));
         (false, Tree::product(vec![matrix(kind), force]))
@@ -175,7 +181,7 @@ fn numbers(lesson: &Lesson, matrix: &[Vec<Expr>]) -> DMatrix<f64> {
 }
 
 /// The columns of some elements in the rows of the cutset matrix.
-fn signs(rows: &[(String, Row)], elements: &[(String, Expr)]) -> DMatrix<f64> {
+fn signs(rows: &[(String, TopologyRow)], elements: &[(String, Expr)]) -> DMatrix<f64> {
     DMatrix::from_fn(rows.len(), elements.len(), |row, column| {
         let sign = rows[row].1.iter().find(|(label, _)| *label == elements[column].0);
         sign.map_or(0.0, |(_, sign)| f64::from(*sign))
@@ -183,7 +189,7 @@ fn signs(rows: &[(String, Row)], elements: &[(String, Expr)]) -> DMatrix<f64> {
 }
 
 /// The products in numbers.
-fn agrees(lesson: &Lesson, kinds: &[Kind], rows: &[(String, Row)], vibration: &Vibration) -> bool {
+fn agrees(lesson: &Lesson, kinds: &[ElementKind], rows: &[(String, TopologyRow)], vibration: &Vibration) -> bool {
     let n = rows.len();
     [("m", &vibration.mass), ("d", &vibration.damping), ("k", &vibration.stiffness)].into_iter().all(
         |(letter, matrix)| {

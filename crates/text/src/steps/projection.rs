@@ -6,7 +6,7 @@ use cotree::expr::Expr;
 use cotree::graph::ElementId;
 
 use super::graphs::{list, shortened};
-use super::view::{Edge, Row, View};
+use super::view::{Edge, TopologyRow, View};
 use super::{Lesson, check, heading, words};
 use crate::document::Block;
 use crate::name::Name;
@@ -56,7 +56,7 @@ impl Lesson<'_> {
     /// The cutsets of T, then those of R.
     pub fn cuts(&self) -> Vec<Cut<'_>> {
         let mut cuts = Vec::new();
-        let mut add = |branch: (&str, ElementId), cutset: Row, angular: bool, letter: &dyn Fn(&str) -> Tree| {
+        let mut add = |branch: (&str, ElementId), cutset: TopologyRow, angular: bool, letter: &dyn Fn(&str) -> Tree| {
             let element = self.equations.system.element(branch.1);
             let chords = cutset.iter().map(|(label, sign)| (*sign < 0, letter(label))).collect();
             cuts.push(Cut { element, angular, own: letter(branch.0), chords });
@@ -204,7 +204,8 @@ impl Lesson<'_> {
         };
         let chord = self.translation.chord(constraint.element)?;
         let keeps = |label: &str| !reduced || !self.is_struck(label, along);
-        let circuit: Row = self.translation.circuit(chord).into_iter().filter(|(label, _)| keeps(label)).collect();
+        let circuit: TopologyRow =
+            self.translation.circuit(chord).into_iter().filter(|(label, _)| keeps(label)).collect();
         let own = keeps(&chord.label).then_some(chord.label.as_str());
         let sum = signed(own, &circuit, |label| self.letters.displacement(label));
         let element = self.equations.system.element(constraint.element);
@@ -332,7 +333,7 @@ pub fn by_branches<D>(view: &View<D>, chord: &Edge<D>, letter: impl Fn(&str) -> 
 }
 
 /// A sum of variables of edges with the signs of a row.
-pub fn signed(own: Option<&str>, row: &Row, letter: impl Fn(&str) -> Tree) -> Tree {
+pub fn signed(own: Option<&str>, row: &TopologyRow, letter: impl Fn(&str) -> Tree) -> Tree {
     let others = row.iter().map(|(label, sign)| (*sign < 0, letter(label)));
     Tree::sum(own.map(|label| (false, letter(label))).into_iter().chain(others).collect())
 }

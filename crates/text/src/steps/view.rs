@@ -10,7 +10,7 @@ use crate::name::Name;
 use crate::tree::Tree;
 
 /// A row of a cutset or circuit matrix: labels of edges with their signs.
-pub type Row = Vec<(String, i8)>;
+pub type TopologyRow = Vec<(String, i8)>;
 
 #[derive(Clone, Debug)]
 pub struct Edge<D> {
@@ -83,14 +83,14 @@ impl<D> View<D> {
     }
 
     /// The row of \[B\] of a chord.
-    pub fn circuit(&self, chord: &Edge<D>) -> Row {
+    pub fn circuit(&self, chord: &Edge<D>) -> TopologyRow {
         let row = self.topology.circuit_between(chord.ends);
         let label = |element: ElementId| self.branches.iter().find(|branch| branch.element == element);
         row.into_iter().filter_map(|(element, sign)| Some((label(element)?.label.clone(), sign))).collect()
     }
 
     /// The path along branches that a chord's displacement equals: minus its circuit.
-    pub fn path(&self, chord: &Edge<D>) -> Row {
+    pub fn path(&self, chord: &Edge<D>) -> TopologyRow {
         self.circuit(chord).into_iter().map(|(label, sign)| (label, -sign)).collect()
     }
 
@@ -114,9 +114,10 @@ impl<D> View<D> {
     }
 
     /// The rows of \[A\], one for each branch.
-    pub fn cutsets(&self) -> Vec<Row> {
-        let circuits: Vec<Row> = self.chords.iter().map(|chord| self.circuit(chord)).collect();
-        let sign = |row: &Row, branch: &Edge<D>| row.iter().find(|(label, _)| *label == branch.label).map(|(_, s)| -s);
+    pub fn cutsets(&self) -> Vec<TopologyRow> {
+        let circuits: Vec<TopologyRow> = self.chords.iter().map(|chord| self.circuit(chord)).collect();
+        let sign =
+            |row: &TopologyRow, branch: &Edge<D>| row.iter().find(|(label, _)| *label == branch.label).map(|(_, s)| -s);
         let row = |branch: &Edge<D>| {
             let signs = self.chords.iter().zip(&circuits);
             signs.filter_map(|(chord, circuit)| Some((chord.label.clone(), sign(circuit, branch)?))).collect()
@@ -139,7 +140,7 @@ impl<D> View<D> {
     }
 
     /// The edges between the nodes beyond a branch and the rest, with their signs; the branch has +1. Found from the nodes, not from circuits.
-    pub fn cut(&self, branch: &Edge<D>) -> Row {
+    pub fn cut(&self, branch: &Edge<D>) -> TopologyRow {
         let (inside, towards) = self.beyond(branch);
         let sign = |edge: &Edge<D>| {
             let [from, to] = edge.ends.map(|node| i8::from(inside.contains(&node.index())));
@@ -157,7 +158,7 @@ impl<D> View<D> {
 
     /// Is the product of all cutsets, found from the nodes, with all circuits zero?
     pub fn is_orthogonal(&self) -> bool {
-        let cuts: Vec<Row> = self.branches.iter().map(|branch| self.cut(branch)).collect();
+        let cuts: Vec<TopologyRow> = self.branches.iter().map(|branch| self.cut(branch)).collect();
         self.chords.iter().all(|chord| {
             let circuit: Vec<(String, i8)> =
                 self.circuit(chord).into_iter().chain([(chord.label.clone(), 1)]).collect();

@@ -1,6 +1,6 @@
 //! What must hold for an arm form, so that finding series cannot fail.
 
-use super::{ArmForm, Factor, Frame, Given, MAX_SWITCHES, Operation, Place, Slot, Source, Step};
+use super::{ArmForm, Factor, Frame, Given, MAX_SWITCHES, Operation, Place, SeriesStep, Slot, Source};
 use crate::program::Program;
 
 /// Holds, or what does not.
@@ -161,7 +161,7 @@ impl ArmForm {
         Ok(written)
     }
 
-    fn check_step(&self, level: usize, step: &Step, written: &[bool]) -> Check {
+    fn check_step(&self, level: usize, step: &SeriesStep, written: &[bool]) -> Check {
         let known = |slot: Slot| written.get(slot as usize) == Some(&true);
         let coefficient = |place: u32| (place as usize) < self.coefficients.results.len();
         let fits = match step.operation {

@@ -52,7 +52,7 @@ pub struct ArmForm {
     /// hangs from.
     pub links: Vec<Link>,
     /// Loop equations.
-    pub rows: Vec<Row>,
+    pub rows: Vec<LoopEquation>,
     /// Loads along arms.
     pub loads: Vec<Load>,
     /// Loads on unknowns.
@@ -162,7 +162,7 @@ pub struct Link {
 
 /// A loop equation: the sum of its terms is zero.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Row {
+pub struct LoopEquation {
     /// The loop equation of the program that it belongs to.
     pub constraint: u32,
     /// It repeats others: in each pose as many rows count as there are without those that do.
@@ -207,11 +207,11 @@ pub struct SeriesTape {
     /// Series that are given.
     pub given: Vec<(Slot, Given)>,
     /// Depends on given series only.
-    pub signals: Vec<Step>,
+    pub signals: Vec<SeriesStep>,
     /// Depends on positions too.
-    pub positions: Vec<Step>,
+    pub positions: Vec<SeriesStep>,
     /// Depends on rates too.
-    pub rates: Vec<Step>,
+    pub rates: Vec<SeriesStep>,
     /// Terms of the linear steps.
     pub terms: Vec<Term>,
     /// Switching functions: series whose signs choose between others, at most [`MAX_SWITCHES`].
@@ -258,7 +258,7 @@ impl SeriesTape {
     /// of 1 + a^4 where a does: the least value of a square is not as well known.
     pub fn steep_laws(&self) -> Vec<(Steep, Slot)> {
         let (divides, algebraic, is_root) = (self.divisors(), self.algebraic(), self.roots());
-        let laws = |step: &Step| match step.operation {
+        let laws = |step: &SeriesStep| match step.operation {
             Operation::HyperbolicTangent(a, _) => [Some((Steep::Saturating, a)), None],
             Operation::Exponential(a) => {
                 [Some((Steep::Growing, a)), divides[step.target as usize].then_some((Steep::Saturating, a))]
@@ -300,7 +300,7 @@ impl SeriesTape {
         algebraic
     }
 
-    pub(crate) fn steps(&self) -> impl DoubleEndedIterator<Item = &Step> {
+    pub(crate) fn steps(&self) -> impl DoubleEndedIterator<Item = &SeriesStep> {
         self.signals.iter().chain(&self.positions).chain(&self.rates)
     }
 
@@ -322,7 +322,7 @@ impl SeriesTape {
     }
 
     /// Visits every series that a step reads.
-    pub fn each_read(&self, step: &Step, mut visit: impl FnMut(Slot)) {
+    pub fn each_read(&self, step: &SeriesStep, mut visit: impl FnMut(Slot)) {
         let slots = match step.operation {
             Operation::Linear { first, count, .. } => {
                 for term in &self.terms[first as usize..][..count as usize] {
@@ -352,7 +352,7 @@ impl SeriesTape {
     }
 
     /// The series that an algebraic step reads.
-    fn operands(&self, step: &Step) -> impl Iterator<Item = Slot> {
+    fn operands(&self, step: &SeriesStep) -> impl Iterator<Item = Slot> {
         let (terms, few) = match step.operation {
             Operation::Linear { first, count, .. } => (&self.terms[first as usize..][..count as usize], [None; 3]),
             Operation::Multiply(a, b) | Operation::SquareSum(a, b) | Operation::Divide(a, b) => {
@@ -382,14 +382,14 @@ pub enum Given {
 
 /// `target = operation`
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Step {
+pub struct SeriesStep {
     /// Series written.
     pub target: Slot,
     /// What to do.
     pub operation: Operation,
 }
 
-impl Step {
+impl SeriesStep {
     /// Series that it writes.
     pub(crate) fn targets(&self) -> impl Iterator<Item = Slot> {
         let second = match self.operation {

@@ -156,7 +156,8 @@ pub(super) fn convolve<N: Number, const L: usize>(
     let k = k.min(ORDERS - 2);
     let first = ORDERS - 1 - k;
     // Sums of cosines, of sines, and of both parts of the moment. What the order before has found comes last, so that the others do not wait for it.
-    let mut sums = [splat(N::ZERO); 4];
+    let zero = splat(N::ZERO);
+    let mut sums = [zero, zero, zero, zero];
     if k > 1 {
         let count = k - 1;
         let (x, y) = (&x[2..2 + count], &y[2..2 + count]);

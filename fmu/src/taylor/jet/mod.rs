@@ -27,7 +27,7 @@ use crate::linalg::tree::{Limb, Recursion};
 use crate::machine::Machine;
 use crate::model::Model;
 use crate::program::arm_form::ORDERS;
-use crate::program::arm_form::{ArmForm, Factor, Link, Load, Row, Slot};
+use crate::program::arm_form::{ArmForm, Factor, Link, Load, LoopEquation, Slot};
 use crate::taylor::coupling::Coupling;
 use crate::taylor::tape::{Scalars, Vectors};
 use response::Response;
@@ -534,7 +534,7 @@ fn vectors<'a, N: Elementary, const L: usize>(
 
 /// For each loop equation the number of the joint that it belongs to.
 fn groups(model: &Model, form: &ArmForm) -> Vec<usize> {
-    let owner = |row: &Row| &model.program().constraints[row.constraint as usize].owner;
+    let owner = |row: &LoopEquation| &model.program().constraints[row.constraint as usize].owner;
     let mut group = 0;
     let mut groups = Vec::with_capacity(form.rows.len());
     for (index, row) in form.rows.iter().enumerate() {

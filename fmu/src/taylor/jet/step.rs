@@ -212,7 +212,8 @@ fn derivatives<N: Number, const L: usize>(
     order: usize,
     dt: f64,
 ) -> [Lane<N, L>; 3] {
-    let (mut even, mut odd) = ([splat(N::ZERO); 3], [splat(N::ZERO); 3]);
+    let zero = splat(N::ZERO);
+    let (mut even, mut odd) = ([zero, zero, zero], [zero, zero, zero]);
     let (step, square) = (splat(N::all(dt)), splat(N::all(dt * dt)));
     let mut k = order.min(MAX_ORDER);
     if k >= 2 && k.is_multiple_of(2) {

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use super::modes::ratio;
 use super::{Report, csv, exact, number, page, told};
-use crate::analysis::{Changes, Feature, Kind, Mode, ModeChanges, Sensitivities};
+use crate::analysis::{Changes, Feature, FeatureKind, Mode, ModeChanges, Sensitivities};
 
 /// What happens in a motion, and the parameters it is differentiated by, with their units.
 #[derive(Clone, Debug, PartialEq)]
@@ -150,11 +150,11 @@ impl Report for ModeChanges {
     }
 }
 
-fn word(kind: Kind) -> &'static str {
+fn word(kind: FeatureKind) -> &'static str {
     match kind {
-        Kind::Largest => "max",
-        Kind::Smallest => "min",
-        Kind::Crossing => "crossing",
+        FeatureKind::Largest => "max",
+        FeatureKind::Smallest => "min",
+        FeatureKind::Crossing => "crossing",
     }
 }
 

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::super::variation::{Column, Numbers, Row};
+use super::super::variation::{Column, Numbers, RowBlock};
 use super::super::{Failure, decompose};
 use super::rule::NODES;
 use super::step::{At, Course, move_on, read, sides, until};
@@ -125,7 +125,7 @@ impl Course<'_> {
         let (positions, rates) = state(1.0);
         let (_, numbers) = self.at(&mut motion, end)?;
         let (positions, rates) = self.projected(&numbers, positions, rates)?;
-        let sides = sides(&numbers.values(Row::Switches));
+        let sides = sides(&numbers.values(RowBlock::Switches));
         let kept = self.sides.iter().zip(sides).map(|(old, new)| new.or(*old)).collect();
         (self.positions, self.rates, self.sides, self.motion) = (positions, rates, kept, motion);
         Ok(())
@@ -138,16 +138,17 @@ impl Course<'_> {
         mut positions: DMatrix<f64>,
         mut rates: DMatrix<f64>,
     ) -> Result<(DMatrix<f64>, DMatrix<f64>), Failure> {
-        let jacobian = numbers.block(Row::Loops, Column::Positions);
+        let jacobian = numbers.block(RowBlock::Loops, Column::Positions);
         if jacobian.is_empty() {
             return Ok((positions, rates));
         }
         let parts = decompose::svd(jacobian.clone(), true, true)?;
-        let own = |row: Row| numbers.block(row, Column::Signals).columns(0, self.parameters).into_owned();
+        let own = |row: RowBlock| numbers.block(row, Column::Signals).columns(0, self.parameters).into_owned();
         let nearest = |gap: DMatrix<f64>| parts.solve(&gap, f64::EPSILON * parts.singular_values.max());
-        let gap = &jacobian * &positions + own(Row::Loops);
+        let gap = &jacobian * &positions + own(RowBlock::Loops);
         positions -= nearest(gap).map_err(|_| Failure::Range)?;
-        let gap = &jacobian * &rates + numbers.block(Row::Rates, Column::Positions) * &positions + own(Row::Rates);
+        let gap =
+            &jacobian * &rates + numbers.block(RowBlock::Rates, Column::Positions) * &positions + own(RowBlock::Rates);
         rates -= nearest(gap).map_err(|_| Failure::Range)?;
         Ok((positions, rates))
     }

@@ -3,7 +3,7 @@
 //! At the time t_s of the switch a peak Y = y(t_s) changes by dY/dp = y_p(-) + y'(-) dt_s/dp, its time and that of a jump by dt_s/dp.
 
 use super::super::Failure;
-use super::feature::{CORNER, Changes, EQUAL, Feature, Kind, ROUNDS, SHORTER, Search, Seen};
+use super::feature::{CORNER, Changes, EQUAL, Feature, FeatureKind, ROUNDS, SHORTER, Search, Seen};
 
 /// What is found within this share of an interval from its end is found at its end.
 const NEAR: f64 = 1e-9;
@@ -43,9 +43,9 @@ impl Seen<'_, '_> {
         for interval in begins.zip(ends).map(|(low, high)| [low, high]).filter(|[low, high]| low < high) {
             found.extend(self.piece(&Search { interval, ..search.clone() }, named)?);
         }
-        let sign = if search.kind == Kind::Smallest { -1.0 } else { 1.0 };
+        let sign = if search.kind == FeatureKind::Smallest { -1.0 } else { 1.0 };
         let before = |one: &Feature, other: &Feature| match search.kind {
-            Kind::Crossing => one.time.total_cmp(&other.time),
+            FeatureKind::Crossing => one.time.total_cmp(&other.time),
             _ => (sign * other.value).total_cmp(&(sign * one.value)),
         };
         if let Some(best) = found.into_iter().min_by(before) {
@@ -60,7 +60,7 @@ impl Seen<'_, '_> {
     /// What happens between two switches; at their times it is that of the switch.
     fn piece(&self, search: &Search, named: &(String, String)) -> Result<Option<Feature>, Failure> {
         let [low, high] = search.interval;
-        if search.kind == Kind::Crossing {
+        if search.kind == FeatureKind::Crossing {
             let [first, last] = self.ends(search)?;
             let crosses = (first > search.level) != (last > search.level);
             return crosses.then(|| self.smooth(search, named)).transpose();
@@ -80,9 +80,9 @@ impl Seen<'_, '_> {
         let (Some(before), Some(after)) = (before, after) else { return Ok(None) };
         let extent = self.extent(search.output);
         let found = match search.kind {
-            Kind::Crossing => jumped(&before, &after, search.level, switch),
-            Kind::Largest => peak([&before, &after], 1.0, extent, switch),
-            Kind::Smallest => peak([&before, &after], -1.0, extent, switch),
+            FeatureKind::Crossing => jumped(&before, &after, search.level, switch),
+            FeatureKind::Largest => peak([&before, &after], 1.0, extent, switch),
+            FeatureKind::Smallest => peak([&before, &after], -1.0, extent, switch),
         };
         let feature = |(value, changes)| Feature {
             output: named.clone(),

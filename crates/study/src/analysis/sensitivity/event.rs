@@ -4,7 +4,7 @@ use cotree::expr::Order;
 use nalgebra::DVector;
 
 use super::super::Failure;
-use super::super::variation::{Column, Row};
+use super::super::variation::{Column, RowBlock};
 use super::corner::Switched;
 use super::step::{Course, move_on, sides, switches};
 
@@ -88,7 +88,7 @@ impl Course<'_> {
             let mut motion = self.motion.clone();
             let mut read = |shift: f64| -> Result<_, Failure> {
                 let (point, numbers) = self.at(&mut motion, (located + shift * distance).max(self.motion.time()))?;
-                let is_before = (numbers.values(Row::Switches)[switch] > 0.0) == side;
+                let is_before = (numbers.values(RowBlock::Switches)[switch] > 0.0) == side;
                 Ok((is_before, self.values(&point, Order::Acceleration)))
             };
             let [farther, before, after, beyond] = [read(-2.0)?, read(-1.0)?, read(1.0)?, read(2.0)?];
@@ -107,11 +107,11 @@ impl Course<'_> {
         let mut motion = self.motion.clone();
         let (before, numbers) = self.at(&mut motion, time)?;
         let beginning = motion.clone();
-        let old = sides(&numbers.values(Row::Switches));
+        let old = sides(&numbers.values(RowBlock::Switches));
         let (rates, accelerations) = (self.values(&before, Order::Velocity), self.values(&before, Order::Acceleration));
         // How a switching function changes with the parameters, and how fast.
         let of = |switch: usize| {
-            let row = |column: Column| numbers.block(Row::Switches, column).row(switch).into_owned();
+            let row = |column: Column| numbers.block(RowBlock::Switches, column).row(switch).into_owned();
             let own = row(Column::Signals);
             let change = row(Column::Positions) * &self.positions
                 + row(Column::Rates) * &self.rates
@@ -127,7 +127,7 @@ impl Course<'_> {
                 <= SAME * (change.amax() * rate.abs()).max(others.amax() * speed.abs())
         };
         let (after, numbers) = self.at(&mut motion, time + 2.0 * beside)?;
-        let (new, values) = (self.values(&after, Order::Acceleration), numbers.values(Row::Switches));
+        let (new, values) = (self.values(&after, Order::Acceleration), numbers.values(RowBlock::Switches));
         // Speeds that jump with a driver take what is not driven along.
         let now = self.values(&after, Order::Velocity);
         let largest = accelerations.amax().max(new.amax());

@@ -40,7 +40,7 @@ const PLACES: usize = 64;
 pub struct Feature {
     /// The output, and its unit.
     pub output: (String, String),
-    pub kind: Kind,
+    pub kind: FeatureKind,
     /// When \[s\].
     pub time: f64,
     /// The value then, SI.
@@ -60,7 +60,7 @@ pub struct Changes {
 
 /// What happens.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum FeatureKind {
     Largest,
     Smallest,
     Crossing,
@@ -70,7 +70,7 @@ pub enum Kind {
 #[derive(Clone, Debug)]
 pub(super) struct Search {
     pub output: usize,
-    pub kind: Kind,
+    pub kind: FeatureKind,
     /// The value that is crossed.
     pub level: f64,
     pub interval: [f64; 2],
@@ -95,7 +95,7 @@ impl Study {
                 varying.outputs().map(|(name, unit)| (name.to_owned(), unit.si.clone())).collect();
             let mut features = Vec::new();
             for output in 0..outputs.len() {
-                for kind in [Kind::Largest, Kind::Smallest] {
+                for kind in [FeatureKind::Largest, FeatureKind::Smallest] {
                     features.push(course.extreme(output, kind, &outputs[output])?);
                 }
             }
@@ -150,8 +150,8 @@ impl Seen<'_, '_> {
         (0..self.start.len()).map(size).collect()
     }
 
-    fn extreme(&self, output: usize, kind: Kind, named: &(String, String)) -> Result<Feature, Failure> {
-        let sign = if kind == Kind::Smallest { -1.0 } else { 1.0 };
+    fn extreme(&self, output: usize, kind: FeatureKind, named: &(String, String)) -> Result<Feature, Failure> {
+        let sign = if kind == FeatureKind::Smallest { -1.0 } else { 1.0 };
         let extent = self.extent(output);
         let first = self.value(0, output);
         if extent <= CONSTANT * first.abs() {
@@ -204,7 +204,7 @@ impl Seen<'_, '_> {
         let rows = (1..self.rows.len()).filter(|&row| above(row - 1) != above(row));
         let search = |row: usize| {
             let interval = [self.times[row - 1], self.times[row]];
-            self.refined(&Search { output, kind: Kind::Crossing, level, interval }, &outputs[output])
+            self.refined(&Search { output, kind: FeatureKind::Crossing, level, interval }, &outputs[output])
         };
         rows.map(search).collect()
     }
@@ -231,9 +231,9 @@ impl Seen<'_, '_> {
             }
             let (values, derivatives) = self.polynomials(output, interval)?;
             let place = match kind {
-                Kind::Crossing => values.crossing(level),
-                Kind::Largest => values.highest(1.0),
-                Kind::Smallest => values.highest(-1.0),
+                FeatureKind::Crossing => values.crossing(level),
+                FeatureKind::Largest => values.highest(1.0),
+                FeatureKind::Smallest => values.highest(-1.0),
             };
             let time = low + 0.5 * (place + 1.0) * (high - low);
             (near, seen) = (time, values.at(place));
@@ -249,20 +249,20 @@ impl Seen<'_, '_> {
             let per_second = 2.0 / (high - low);
             let values_by: Vec<f64> = derivatives.iter().map(|own| own.at(place)).collect();
             let slope = values.slope();
-            let is_end = kind != Kind::Crossing && (time <= begin || time >= end);
+            let is_end = kind != FeatureKind::Crossing && (time <= begin || time >= end);
             let times_by = match kind {
                 _ if is_end => vec![0.0; values_by.len()],
-                Kind::Crossing if slope.at(place).abs() <= TOUCHED * self.extent(output) => {
+                FeatureKind::Crossing if slope.at(place).abs() <= TOUCHED * self.extent(output) => {
                     return Ok(feature(time, level, Err("it is touched without being crossed".to_owned())));
                 }
-                Kind::Crossing => values_by.iter().map(|by| -by / (slope.at(place) * per_second)).collect(),
+                FeatureKind::Crossing => values_by.iter().map(|by| -by / (slope.at(place) * per_second)).collect(),
                 _ => {
                     let bend = slope.slope().at(place) * per_second;
                     derivatives.iter().map(|own| -own.slope().at(place) / bend).collect()
                 }
             };
             let (value, values_by) = match kind {
-                Kind::Crossing => (level, vec![0.0; values_by.len()]),
+                FeatureKind::Crossing => (level, vec![0.0; values_by.len()]),
                 _ => (values.at(place), values_by),
             };
             return Ok(feature(time, value, Ok(Changes { value: values_by, time: times_by })));

@@ -27,7 +27,7 @@ use nalgebra::{DMatrix, DVector};
 use super::variation::Variation;
 use super::{Failure, Study, StudyError};
 use corner::Switched;
-pub use feature::{Changes, Feature, Kind};
+pub use feature::{Changes, Feature, FeatureKind};
 pub use rest::ModeChanges;
 pub use step::At;
 use step::Course;

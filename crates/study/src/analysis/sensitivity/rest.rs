@@ -15,7 +15,7 @@ use super::super::decompose::{null_vector, svd};
 use super::super::modes::{Mode, modes};
 use super::super::search::scales;
 use super::super::state_space::StateSpace;
-use super::super::variation::{Column, Numbers, Row, Variation};
+use super::super::variation::{Column, Numbers, RowBlock, Variation};
 use super::super::{Equilibrium, Failure, Point, Study, StudyError, saddle};
 use super::start::{check_repeated, stacked};
 use super::{Sensitivities, Varied, varied};
@@ -57,7 +57,7 @@ impl Study {
             let parameters = varied(formulated, to)?;
             let rest = Rest::new(formulated, &equilibrium.point, &parameters)?;
             let numbers = rest.variation.at(&formulated.equations, &equilibrium.point)?;
-            let of = |column: Column| numbers.block(Row::Outputs, column);
+            let of = |column: Column| numbers.block(RowBlock::Outputs, column);
             let derivatives =
                 of(Column::Positions) * &rest.positions + of(Column::Reactions) * &rest.reactions + of(Column::Signals);
             let outputs = &formulated.equations.system.mechanism.outputs;
@@ -65,7 +65,7 @@ impl Study {
                 times: vec![equilibrium.point.time()],
                 outputs: outputs.iter().map(|output| (output.name.clone(), output.unit.si.clone())).collect(),
                 parameters: named(&parameters),
-                values: vec![numbers.values(Row::Outputs)],
+                values: vec![numbers.values(RowBlock::Outputs)],
                 derivatives: vec![derivatives],
             })
         })
@@ -99,7 +99,10 @@ impl Rest {
         let refused = |what: &str| Failure::NoDerivative { time: point.time(), what: what.to_owned() };
         let stiff = stiffness(&numbers);
         let n = stiff.nrows() - variation.active().len();
-        let change = stacked(&numbers.block(Row::Motion, Column::Signals), &numbers.block(Row::Loops, Column::Signals));
+        let change = stacked(
+            &numbers.block(RowBlock::Motion, Column::Signals),
+            &numbers.block(RowBlock::Loops, Column::Signals),
+        );
         let units = units(formulated, &stiff, n);
         let scaled = DMatrix::from_fn(stiff.nrows(), stiff.ncols(), |i, j| stiff[(i, j)] * units[i] * units[j]);
         let solution = if scaled.is_empty() {
@@ -133,7 +136,7 @@ impl Rest {
         let stiffness = stiffness(&numbers);
         let (size, n) = (stiffness.nrows(), stiffness.nrows() - self.variation.active().len());
         let [mass, damping] = [Column::Accelerations, Column::Rates]
-            .map(|column| numbers.block(Row::Motion, column).resize(size, size, 0.0));
+            .map(|column| numbers.block(RowBlock::Motion, column).resize(size, size, 0.0));
         let derivative = |mode: &Mode| -> Result<Option<Vec<Complex<f64>>>, Failure> {
             let s = mode.eigenvalue;
             let twice = |other: &&Mode| (other.eigenvalue - s).norm() <= SAME * s.norm();
@@ -168,7 +171,8 @@ impl Rest {
         let symbols = |column: Column| self.variation.symbols(column).to_vec();
         let all: Vec<Symbol> =
             [Column::Positions, Column::Reactions, Column::Signals].into_iter().flat_map(symbols).collect();
-        let second = self.variation.second(&mut formulated.equations, point, &all, &[Row::Motion, Row::Loops])?;
+        let second =
+            self.variation.second(&mut formulated.equations, point, &all, &[RowBlock::Motion, RowBlock::Loops])?;
         let moving = self.positions.nrows() + self.reactions.nrows();
         let change = |parameter: usize| {
             let shares = self.positions.column(parameter).into_owned();
@@ -181,12 +185,12 @@ impl Rest {
             for (matrix, share) in second[..moving].iter().zip(shares) {
                 sum += matrix * share;
             }
-            let of = |row: Row, column: Column| self.variation.block_of(&sum, row, column);
+            let of = |row: RowBlock, column: Column| self.variation.block_of(&sum, row, column);
             let (n, m) = (self.positions.nrows(), self.reactions.nrows());
-            let [mass, damping] =
-                [Column::Accelerations, Column::Rates].map(|column| of(Row::Motion, column).resize(n + m, n + m, 0.0));
-            let [stiff, reactions] = [Column::Positions, Column::Reactions].map(|column| of(Row::Motion, column));
-            [mass, damping, saddle(&stiff, &reactions, &of(Row::Loops, Column::Positions))]
+            let [mass, damping] = [Column::Accelerations, Column::Rates]
+                .map(|column| of(RowBlock::Motion, column).resize(n + m, n + m, 0.0));
+            let [stiff, reactions] = [Column::Positions, Column::Reactions].map(|column| of(RowBlock::Motion, column));
+            [mass, damping, saddle(&stiff, &reactions, &of(RowBlock::Loops, Column::Positions))]
         };
         Ok((0..self.positions.ncols()).map(change).collect())
     }
@@ -194,8 +198,9 @@ impl Rest {
 
 /// \[H Phi_q^T; Phi_q 0\]
 fn stiffness(numbers: &Numbers) -> DMatrix<f64> {
-    let [stiff, reactions] = [Column::Positions, Column::Reactions].map(|column| numbers.block(Row::Motion, column));
-    saddle(&stiff, &reactions, &numbers.block(Row::Loops, Column::Positions))
+    let [stiff, reactions] =
+        [Column::Positions, Column::Reactions].map(|column| numbers.block(RowBlock::Motion, column));
+    saddle(&stiff, &reactions, &numbers.block(RowBlock::Loops, Column::Positions))
 }
 
 /// Units of rows and columns in which the matrix has entries of one size.

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::super::Failure;
 use super::super::decompose::svd;
-use super::super::variation::{Column, Numbers, Row};
+use super::super::variation::{Column, Numbers, RowBlock};
 
 /// Singular values count as zero below this share of the largest.
 const RANK: f64 = 1e-10;
@@ -17,13 +17,13 @@ pub fn start(
     parameters: usize,
     rates: &DVector<f64>,
 ) -> Result<(DMatrix<f64>, DMatrix<f64>), String> {
-    let of = |row: Row, column: Column| numbers.block(row, column);
-    let by = |row: Row| numbers.block(row, Column::Signals).columns(0, parameters).into_owned();
-    let known = stacked(&of(Row::Loops, Column::Positions), &of(Row::Starts, Column::Positions));
-    let (positions, _) = least(&known, &-stacked(&by(Row::Loops), &by(Row::Starts)))?;
-    let turning = |row: Row| product(&of(row, Column::Positions), &positions) + by(row);
-    let known = stacked(&of(Row::Rates, Column::Rates), &of(Row::StartRates, Column::Rates));
-    let (changes, full) = least(&known, &-stacked(&turning(Row::Rates), &turning(Row::StartRates)))?;
+    let of = |row: RowBlock, column: Column| numbers.block(row, column);
+    let by = |row: RowBlock| numbers.block(row, Column::Signals).columns(0, parameters).into_owned();
+    let known = stacked(&of(RowBlock::Loops, Column::Positions), &of(RowBlock::Starts, Column::Positions));
+    let (positions, _) = least(&known, &-stacked(&by(RowBlock::Loops), &by(RowBlock::Starts)))?;
+    let turning = |row: RowBlock| product(&of(row, Column::Positions), &positions) + by(row);
+    let known = stacked(&of(RowBlock::Rates, Column::Rates), &of(RowBlock::StartRates, Column::Rates));
+    let (changes, full) = least(&known, &-stacked(&turning(RowBlock::Rates), &turning(RowBlock::StartRates)))?;
     // The rates that were left open are the smallest ones; where they are not zero, their derivative needs the curvature of the loops.
     if !full && rates.norm() > 0.0 {
         return Err("`[initial]` leaves rates open in a mechanism that moves at its start: give them".to_owned());
@@ -33,8 +33,8 @@ pub fn start(
 
 /// Of loop equations that repeat others: do they still do so when parameters change?
 pub fn check_repeated(numbers: &Numbers, parameters: usize, positions: &DMatrix<f64>) -> Result<(), usize> {
-    let own = numbers.block(Row::Repeated, Column::Signals).columns(0, parameters).into_owned();
-    let followed = numbers.block(Row::Repeated, Column::Positions) * positions;
+    let own = numbers.block(RowBlock::Repeated, Column::Signals).columns(0, parameters).into_owned();
+    let followed = numbers.block(RowBlock::Repeated, Column::Positions) * positions;
     let left = &own + &followed;
     let contradicts = |&column: &usize| {
         left.column(column).amax() > CONTRADICTION * (1.0 + own.column(column).amax() + followed.column(column).amax())

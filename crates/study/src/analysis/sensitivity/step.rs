@@ -9,7 +9,7 @@ use cotree_fmu::model::Model;
 use nalgebra::{DMatrix, DVector};
 
 use super::super::point::Point;
-use super::super::variation::{Column, Numbers, Row, Variation};
+use super::super::variation::{Column, Numbers, RowBlock, Variation};
 use super::super::{Failure, decompose};
 use super::Varied;
 use super::corner::Switched;
@@ -143,7 +143,7 @@ impl<'f> Course<'f> {
                 "redundant joints fit together for these very values only: a changed one cannot be assembled".into(),
             )
         })?;
-        self.sides = sides(&numbers.values(Row::Switches));
+        self.sides = sides(&numbers.values(RowBlock::Switches));
         (self.positions, self.rates) = (positions, changes);
         Ok(())
     }
@@ -253,8 +253,9 @@ impl<'f> Course<'f> {
     /// Why the steps become ever shorter: most likely a singular pose is near, which the motion itself passes.
     fn stuck(&self) -> Failure {
         let time = self.motion.time();
-        let jacobian =
-            self.at(&mut self.motion.clone(), time).map(|(_, numbers)| numbers.block(Row::Loops, Column::Positions));
+        let jacobian = self
+            .at(&mut self.motion.clone(), time)
+            .map(|(_, numbers)| numbers.block(RowBlock::Loops, Column::Positions));
         let singular = |values: &DVector<f64>| values.min() < SINGULAR * values.max();
         let parts = jacobian.and_then(|jacobian| match jacobian.is_empty() {
             true => Ok(None),

@@ -7,7 +7,7 @@
 #![allow(clippy::excessive_precision, reason = "the digits are those of the source, to be compared with it")]
 
 /// A row of nonzero coefficients.
-pub(crate) type Row = &'static [(usize, f64)];
+pub(crate) type StageRow = &'static [(usize, f64)];
 
 /// Stages of a step without dense output, the derivative at its end included.
 pub(crate) const STAGES: usize = 13;
@@ -37,7 +37,7 @@ pub(crate) const NODES: [f64; DENSE_STAGES] = [
 ];
 
 /// Coefficients of the stages; row 12 holds the weights of order 8.
-pub(crate) const STAGE: [Row; DENSE_STAGES] = [
+pub(crate) const STAGE: [StageRow; DENSE_STAGES] = [
     &[],
     &[(0, 0.0526001519587677318785587544488)],
     &[(0, 0.0197250569845378994544595329183), (1, 0.0591751709536136983633785987549)],
@@ -146,7 +146,7 @@ pub(crate) const STAGE: [Row; DENSE_STAGES] = [
 ];
 
 /// Error of the embedded method of order 5.
-pub(crate) const ERROR_5: Row = &[
+pub(crate) const ERROR_5: StageRow = &[
     (0, 0.01312004499419488073250102996),
     (5, -1.225156446376204440720569753),
     (6, -0.4957589496572501915214079952),
@@ -158,14 +158,14 @@ pub(crate) const ERROR_5: Row = &[
 ];
 
 /// Weights of the embedded method of order 3: stages 0, 8 and 11. Its error is this minus the weights of order 8.
-pub(crate) const WEIGHTS_3: Row = &[
+pub(crate) const WEIGHTS_3: StageRow = &[
     (0, 0.244094488188976377952755905512),
     (8, 0.733846688281611857341361741547),
     (11, 0.0220588235294117647058823529412),
 ];
 
 /// Rows 3 to 6 of the dense output.
-pub(crate) const DENSE: [Row; 4] = [
+pub(crate) const DENSE: [StageRow; 4] = [
     &[
         (0, -8.4289382761090128651353491142),
         (5, 0.56671495351937776962531783590),

@@ -5,7 +5,7 @@
 mod coefficients;
 
 use crate::integrator::right_hand_side::Derivative;
-use coefficients::{DENSE, DENSE_ROWS, DENSE_STAGES, ERROR_5, NODES, Row, STAGE, STAGES, WEIGHTS_3};
+use coefficients::{DENSE, DENSE_ROWS, DENSE_STAGES, ERROR_5, NODES, STAGE, STAGES, StageRow, WEIGHTS_3};
 
 /// Safety factor of the step size.
 const SAFETY: f64 = 0.8;
@@ -61,7 +61,7 @@ impl Dop853 {
     }
 
     /// sum = the row's combination of the stages.
-    fn combine(&mut self, row: Row) {
+    fn combine(&mut self, row: StageRow) {
         combine(&self.stages, row, &mut self.sum);
     }
 
@@ -170,7 +170,7 @@ pub fn next_step(h: f64, error: f64, rejected: bool) -> f64 {
     h * if factor > SHRINK { factor.min(most) } else { SHRINK }
 }
 
-fn combine(stages: &[f64], row: Row, sum: &mut [f64]) {
+fn combine(stages: &[f64], row: StageRow, sum: &mut [f64]) {
     let size = sum.len();
     sum.fill(0.0);
     for &(stage, coefficient) in row {
@@ -191,7 +191,7 @@ mod tests {
     use super::*;
 
     /// Row of a method as a full vector.
-    fn full(row: Row) -> [f64; DENSE_STAGES] {
+    fn full(row: StageRow) -> [f64; DENSE_STAGES] {
         let mut values = [0.0; DENSE_STAGES];
         row.iter().for_each(|&(stage, coefficient)| values[stage] = coefficient);
         values
