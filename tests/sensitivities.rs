@@ -250,6 +250,20 @@ fn refused(text: &str, to: &str, stop: f64) -> String {
     Study::new(&scene).unwrap().sensitivities(&[to.to_owned()], &[stop]).unwrap_err().to_string()
 }
 
+/// The third crank.
+const THIRD: &str = "
+        [bodies.third]
+        mass = 1.0
+        inertia = 0.1
+        points = { tip = ['0.5 m', 0] }
+        [joints.c]
+        type = 'revolute'
+        between = ['ground.c', 'third']
+        [joints.end]
+        type = 'revolute'
+        between = ['third.tip', 'coupler.end']
+    ";
+
 /// A four-bar linkage, the third crank of which is parallel to the others.
 fn cranks(third: &str, speed: &str) -> String {
     format!(
@@ -300,19 +314,7 @@ fn cranks(third: &str, speed: &str) -> String {
 
 #[test]
 fn derivatives_that_do_not_exist_are_refused_with_the_reason() {
-    let third = "
-        [bodies.third]
-        mass = 1.0
-        inertia = 0.1
-        points = { tip = ['0.5 m', 0] }
-        [joints.c]
-        type = 'revolute'
-        between = ['ground.c', 'third']
-        [joints.end]
-        type = 'revolute'
-        between = ['third.tip', 'coupler.end']
-    ";
-    let message = refused(&cranks(third, "0.1 rad/s"), "length", 0.1);
+    let message = refused(&cranks(THIRD, "0.1 rad/s"), "length", 0.1);
     assert!(message.contains("fit"), "{message}");
     // Both bars are flat after a third of a turn back: there changed lengths part the branches.
     let message = refused(&cranks("", "-5 rad/s"), "length", 1.0);
@@ -421,6 +423,7 @@ fn hanging(count: usize) -> String {
         "
     .to_owned();
     let name = |index: usize| if index + 1 == count { "last".to_owned() } else { format!("link{index}") };
+    let mut initial = "[initial]\n".to_owned();
     for index in 0..count {
         let body = index.checked_sub(1).map_or("ground".to_owned(), name);
         let (own, before) = (name(index), if index == 0 { body.clone() } else { format!("{body}.end") });
@@ -437,16 +440,11 @@ fn hanging(count: usize) -> String {
         type = 'torsion_damper'
         between = ['{body}', '{own}']
         damping = 'damping'
-        [initial]
-        'pin{index}.angle' = '{} deg'
-        ",
-            if index == 0 { -60 } else { 4 }
+        "
         );
+        initial += &format!("'pin{index}.angle' = '{} deg'\n", if index == 0 { -60 } else { 4 });
     }
-    // One table of initial values.
-    let (initial, rest): (Vec<&str>, Vec<&str>) =
-        text.lines().filter(|line| line.trim() != "[initial]").partition(|line| line.contains(".angle' ="));
-    format!("{}\n[initial]\n{}", rest.join("\n"), initial.join("\n"))
+    text + &initial
 }
 
 /// A slide that a massless rod pulls.
@@ -492,20 +490,8 @@ const ROD: &str = "
 /// Rods, lines that turn, trees of many bodies and loop equations that repeat others are continued by series as everything else is.
 #[test]
 fn mechanisms_of_every_kind_have_series() {
-    let third = "
-        [bodies.third]
-        mass = 'mass'
-        inertia = 0.1
-        points = { tip = ['0.5 m', 0] }
-        [joints.c]
-        type = 'revolute'
-        between = ['ground.c', 'third']
-        [joints.end]
-        type = 'revolute'
-        between = ['third.tip', 'coupler.end']
-    ";
-    let parallel =
-        cranks(third, "2 rad/s").replace("[parameters]", "gravity = [0, -9.81]\n[parameters]\nmass = '1.2 kg'");
+    let parallel = cranks(&THIRD.replace("mass = 1.0", "mass = 'mass'"), "2 rad/s")
+        .replace("[parameters]", "gravity = [0, -9.81]\n[parameters]\nmass = '1.2 kg'");
     let has = |text: &str, kind: fn(&ArmForm) -> bool| {
         let compiled = cotree::compile(&Scene::from_toml(text).unwrap()).unwrap();
         assert!(compiled.program.arms.as_ref().is_some_and(kind), "{text}");

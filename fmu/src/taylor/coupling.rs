@@ -2,7 +2,7 @@
 
 use crate::linalg::chain::Chain;
 use crate::linalg::columns::{Columns, Entry};
-use crate::linalg::lane::{Lane, WIDTH};
+use crate::linalg::lane::{Lane, WIDTH, lanes};
 use crate::linalg::number::Number;
 use crate::linalg::tree::{Limb, Masses, Tree};
 
@@ -30,7 +30,7 @@ impl<N: Number, const L: usize> Coupling<N, L> {
         let chain = if frames > WIDTH { Chain::new(frames, entries) } else { None };
         let is_between = |row: usize, column: usize| row < frames && column < frames && row / L != column / L;
         let rest = || -> Vec<Entry> { entries.iter().filter(|entry| !is_between(entry.0, entry.1)).copied().collect() };
-        let long = chain.is_some() && frames.div_ceil(WIDTH) >= LONG;
+        let long = chain.is_some() && lanes(frames) >= LONG;
         let rest = long.then(|| Columns::new(count, &rest()));
         Self { all: Columns::new(count, entries), chain, rest, tree: None, near: Vec::new(), products: Vec::new() }
     }
@@ -39,7 +39,7 @@ impl<N: Number, const L: usize> Coupling<N, L> {
     pub fn of_tree(count: usize, lines: usize, limbs: Vec<Limb<N>>, masses: Vec<Masses>) -> Self {
         let frames = limbs.len();
         let tree = Tree::new(limbs, masses, lines);
-        let chained = tree.is_chain() && frames.div_ceil(WIDTH) >= LONG;
+        let chained = tree.is_chain() && lanes(frames) >= LONG;
         let (near, far): (Vec<(usize, usize)>, Vec<Entry>) = within_lanes::<L>(frames);
         Self {
             all: Columns::new(count, &[]),

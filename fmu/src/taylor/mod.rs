@@ -1,6 +1,6 @@
 //! Taylor series of motions from the arm form of a mechanism.
 //!
-//! * `jet`: the series of one motion, by one factorisation and one pass for each order.
+//! * `jet`: the series of one motion, alone or with its derivatives, by one factorisation and one pass for each order.
 //! * `tape`, `fused`, `products`: scalar series for signals of time and the laws of loads.
 //! * `coupling`: the masses among sparse constants.
 

@@ -274,19 +274,18 @@ impl<N: Elementary> Terms<N> {
 
     /// All but the masses between arms: inertias and loop equations.
     #[inline(always)]
-    fn assemble_rest(&mut self, matrix: &mut impl Entries<N>, c: &[N], [dx, dy]: [&[N]; 2]) {
+    fn assemble_rest(&mut self, matrix: &mut impl Entries<N>, c: &[N], derivatives: [&[N]; 2]) {
         for term in &self.inertia {
             matrix.add(term.places, c[term.value as usize]);
         }
-        for Term { places, value: Slope { derivative, p }, .. } in &self.loops {
-            let (px, py) = (c[p[0] as usize], c[p[1] as usize]);
-            matrix.add(*places, px * dx[*derivative] + py * dy[*derivative]);
+        for term in &self.loops {
+            matrix.add(term.places, term.value.value(c, derivatives));
         }
         for term in &self.linear {
             matrix.add(term.places, c[term.value as usize]);
         }
         if !self.pairs.is_empty() {
-            self.pairs.assemble(matrix, c, [dx, dy]);
+            self.pairs.assemble(matrix, c, derivatives);
         }
     }
 }
