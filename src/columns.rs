@@ -18,6 +18,21 @@ pub fn number(value: f64, noise: f64) -> String {
     if value.abs() <= noise { "0".to_owned() } else { rounded(value, 6) }
 }
 
+/// A measured number: two digits more than its standard error has before its first; ten without one.
+pub fn measured(value: f64, error: Option<f64>) -> String {
+    let exponent = |value: f64| if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
+    let last = match error.filter(|error| *error > 0.0 && error.is_finite()) {
+        Some(error) => exponent(error) - 2,
+        None => exponent(value) - 9,
+    };
+    // Fifteen digits are all there are.
+    let last = last.max(exponent(value) - 14);
+    match (-6..=6).contains(&exponent(value)) && last <= 0 {
+        true => format!("{value:.*}", last.unsigned_abs() as usize),
+        false => format!("{value:.*e}", (exponent(value) - last).max(0) as usize),
+    }
+}
+
 /// Decimals without zeros at their end.
 pub fn without_zeros(number: &str) -> &str {
     if number.contains('.') { number.trim_end_matches('0').trim_end_matches('.') } else { number }
@@ -90,6 +105,19 @@ mod tests {
             (f64::NAN, "NaN"),
         ] {
             assert_eq!(rounded(value, 6), text);
+        }
+    }
+
+    #[test]
+    fn values_have_the_digits_that_their_errors_permit() {
+        for (value, error, text) in [
+            (1.234_567, Some(0.001), "1.23457"),
+            (0.001, Some(0.001), "0.00100"),
+            (123_456.0, Some(20.0), "123456.0"),
+            (1.5e9, Some(1e6), "1.50000e9"),
+            (-0.5, None, "-0.5000000000"),
+        ] {
+            assert_eq!(measured(value, error), text);
         }
     }
 

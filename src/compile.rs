@@ -14,7 +14,7 @@ use crate::export::runtime::Runtime;
 use crate::export::{ExportError, FmiVersion};
 use crate::expr::Property;
 use crate::formulate::{Formulated, formulate, lacking, undetermined};
-use crate::mechanism::{DisplayUnit, Unit, Units};
+use crate::mechanism::Unit;
 use crate::output::figures::summarise;
 use crate::output::summary::Summary;
 use crate::scene::{Fault, Faults, Reading, Resolved, Scene, Source, Span, Text, read};
@@ -137,11 +137,6 @@ pub fn quantity(text: &str, unit: &Unit) -> Result<f64, String> {
         Reading::Measure(..) => Err(format!("`{text}` is not in {} or a unit of the same kind", unit.si)),
         Reading::Expression => Err(format!("`{text}` is not a number, alone or with a unit")),
     }
-}
-
-/// How a value in this SI unit is shown; a unit that is made of others stays as it is.
-pub fn shown(units: &Units, si: &str) -> DisplayUnit {
-    unit(si).map_or_else(|_| DisplayUnit { name: si.to_owned(), factor: 1.0 }, |unit| units.of(&unit))
 }
 
 /// A unit that is given on the command line.

@@ -160,7 +160,7 @@ fn bounds_are_kept_and_said() {
     let found = fitted(&request(measured(3), &["stiffness=0.26 N/mm..1 N/mm", "damping"]));
     let stiffness = &found.quantities[0];
     assert!(stiffness.value == 260.0 && stiffness.error.is_none() && stiffness.limits.is_none(), "{stiffness:?}");
-    let text = found.text(&cotree::mechanism::Units::default());
+    let text = found.report().text(&cotree::mechanism::Units::default());
     assert!(text.contains("at its bound"), "{text}");
     assert!(found.quantities[1].error.is_some() && found.correlation[(0, 1)].is_nan());
 }

@@ -13,7 +13,6 @@ use cotree::scene::Text;
 use cotree::simulate::{Ended, Ensemble, Measure, Run, points};
 use cotree::{Compiled, Scene};
 use cotree_fmu::model::Model;
-use cotree_study::analysis::report::Report;
 use cotree_study::analysis::{At, Sensitivities, Study};
 use cotree_study::bench;
 use cotree_study::fit::{FitError, Request, Vary, fit};
@@ -214,7 +213,7 @@ impl Core {
     fn equilibrium(&self, py: Python<'_>, settings: Vec<(String, Value)>) -> PyResult<String> {
         let mut study = self.study(&settings)?;
         let found = py.detach(|| study.equilibrium()).map_err(study_error)?;
-        Ok(found.json().to_string())
+        Ok(found.report().data.to_string())
     }
 
     /// Linear systems as JSON: at the equilibrium, or at these times.
@@ -232,7 +231,7 @@ impl Core {
             }
         };
         let found = py.detach(|| study.linearize(&at)).map_err(study_error)?;
-        Ok(found.json().to_string())
+        Ok(found.report().data.to_string())
     }
 
     /// Vibrations as JSON.
@@ -243,7 +242,7 @@ impl Core {
             return Err(wrong(format!("at: is before the start, {start:?} s")));
         }
         let found = py.detach(|| study.modes(at)).map_err(study_error)?;
-        Ok(found.json().to_string())
+        Ok(found.report().data.to_string())
     }
 
     /// Outputs and parameters with their units; the outputs (time, output); their derivatives (time, output, parameter).
@@ -285,7 +284,7 @@ impl Core {
     fn mode_sensitivities(&self, py: Python<'_>, to: Vec<String>, settings: Vec<(String, Value)>) -> PyResult<String> {
         let mut study = self.study(&settings)?;
         let found = py.detach(|| study.mode_sensitivities(&to)).map_err(study_error)?;
-        Ok(found.json().to_string())
+        Ok(found.report().data.to_string())
     }
 
     /// Peaks and crossings with their derivatives, as JSON.
@@ -310,7 +309,7 @@ impl Core {
         study.set_experiment(experiment);
         let at: Vec<f64> = points(experiment).collect();
         let found = py.detach(|| study.features(&to, &at, &levels)).map_err(study_error)?;
-        Ok(found.json().to_string())
+        Ok(found.report().data.to_string())
     }
 
     /// Values that fit what was measured, as JSON: names with bounds, standard deviations of columns.
@@ -339,7 +338,7 @@ impl Core {
             FitError::Request(faults) => wrong(faults.join("\n")),
             FitError::Undetermined(message) => RunError::new_err(message),
         })?;
-        Ok(found.json().to_string())
+        Ok(found.report().data.to_string())
     }
 
     /// Speed against error, as JSON.

@@ -1,11 +1,9 @@
 //! What a run amounts to: the extremes of each variable and when they are, its mean and its effective value.
 
-use std::fmt;
-
 use serde::Serialize;
 
-use crate::cells;
-use crate::columns::{aligned, number};
+use super::report::{Report, Table, named, number};
+use crate::row;
 
 /// A run in figures.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -113,15 +111,17 @@ impl Accumulator {
     }
 }
 
-impl fmt::Display for Statistics {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let at = format!("at [{}]", self.time_unit);
-        let mut rows = vec![cells!["variable", "unit", "min", at, "max", at, "mean", "RMS", "end"]];
-        for Figures { name, unit, min, max, mean, rms, end } in &self.variables {
-            let numbers = [min[0], min[1], max[0], max[1], *mean, *rms, *end].map(|value| number(value, 0.0));
-            rows.push([name.clone(), unit.clone()].into_iter().chain(numbers).collect());
-        }
-        f.write_str(&aligned(&rows, 2, ""))
+impl Statistics {
+    pub fn report(&self) -> Report {
+        let row = |Figures { name, unit, min, max, mean, rms, end }: &Figures| {
+            let value = |value: f64| number(value, unit);
+            let [[min, first], [max, then]] = [min, max].map(|[own, at]| [value(*own), number(*at, &self.time_unit)]);
+            row![name, unit, min, first, max, then, value(*mean), value(*rms), value(*end)]
+        };
+        let at = named("at", &self.time_unit);
+        let columns = row!["variable", "unit", "min", at, "max", at, "mean", "RMS", "end"];
+        let table = Table { left: 2, ..Table::new(columns, self.variables.iter().map(row)) };
+        Report { tables: vec![table], ..Report::default() }
     }
 }
 

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
+use cotree::mechanism::Units;
 use cotree_fmu::model::Model;
 use cotree_study::bench::measure;
 
@@ -45,6 +46,6 @@ impl Bench {
         if self.json {
             return output::json(&bench);
         }
-        output::print(&bench.to_string())
+        output::print(&bench.report().text(&Units::default()))
     }
 }

@@ -27,9 +27,9 @@ impl Equilibrium {
         let mut study = self.asked.open()?;
         if !self.sensitivity.is_empty() {
             let found = study.equilibrium_sensitivities(&self.sensitivity);
-            return self.asked.write(study, format, found);
+            return self.asked.write(study, format, found.map(|found| found.report()));
         }
         let found = study.equilibrium();
-        self.asked.write(study, format, found)
+        self.asked.write(study, format, found.map(|found| found.report()))
     }
 }

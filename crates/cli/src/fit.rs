@@ -72,10 +72,8 @@ impl Fit {
         let found = fit::fit(&mut study, &request);
         output::warn(study.take_warnings().as_ref(), format);
         let found = found.map_err(|error| failure(error, &named))?;
-        match self.json {
-            true => output::json(&found.json())?,
-            false => output::print(&found.text(&units))?,
-        }
+        let report = found.report();
+        output::print(&if self.json { report.json() } else { report.text(&units) })?;
         self.write(&scene, &found, &units, format)
     }
 

@@ -46,7 +46,7 @@ impl Linearize {
         let mut study = self.asked.open()?;
         let at = if self.equilibrium { At::Equilibrium } else { At::Times(self.times(study.experiment())?) };
         let found = study.linearize(&at);
-        self.asked.write(study, format, found)
+        self.asked.write(study, format, found.map(|found| found.report()))
     }
 
     fn times(&self, mut experiment: Experiment) -> Result<Vec<f64>, Failure> {

@@ -31,11 +31,11 @@ impl Modes {
         let mut study = self.asked.open()?;
         if !self.sensitivity.is_empty() {
             let found = study.mode_sensitivities(&self.sensitivity);
-            return self.asked.write(study, format, found);
+            return self.asked.write(study, format, found.map(|found| found.report()));
         }
         let start = study.experiment().start;
         let at = self.at.as_deref().map(|at| study::time("at", at, start)).transpose()?;
         let found = study.modes(at);
-        self.asked.write(study, format, found)
+        self.asked.write(study, format, found.map(|found| found.report()))
     }
 }

@@ -78,12 +78,10 @@ impl Motion {
         }
         let units = self.units(&scene)?;
         let figures = motion::study(&scene, &Request { units: units.clone(), ..self.request(&scene)? })?;
+        let report = figures.report(self.every(&figures)?);
         if let Some(path) = &self.table {
-            let mut writer = output::begin(Some(path), figures.columns(&units))?;
-            let rows = figures.table.first().map_or(0, |column| column.values.len());
-            (0..rows).try_for_each(|row| writer.row(figures.table.iter().map(|column| &column.values[row])))?;
-            output::finish(writer, Some(path))?;
-            output::wrote(path, &format!("{rows} rows"), format);
+            output::write(path, report.csv(&units))?;
+            output::wrote(path, &format!("{} rows", report.sheet.rows.len()), format);
         }
         if let Some(path) = &self.plot {
             output::picture(
@@ -96,7 +94,7 @@ impl Motion {
         if self.json {
             return output::json(&figures);
         }
-        output::print(&figures.text(self.every(&figures)?, &units))
+        output::print(&report.text(&units))
     }
 
     fn request(&self, scene: &Scene) -> Result<Request, Failure> {

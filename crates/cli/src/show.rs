@@ -6,6 +6,7 @@ use clap::Args;
 use cotree::compile;
 use cotree::diagnostic::{Fault, Faults};
 use cotree::formulate::Formulated;
+use cotree::mechanism::Units;
 use cotree::output::figures::summarise;
 use cotree::output::summary::Summary;
 use cotree::scene::Scene;
@@ -166,7 +167,7 @@ impl Figures {
             return output::json(self);
         }
         match &self.comparison {
-            Some(comparison) => output::print(&comparison.to_string()),
+            Some(comparison) => output::print(&comparison.report().text(&Units::default())),
             None => output::print(&self.summary.to_string()),
         }
     }

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 use cotree::compile;
+use cotree::output::report::Report;
 use cotree::scene::Scene;
-use cotree_study::analysis::report::Report;
 use cotree_study::analysis::{self, Study, StudyError};
 
 use super::MessageFormat;
@@ -47,12 +47,12 @@ impl Asked {
         &self,
         mut study: Study,
         format: MessageFormat,
-        result: Result<impl Report, StudyError>,
+        result: Result<Report, StudyError>,
     ) -> Result<(), Failure> {
         output::warn(study.take_warnings().as_ref(), format);
         let (result, units) = (result?, self.units.before(study.display())?);
         let text = match (self.json, self.csv) {
-            (true, _) => format!("{:#}\n", result.json()),
+            (true, _) => result.json(),
             (_, true) => result.csv(&units),
             _ => result.text(&units),
         };

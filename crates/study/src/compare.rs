@@ -1,16 +1,15 @@
 //! Comparison of trees: equations, operations, time and condition numbers of one mechanism in several coordinates.
 
-use std::fmt;
 use std::hint::black_box;
 use std::sync::Arc;
 use std::time::Instant;
 
-use cotree::cells;
-use cotree::columns::aligned;
 use cotree::expr::Expr;
 use cotree::formulate::start::evaluate_at;
 use cotree::formulate::{Formulated, formulate_written};
 use cotree::mechanism::{Coordinates, Experiment, Mechanism};
+use cotree::output::report::{Cell, Report, Table};
+use cotree::row;
 use cotree::scene::{Faults, Scene};
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::Model;
@@ -219,42 +218,37 @@ fn condition(mut matrix: DMatrix<f64>) -> Option<f64> {
     (smallest > f64::EPSILON * largest).then(|| largest / smallest)
 }
 
-fn row(choice: &Choice) -> Vec<String> {
-    let mut row = cells![format!("{}{}", choice.name, if choice.used { " *" } else { "" })];
+fn row(choice: &Choice) -> Vec<Cell> {
+    let mut row = row![format!("{}{}", choice.name, if choice.used { " *" } else { "" })];
     match &choice.figures {
-        Figures::Bad { fault } => row.push(fault.clone()),
+        Figures::Bad { fault } => row.push(fault.into()),
         Figures::Good(cost) => {
             let known = |text: Option<String>| text.unwrap_or_else(|| "-".to_owned());
             let condition = |number: Option<f64>| known(number.map(|number| format!("{number:.1}")));
             let own = cost.operations;
-            row.extend(cells![
-                cost.coordinates,
-                cost.loop_equations,
-                own.additions,
-                own.multiplications,
-                own.divisions
-            ]);
-            row.extend(cells![own.square_roots, own.sine_cosine_pairs, own.others, format!("{:.1}", cost.nanoseconds)]);
-            row.extend([condition(cost.condition), condition(cost.mass_condition), cost.method.to_owned()]);
-            row.push(known(cost.steps.map(|steps| steps.to_string())));
-            row.push(known(cost.run_seconds.map(|run| format!("{:.3}", 1e3 * run))));
+            row.extend(row![cost.coordinates, cost.loop_equations, own.additions, own.multiplications, own.divisions]);
+            row.extend(row![own.square_roots, own.sine_cosine_pairs, own.others, format!("{:.1}", cost.nanoseconds)]);
+            row.extend(row![condition(cost.condition), condition(cost.mass_condition), cost.method]);
+            row.push(known(cost.steps.map(|steps| steps.to_string())).into());
+            row.push(known(cost.run_seconds.map(|run| format!("{:.3}", 1e3 * run))).into());
         }
     }
     row
 }
 
-impl fmt::Display for Comparison {
-    fn fmt(&self, out: &mut fmt::Formatter) -> fmt::Result {
-        let mut rows = vec![cells!["trees", "coordinates", "loops", "+", "*", "/", "sqrt", "sin,cos", "other", "ns"]];
-        rows[0].extend(cells!["condition", "cond. of M", "method", "steps", "run [ms]"]);
-        rows.extend(self.choices.iter().map(row));
-        write!(out, "cost of the {}\n{}", self.kernel, aligned(&rows, 1, "  "))?;
-        writeln!(
-            out,
-            "  * used by the scene; conditions at the start, rows and columns scaled; `-`: singular or not there\n  method, steps, run: what \
-             integrates the experiment at its tolerance, and its {}; series have unknowns of their own (`cotree show`)",
+impl Comparison {
+    pub fn report(&self) -> Report {
+        let mut columns = row!["trees", "coordinates", "loops", "+", "*", "/", "sqrt", "sin,cos", "other", "ns"];
+        columns.extend(row!["condition", "cond. of M", "method", "steps", "run [ms]"]);
+        let heading = Some(format!("cost of the {}", self.kernel).into());
+        let table = Table { heading, ..Table::new(columns, self.choices.iter().map(row)) };
+        let used =
+            "  * used by the scene; conditions at the start, rows and columns scaled; `-`: singular or not there";
+        let run = format!(
+            "  method, steps, run: what integrates the experiment at its tolerance, and its {}; series have unknowns of their own (`cotree show`)",
             bench::clock::NAME
-        )
+        );
+        Report { tables: vec![table], notes: row![used, run], ..Report::new(row![]) }
     }
 }
 

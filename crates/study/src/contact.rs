@@ -2,9 +2,9 @@
 //! to pull is a follower or a disc that lifts off, and a disc rolls without slip only if friction is large enough. Found in a motion, not prevented in it.
 
 use cotree::columns::rounded;
-use cotree::compile::shown;
 use cotree::diagnostic::Fault;
 use cotree::mechanism::{DisplayUnit, Mechanism, Part, Quantity, Units};
+use cotree::output::report::shown;
 use cotree::scene::{Scene, Text};
 
 /// Pulls below this share of the largest pressure are rounding errors.

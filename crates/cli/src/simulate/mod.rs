@@ -13,6 +13,7 @@ use std::sync::Arc;
 use clap::Args;
 use cotree::columns::counted;
 use cotree::compile::compile;
+use cotree::mechanism::Units;
 use cotree::output::csv::Table;
 use cotree::simulate::{self, Run, RunError};
 use cotree_fmu::instance::{Inaccuracy, InstanceError};
@@ -196,7 +197,7 @@ impl Simulate {
         if self.summary && self.json {
             output::json(&record.statistics())?;
         } else if self.summary {
-            output::print(&record.statistics().to_string())?;
+            output::print(&record.statistics().report().text(&Units::default()))?;
         }
         if let Some(path) = self.file() {
             output::wrote(path, &format!("{rows} rows"), format);

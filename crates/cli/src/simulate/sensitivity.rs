@@ -1,11 +1,11 @@
 //! `cotree simulate --sensitivity`: outputs and their derivatives.
 
 use cotree::columns::titled;
-use cotree::compile::{self, shown};
+use cotree::compile;
 use cotree::mechanism::Units;
+use cotree::output::report::{per, shown};
 use cotree::scene::Scene;
 use cotree::simulate::points;
-use cotree_study::analysis::report::Report;
 use cotree_study::analysis::{Sensitivities, Study};
 
 use super::super::failure::Failure;
@@ -42,13 +42,8 @@ fn columns(found: &Sensitivities, units: &Units) -> Vec<(String, f64)> {
     };
     let mut columns = vec![column("time".to_owned(), "s")];
     columns.extend(found.outputs.iter().map(|(name, si)| column(name.clone(), si)));
-    for (to, by) in found.parameters.iter().map(|(to, si)| (to, shown(units, si))) {
-        columns.extend(found.outputs.iter().map(|(of, si)| {
-            let (of, factor) = (format!("d({of})/d({to})"), shown(units, si));
-            let unit = format!("{}/({})", if factor.name.is_empty() { "1" } else { &factor.name }, by.name);
-            let unit = unit.strip_suffix("/()").unwrap_or(&unit);
-            (if *units == Units::default() { of } else { titled(&of, unit) }, factor.factor / by.factor)
-        }));
+    for (to, by) in &found.parameters {
+        columns.extend(found.outputs.iter().map(|(of, si)| column(format!("d({of})/d({to})"), &per(si, by))));
     }
     columns
 }
@@ -65,7 +60,7 @@ fn features(options: &Simulate, mut study: Study, times: &[f64], format: Message
     let levels = options.crossing.iter().map(level).collect::<Result<Vec<_>, Failure>>()?;
     let found = study.features(&options.sensitivity, times, &levels);
     output::warn(study.take_warnings().as_ref(), format);
-    let found = found?;
-    let text = if options.json { format!("{:#}\n", found.json()) } else { found.text(study.display()) };
+    let report = found?.report();
+    let text = if options.json { report.json() } else { report.text(study.display()) };
     output::put(options.file(), &text)
 }

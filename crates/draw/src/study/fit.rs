@@ -1,8 +1,8 @@
 //! Measured and fitted values, and their differences.
 
 use cotree::columns::titled;
-use cotree::compile::shown;
 use cotree::mechanism::Units;
+use cotree::output::report::shown;
 use cotree_study::fit::{Column, Fit};
 
 use crate::plot::{Plot, Series};

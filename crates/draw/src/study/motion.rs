@@ -2,16 +2,16 @@
 
 use cotree::columns::titled;
 use cotree::mechanism::Units;
-use cotree_study::motion::report::{Shown, radius_of};
+use cotree::output::report::shown;
+use cotree_study::motion::report::radius_of;
 use cotree_study::motion::{Cam, Column, Figures};
 
 use crate::plot::{Plot, Series};
 
 /// The table over the input.
 pub fn plot(figures: &Figures, units: &Units) -> Plot {
-    let shown = Shown::new(units, &[]);
     let series = |column: &Column| {
-        let unit = shown.of(&column.unit);
+        let unit = shown(units, &column.unit);
         // Beyond a hundred a ratio is on its way to infinity, beyond ten base circles the radius of a profile.
         let radius = |cam: &&Cam| column.name == radius_of(&cam.name);
         let of_cam = figures.cams.iter().find(radius).map(|cam| 10.0 * cam.base);
@@ -21,7 +21,7 @@ pub fn plot(figures: &Figures, units: &Units) -> Plot {
         Series::new(&column.name, &unit.name, column.values.iter().map(value).collect())
     };
     let Some((input, rest)) = figures.table.split_first() else { return Plot::default() };
-    let unit = shown.of(&input.unit);
+    let unit = shown(units, &input.unit);
     Plot {
         title: figures.name.clone(),
         axis: titled(&input.name, &unit.name),

@@ -4,8 +4,8 @@
 //! moved along its accelerations from rest for a while, and the search continues from there; if it converges to the same point again, the motion from the
 //! guess is followed longer and longer.
 
-use cotree::compile::shown;
 use cotree::formulate::Formulated;
+use cotree::output::report::shown;
 use nalgebra::{DMatrix, DVector};
 
 use super::decompose::{least_squares, svd};

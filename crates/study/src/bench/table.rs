@@ -1,67 +1,62 @@
 //! The measurement as a table for people.
 
-use std::fmt;
-
-use cotree::cells;
-use cotree::columns::aligned;
+use cotree::output::report::{Cell, Report, Table};
+use cotree::row;
 use cotree_fmu::instance::Inaccuracy;
 
 use super::runs::TOO_LONG;
 use super::{BUSY, Bench, Reference, Run, TOLERANCES};
 
-impl fmt::Display for Bench {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl Bench {
+    pub fn report(&self) -> Report {
+        let mut columns = row!["method", "tolerance", "time [ms]", "error", "steps", "evaluations", "factors", "loops"];
+        columns.extend(self.energy_kept.then(|| "energy".into()));
+        let table = Table { left: 0, ..Table::new(columns, self.runs.iter().map(row)) };
+        let mut notes = problems(&self.runs);
+        notes.push(
+            "\nError: largest of any output at any of the times, relative to its largest value; < where it may be the reference's own.".into(),
+        );
+        notes.push(
+            format!(
+                "Loops: largest residual of the loop equations. Time: {}, the fastest of several runs on one thread.",
+                self.clock
+            )
+            .into(),
+        );
+        Report { tables: vec![table], notes, ..Report::new(self.title()) }
+    }
+
+    fn title(&self) -> Vec<Cell> {
         let [start, stop] = self.span;
-        writeln!(f, "{} from {start} s to {stop} s, compared at {} times", self.name, self.points)?;
-        write_reference(f, &self.reference)?;
+        let mut lines = row![format!("{} from {start} s to {stop} s, compared at {} times", self.name, self.points)];
+        lines.extend(reference(&self.reference));
         if self.share < BUSY {
             let share = 100.0 * self.share;
-            writeln!(
-                f,
+            lines.extend(row![format!(
                 "warning: the machine is busy, this program had {share:.0} % of a processor: times may be too long"
-            )?;
+            )]);
         }
         if self.attainable > TOLERANCES[TOLERANCES.len() - 1] {
             let attainable = self.attainable;
-            writeln!(
-                f,
+            let warning = format!(
                 "warning: rounding errors leave a relative accuracy of about {attainable:.0e}, at smaller tolerances too"
-            )?;
-            writeln!(f, "{}", Inaccuracy::ROUNDING)?;
+            );
+            lines.extend(row![warning, Inaccuracy::ROUNDING]);
         }
-        let mut rows =
-            vec![cells!["method", "tolerance", "time [ms]", "error", "steps", "evaluations", "factors", "loops"]];
-        rows[0].extend(self.energy_kept.then(|| "energy".to_owned()));
-        rows.extend(self.runs.iter().map(row));
-        write!(f, "\n{}", aligned(&rows, 0, "  "))?;
-        write_problems(f, &self.runs)?;
-        writeln!(
-            f,
-            "\nError: largest of any output at any of the times, relative to its largest value; < where it may be the reference's own."
-        )?;
-        writeln!(
-            f,
-            "Loops: largest residual of the loop equations. Time: {}, the fastest of several runs on one thread.",
-            self.clock
-        )
+        lines
     }
 }
 
-fn write_reference(f: &mut fmt::Formatter<'_>, reference: &Reference) -> fmt::Result {
+fn reference(reference: &Reference) -> Vec<Cell> {
     let Reference { method, tolerance, error, other, confirmed } = reference;
-    write!(f, "reference: {method} at {tolerance:.0e}, error {}", about(*error))?;
-    match other {
-        Some(other) => {
-            let verdict = if *confirmed { "confirmed" } else { "NOT CONFIRMED" };
-            let distance = about(other.distance);
-            writeln!(f, "; {verdict}: {} at {:.0e} differs from it by {distance}", other.method, other.tolerance)?;
-        }
-        None => writeln!(f, "; NOT CONFIRMED: no other method ends in time")?,
-    }
-    if other.is_some() && !confirmed {
-        writeln!(f, "The methods end up with different motions: compare times, but not errors.")?;
-    }
-    Ok(())
+    let known = format!("reference: {method} at {tolerance:.0e}, error {}", about(*error));
+    let Some(other) = other else { return row![format!("{known}; NOT CONFIRMED: no other method ends in time")] };
+    let verdict = if *confirmed { "confirmed" } else { "NOT CONFIRMED" };
+    let distance = about(other.distance);
+    let verdict =
+        format!("{known}; {verdict}: {} at {:.0e} differs from it by {distance}", other.method, other.tolerance);
+    let apart = "The methods end up with different motions: compare times, but not errors.";
+    if *confirmed { row![verdict] } else { row![verdict, apart] }
 }
 
 fn power(value: f64) -> String {
@@ -73,24 +68,21 @@ fn about(error: f64) -> String {
 }
 
 /// Why methods have no result: the first reason of each.
-fn write_problems(f: &mut fmt::Formatter<'_>, runs: &[Run]) -> fmt::Result {
+fn problems(runs: &[Run]) -> Vec<Cell> {
     let mut told = Vec::new();
-    for run in runs {
-        if let Err(problem) = &run.result
-            && problem != TOO_LONG
-            && !told.contains(&run.method)
-        {
-            told.push(run.method);
-            writeln!(f, "\n{} at {:.0e}: {problem}", run.method, run.tolerance)?;
-        }
-    }
-    Ok(())
+    let first = runs.iter().filter_map(|run| {
+        let problem =
+            run.result.as_ref().err().filter(|problem| *problem != TOO_LONG && !told.contains(&run.method))?;
+        told.push(run.method);
+        Some(format!("\n{} at {:.0e}: {problem}", run.method, run.tolerance).into())
+    });
+    first.collect()
 }
 
-fn row(run: &Run) -> Vec<String> {
-    let mut row = cells![run.method, format!("{:.0e}", run.tolerance)];
+fn row(run: &Run) -> Vec<Cell> {
+    let mut row = row![run.method, format!("{:.0e}", run.tolerance)];
     match &run.result {
-        Err(problem) => row.extend(cells![if problem == TOO_LONG { "too slow" } else { "no result" }]),
+        Err(problem) => row.extend(row![if problem == TOO_LONG { "too slow" } else { "no result" }]),
         Ok(own) => {
             let error = match own.error {
                 0.0 => "<1e-16".to_owned(),
@@ -98,8 +90,8 @@ fn row(run: &Run) -> Vec<String> {
             };
             let time = own.cpu_seconds.map_or_else(|| "-".to_owned(), |seconds| format!("{:.3}", 1e3 * seconds));
             let residual = power(own.constraint_residual);
-            row.extend(cells![time, error, own.steps, own.evaluations, own.factorisations, residual]);
-            row.extend(own.energy_drift.map(power));
+            row.extend(row![time, error, own.steps, own.evaluations, own.factorisations, residual]);
+            row.extend(own.energy_drift.map(|drift| power(drift).into()));
         }
     }
     row

@@ -1,65 +1,62 @@
 //! What was found, as a table for people and as JSON.
 
-use cotree::cells;
-use cotree::compile;
-use cotree::mechanism::Units;
+use cotree::output::report::Accuracy::Error;
+use cotree::output::report::{Cell, Report, Table, number, plain, unit};
+use cotree::{line, row};
 use serde_json::{Value, json};
 
 use super::{Column, Ended, Fit, Quantity};
-use crate::analysis::report::page;
+
+/// Correlations are known to this at best: they have four decimals.
+const CORRELATION: f64 = 0.01;
 
 impl Fit {
-    /// For people, in these units.
-    pub fn text(&self, units: &Units) -> String {
+    pub fn report(&self) -> Report {
         let (quantities, values) = (self.quantities.len(), self.times.len() * self.columns.len());
-        let all = format!("{}: {quantities} of its values fitted to {values} measured ones", self.name);
         let ended = match self.ended {
             Ended::Settled => "at a minimum: no step makes the residuals smaller",
             Ended::Exhausted => "without a minimum: as many motions as are permitted were computed",
         };
-        let tables = [self.estimates(units), self.correlations(), self.residuals(units)].map(|rows| ("", rows));
-        let search = format!("\nended {ended}; {} motions were computed with their derivatives\n", self.evaluations);
-        page(&all, tables, &search)
+        let search = format!("\nended {ended}; {} motions were computed with their derivatives", self.evaluations);
+        Report {
+            tables: vec![self.estimates(), self.correlations(), self.residuals()],
+            notes: row![search],
+            data: self.data(),
+            ..Report::new(row![format!("{}: {quantities} of its values fitted to {values} measured ones", self.name)])
+        }
     }
 
-    fn estimates(&self, units: &Units) -> Vec<Vec<String>> {
-        let mut rows = vec![cells!["quantity", "value", "std. error", "95 % from", "to", "unit", "start"]];
-        for own in &self.quantities {
-            let unit = compile::shown(units, &own.unit);
-            let [value, start] = [own.value, own.start].map(|value| value / unit.factor);
-            let error = own.error.filter(|_| own.limits.is_some()).map(|error| error / unit.factor);
-            let [error_shown, low, high] = match (error, own.limits) {
-                (Some(size), Some([low, high])) => {
-                    [size, low / unit.factor, high / unit.factor].map(|value| shown(value, error))
-                }
-                _ => ["at its bound", "-", "-"].map(str::to_owned),
+    /// Values have the digits that their errors permit.
+    fn estimates(&self) -> Table {
+        let row = |own: &Quantity| {
+            let told = |value: f64| number(value, &own.unit).within(Error(own.error.unwrap_or(0.0)));
+            let [size, low, high] = match own.error.zip(own.limits) {
+                Some((error, [low, high])) => [error, low, high].map(told),
+                None => ["at its bound", "-", "-"].map(Cell::from),
             };
-            rows.push(cells![own.name, shown(value, error), error_shown, low, high, unit.name, start]);
-        }
-        rows
+            row![own.name, told(own.value), size, low, high, unit(&own.unit), number(own.start, &own.unit)]
+        };
+        let columns = row!["quantity", "value", "std. error", "95 % from", "to", "unit", "start"];
+        Table::new(columns, self.quantities.iter().map(row))
     }
 
-    fn correlations(&self) -> Vec<Vec<String>> {
-        let cell = |value: &f64| if value.is_nan() { "-".to_owned() } else { format!("{value:.4}") };
-        let names = || self.quantities.iter().map(|own| own.name.clone());
-        let row = |(row, name)| std::iter::once(name).chain(self.correlation.row(row).iter().map(cell)).collect();
-        let heads = std::iter::once("correlation".to_owned()).chain(names()).collect();
-        std::iter::once(heads).chain(names().enumerate().map(row)).collect()
+    fn correlations(&self) -> Table {
+        let names: Vec<&String> = self.quantities.iter().map(|own| &own.name).collect();
+        let entry = |row: usize, column: usize| plain(self.correlation[(row, column)], 0.0).within(Error(CORRELATION));
+        Table::matrix("correlation", &names, &names, entry)
     }
 
-    fn residuals(&self, units: &Units) -> Vec<Vec<String>> {
-        let mut rows = vec![cells!["measured", "values", "residual RMS", "std. deviation", "unit"]];
-        for own in &self.columns {
-            let unit = compile::shown(units, &own.unit);
-            let [rms, deviation] = [own.rms(), own.deviation].map(|value| format!("{:.4e}", value / unit.factor));
+    fn residuals(&self) -> Table {
+        let row = |own: &Column| {
+            let [rms, deviation] = [own.rms(), own.deviation].map(|value| number(value, &own.unit));
             let given = if own.is_given { " (given)" } else { "" };
-            rows.push(cells![own.name, own.measured.len(), rms, deviation + given, unit.name]);
-        }
-        rows
+            row![own.name, own.measured.len(), rms, deviation, line![unit(&own.unit), given]]
+        };
+        let columns = row!["measured", "values", "residual RMS", "std. deviation", "unit"];
+        Table::new(columns, self.columns.iter().map(row))
     }
 
-    /// For scripts; SI.
-    pub fn json(&self) -> Value {
+    fn data(&self) -> Value {
         let quantity = |(index, own): (usize, &Quantity)| {
             let correlation: Value = self.correlation.row(index).iter().copied().collect();
             json!({ "name": own.name, "unit": own.unit, "start": own.start, "value": own.value, "error": own.error,
@@ -79,38 +76,5 @@ impl Fit {
             "quantities": self.quantities.iter().enumerate().map(quantity).collect::<Value>(),
             "columns": self.columns.iter().map(column).collect::<Value>(),
         })
-    }
-}
-
-/// Two digits more than the error has before its first; ten without one.
-fn shown(value: f64, error: Option<f64>) -> String {
-    let exponent = |value: f64| if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
-    let last = match error.filter(|error| *error > 0.0 && error.is_finite()) {
-        Some(error) => exponent(error) - 2,
-        None => exponent(value) - 9,
-    };
-    // Fifteen digits are all there are.
-    let last = last.max(exponent(value) - 14);
-    match (-6..=6).contains(&exponent(value)) && last <= 0 {
-        true => format!("{value:.*}", last.unsigned_abs() as usize),
-        false => format!("{value:.*e}", (exponent(value) - last).max(0) as usize),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn values_have_the_digits_that_their_errors_permit() {
-        for (value, error, text) in [
-            (1.234_567, Some(0.001), "1.23457"),
-            (0.001, Some(0.001), "0.00100"),
-            (123_456.0, Some(20.0), "123456.0"),
-            (1.5e9, Some(1e6), "1.50000e9"),
-            (-0.5, None, "-0.5000000000"),
-        ] {
-            assert_eq!(shown(value, error), text);
-        }
     }
 }

@@ -2,8 +2,8 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use cotree::compile::shown;
 use cotree::mechanism::{BodyId, Mechanism, Part, Place, Quantity, Units};
+use cotree::output::report::shown;
 use cotree::scene::constant::evaluate;
 use cotree::scene::{Load, Scene};
 use serde::Serialize;

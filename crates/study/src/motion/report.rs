@@ -1,10 +1,9 @@
-//! The quantities of a motion as a text, a table and a plot.
+//! The quantities of a motion in sentences and as a table.
 
-use std::collections::HashMap;
-
-use cotree::columns::{self, aligned, titled};
-use cotree::compile::shown;
-use cotree::mechanism::{DisplayUnit, Unit, Units};
+use cotree::line;
+use cotree::mechanism::{Unit, Units};
+use cotree::output::report::Accuracy::Noise;
+use cotree::output::report::{Cell, Report, Table, named, number, per, plain};
 
 use super::cams::Cam;
 use super::curve::Arc;
@@ -21,281 +20,212 @@ const NOISE: f64 = 1e-10;
 /// And places of extremes, which are known to about the root of rounding errors only.
 const PLACE: f64 = 1e-7;
 
-/// Writes values in the units that are asked for.
-pub struct Shown<'u> {
-    units: &'u Units,
-    /// The largest value of the table in each unit in SI.
-    largest: HashMap<&'u str, f64>,
-}
-
-impl<'u> Shown<'u> {
-    /// In these units, of a table in SI.
-    pub fn new(units: &'u Units, table: &'u [Column]) -> Self {
-        let mut largest: HashMap<&str, f64> = HashMap::new();
-        // Next to a limit the advantage is as large as rounding errors let it be.
-        for column in table.iter().filter(|column| column.name != "advantage") {
-            let own = largest.entry(&column.unit).or_default();
-            *own = column.values.iter().filter(|value| value.is_finite()).fold(*own, |own, value| own.max(value.abs()));
-        }
-        Self { units, largest }
-    }
-
-    /// A unit in SI as it is shown. Of ratios lengths and forces are; radians stay, for the derivatives are by the radian.
-    pub fn of(&self, si: &str) -> DisplayUnit {
-        let Some((above, below @ ("rad" | "rad2" | "m" | "m2"))) = si.split_once('/') else {
-            return shown(self.units, si);
-        };
-        let part = |si: &str| match si {
-            "rad" | "rad2" | "1" => DisplayUnit { name: si.to_owned(), factor: 1.0 },
-            "m2" => {
-                let metre = shown(self.units, "m");
-                DisplayUnit { name: format!("{}2", metre.name), factor: metre.factor * metre.factor }
-            }
-            si => shown(self.units, si),
-        };
-        let [above, below] = [part(above), part(below)];
-        DisplayUnit { name: format!("{}/{}", above.name, below.name), factor: above.factor / below.factor }
-    }
-
-    fn value(&self, value: f64, si: &str) -> String {
-        format!("{} {}", self.bare(value, si), self.of(si).name).trim_end().to_owned()
-    }
-
-    /// Nothing for what rounding errors make of it.
-    fn bare(&self, value: f64, si: &str) -> String {
-        // Energy by torque and angle.
-        let largest = self.largest.get(if si == "J" { "N.m" } else { si }).copied().unwrap_or_default();
-        let factor = self.of(si).factor;
-        number(value / factor, NOISE * largest / factor)
-    }
-}
-
 /// What there is to say of a cam, by its own angle.
-fn cam_lines(cam: &Cam, shown: &Shown) -> Vec<String> {
-    let at = |at: &At, unit: &str| format!("{} at {}", shown.value(at.value, unit), shown.value(at.input, "rad"));
+fn cam_lines(cam: &Cam) -> Vec<Cell> {
+    let at = |at: &At, unit: &str| line![number(at.value, unit), " at ", number(at.input, "rad")];
     let unit = if cam.turning { "rad" } else { "m" };
-    let base = shown.value(cam.base, "m");
-    let mut lines = vec![format!("cam `{}` with {}, base circle {base}, by the cam's angle:", cam.name, cam.follower)];
+    let base = number(cam.base, "m");
+    let mut lines =
+        vec![line!["cam `", cam.name, "` with ", cam.follower, ", base circle ", base, ", by the cam's angle:"]];
     for phase in &cam.phases {
-        let word = if phase.rise > 0.0 { "rises" } else { "returns" };
-        let [from, to] = [phase.from, phase.to].map(|angle| shown.value(angle, "rad"));
-        let [velocity, acceleration, jerk] = phase.peaks.map(|peak| number(peak, 0.0));
-        let rise = shown.value(phase.rise.abs(), unit);
-        lines.push(format!(
-            "  {word} {rise} from {from} to {to}: peaks {velocity} h/beta, {acceleration} h/beta^2, {jerk} h/beta^3"
-        ));
+        let word = if phase.rise > 0.0 { "  rises " } else { "  returns " };
+        let [from, to] = [phase.from, phase.to].map(|angle| number(angle, "rad"));
+        let [velocity, acceleration, jerk] = phase.peaks.map(|peak| plain(peak, 0.0));
+        let way = line![word, number(phase.rise.abs(), unit), " from ", from, " to ", to];
+        lines.push(line![way, ": peaks ", velocity, " h/beta, ", acceleration, " h/beta^2, ", jerk, " h/beta^3"]);
     }
-    lines.push(format!("  pressure angle up to {}", at(&cam.pressure_angle, "rad")));
+    lines.push(line!["  pressure angle up to ", at(&cam.pressure_angle, "rad")]);
     for (what, radius) in [
         ("radius of the pitch curve", &cam.pitch_radius),
         ("convex radius of the profile", &cam.convex_radius),
         ("hollow radius of the profile", &cam.hollow_radius),
     ] {
-        lines.extend(radius.iter().map(|own| format!("  smallest {what} {}", at(own, "m"))));
+        lines.extend(radius.iter().map(|own| line!["  smallest ", what, " ", at(own, "m")]));
     }
-    if let Some([low, high]) = &cam.face {
-        lines.push(format!("  touches its face from {} to {} from the follower's point", at(low, "m"), at(high, "m")));
+    if let Some(ends) = &cam.face {
+        let [low, high] = ends.each_ref().map(|end| at(end, "m"));
+        lines.push(line!["  touches its face from ", low, " to ", high, " from the follower's point"]);
     }
     if cam.undercut {
         let needed = cam.least_base.map_or_else(
-            || "no larger base circle helps".to_string(),
-            |base| format!("the base circle must be at least {}", shown.value(base, "m")),
+            || "no larger base circle helps".into(),
+            |base| line!["the base circle must be at least ", number(base, "m")],
         );
-        lines.push(format!("  UNDERCUT: {needed}"));
+        lines.push(line!["  UNDERCUT: ", needed]);
     }
     lines
 }
 
-impl Figures {
-    fn input_unit(&self) -> &str {
-        &self.input.unit
-    }
+/// Parts with something between them.
+fn joined(parts: impl IntoIterator<Item = Cell>, between: &str) -> Cell {
+    let parts = parts.into_iter().enumerate();
+    Cell::Line(parts.flat_map(|(index, part)| [if index == 0 { "" } else { between }.into(), part]).collect())
+}
 
-    /// Everything for people; of the table a row every so much of the input.
-    pub fn text(&self, every: f64, units: &Units) -> String {
-        let shown = Shown::new(units, &self.table);
-        let mut lines = vec![self.kind(&shown)];
+impl Figures {
+    /// Of the table for people a row every so much of the input; as many columns side by side as can be read.
+    pub fn report(&self, every: f64) -> Report {
+        let mut title = vec![self.kind()];
         if self.reversed {
             let input = &self.input.name;
-            lines.push(format!(
-                "the scene moves `{input}` backwards; the figures are those of the way forwards, at the same speed"
-            ));
+            title.push(
+                format!(
+                    "the scene moves `{input}` backwards; the figures are those of the way forwards, at the same speed"
+                )
+                .into(),
+            );
         }
-        lines.extend(self.output_lines(&shown));
-        lines.extend(self.transmission.iter().map(|angle| self.transmission_line(angle, &shown)));
+        title.extend(self.output_lines());
+        title.extend(self.transmission.iter().map(|angle| self.transmission_line(angle)));
         if let (Some(index), Some(output)) = (&self.joint_force_index, &self.output) {
-            let [force, load] = ["N", if output.angular { "N.m" } else { "N" }].map(|si| shown.of(si));
-            let most = number(index.value * load.factor / force.factor, 0.0);
-            let at = self.at(index, &shown);
-            lines.push(format!("joint-force index up to {most} {} per {} at {at}", force.name, load.name));
+            let most = number(index.value, &per("N", if output.angular { "N.m" } else { "N" }));
+            title.push(line!["joint-force index up to ", most.within(Noise(0.0)), " at ", self.at(index)]);
         }
-        lines.extend(self.cams.iter().flat_map(|cam| cam_lines(cam, &shown)));
-        lines.extend(self.contacts.iter().cloned());
-        lines.extend(self.dynamics(&shown));
-        lines.extend(self.path_lines(&shown));
-        format!("{}\n\n{}", lines.join("\n"), self.rows(every, &shown))
+        title.extend(self.cams.iter().flat_map(cam_lines));
+        title.extend(self.contacts.iter().map(Cell::from));
+        title.extend(self.dynamics());
+        title.extend(self.path_lines());
+        let inputs = self.table.first().map_or(&[][..], |column| &column.values);
+        let step = (inputs.get(1).unwrap_or(&1.0) - inputs.first().unwrap_or(&0.0)).abs();
+        let thinned = self.rows(((every / step).round() as usize).max(1));
+        Report {
+            title,
+            tables: vec![Table { width: Some(WIDTH), left: 0, ..thinned }],
+            sheet: self.rows(1),
+            noise: NOISE,
+            ..Report::default()
+        }
     }
 
-    fn kind(&self, shown: &Shown) -> String {
+    /// One of so many rows of the table.
+    fn rows(&self, every: usize) -> Table {
+        let inputs = self.table.first().map_or(0, |column| column.values.len());
+        let row = |row: usize| self.table.iter().map(|column| told(column.values[row], column)).collect();
+        let columns = self.table.iter().map(|column| named(&column.name, &column.unit)).collect();
+        Table::new(columns, (0..inputs).step_by(every).map(row))
+    }
+
+    fn kind(&self) -> Cell {
         let class = self.four_bar.as_ref().map_or(String::new(), |class| format!("{class}; "));
         let input = &self.input.name;
         let motion = match self.range {
             Some([low, high]) => {
-                let [low, high] = [low, high].map(|end| shown.value(end, self.input_unit()));
+                let [low, high] = [low, high].map(|end| number(end, &self.input.unit));
                 let ends = if self.dead_points { ", dead points at both ends for this input" } else { "" };
-                format!("`{input}` moves from {low} to {high}{ends}")
+                line![" moves from ", low, " to ", high, ends]
             }
             None if self.change_points => {
-                format!("`{input}` turns fully, through poses in which branches of the motion cross (change points)")
+                " turns fully, through poses in which branches of the motion cross (change points)".into()
             }
-            None if self.full_turn => format!("`{input}` turns fully, with no dead point for this input"),
-            None => format!("`{input}` turns fully, but the mechanism is not as before after one turn"),
+            None if self.full_turn => " turns fully, with no dead point for this input".into(),
+            None => " turns fully, but the mechanism is not as before after one turn".into(),
         };
-        format!("{}: {class}{motion}", self.name)
+        line![self.name, ": ", class, "`", input, "`", motion]
     }
 
-    fn at(&self, at: &At, shown: &Shown) -> String {
+    fn at(&self, at: &At) -> Cell {
         let reach = self.table.first().map_or(&[][..], |column| &column.values);
         let reach = reach.iter().fold(0.0, |reach: f64, input| reach.max(input.abs()));
-        let input = if at.input.abs() < PLACE * reach { 0.0 } else { at.input };
-        shown.value(input, self.input_unit())
+        number(at.input, &self.input.unit).within(Noise(PLACE * reach))
     }
 
-    fn output_lines(&self, shown: &Shown) -> Vec<String> {
+    fn output_lines(&self) -> Vec<Cell> {
         let Some(output) = &self.output else { return Vec::new() };
-        let unit = &output.unit;
+        let (name, unit) = (line!["`", output.name, "`"], &*output.unit);
         let mut lines = Vec::new();
         if let Some(stroke) = self.stroke {
-            let word = match &*output.unit {
-                "rad" => "swing",
-                "m" => "stroke",
-                _ => "range",
+            let word = match unit {
+                "rad" => ": swing ",
+                "m" => ": stroke ",
+                _ => ": range ",
             };
-            lines.push(format!("`{}`: {word} {}", output.name, shown.value(stroke, unit)));
+            lines.push(line![name, word, number(stroke, unit)]);
         }
-        let limit = |limit: &At| format!("{} at {}", shown.value(limit.value, unit), self.at(limit, shown));
+        let limit = |limit: &At| line![number(limit.value, unit), " at ", self.at(limit)];
         if !self.limits.is_empty() {
-            let limits: Vec<String> = self.limits.iter().map(limit).collect();
-            lines.push(format!("`{}` stands still: {}", output.name, limits.join("; ")));
+            lines.push(line![name, " stands still: ", joined(self.limits.iter().map(limit), "; ")]);
         }
         if let Some(ratio) = self.time_ratio {
-            lines.push(format!("time ratio {}", number(ratio, 0.0)));
+            lines.push(line!["time ratio ", plain(ratio, 0.0)]);
         }
         if let Some(dwell) = self.dwell {
-            let [near, place] = [dwell.tolerance, dwell.position].map(|value| shown.value(value, unit));
-            let [from, to, way] =
-                [dwell.from, dwell.to, dwell.to - dwell.from].map(|at| shown.value(at, self.input_unit()));
-            lines.push(format!("dwell: within {near} of {place} for {way} of the input, from {from} to {to}"));
+            let [near, place] = [dwell.tolerance, dwell.position].map(|value| number(value, unit));
+            let [from, to, way] = [dwell.from, dwell.to, dwell.to - dwell.from].map(|at| number(at, &self.input.unit));
+            let long = line!["dwell: within ", near, " of ", place, " for ", way];
+            lines.push(line![long, " of the input, from ", from, " to ", to]);
         }
         lines
     }
 
-    fn transmission_line(&self, angle: &Transmission, shown: &Shown) -> String {
-        let poor = if angle.min.value < POOR { format!(": below {}", shown.value(POOR, "rad")) } else { String::new() };
-        let ends = self.ends([&angle.min, &angle.max], "rad", shown);
-        format!("transmission angle at `{}` {ends}{poor}", angle.joint)
+    fn transmission_line(&self, angle: &Transmission) -> Cell {
+        let poor = if angle.min.value < POOR { line![": below ", number(POOR, "rad")] } else { "".into() };
+        line!["transmission angle at `", angle.joint, "` ", self.ends([&angle.min, &angle.max], "rad"), poor]
     }
 
     /// The smallest and the largest value, with their places.
-    fn ends(&self, ends: [&At; 2], unit: &str, shown: &Shown) -> String {
-        ends.map(|end| format!("{} (at {})", shown.value(end.value, unit), self.at(end, shown))).join(" to ")
+    fn ends(&self, ends: [&At; 2], unit: &str) -> Cell {
+        joined(ends.map(|end| line![number(end.value, unit), " (at ", self.at(end), ")"]), " to ")
     }
 
-    fn dynamics(&self, shown: &Shown) -> Vec<String> {
+    fn dynamics(&self) -> Vec<Cell> {
         let mut lines = Vec::new();
         let extent = |name: &str, extent: &Option<Extent>, unit: &str| {
-            let written = |own: &Extent| {
-                format!("{name} {}, RMS {}", self.ends([&own.min, &own.max], unit, shown), shown.value(own.rms, unit))
-            };
-            extent.as_ref().map(written)
+            let told =
+                |own: &Extent| line![name, " ", self.ends([&own.min, &own.max], unit), ", RMS ", number(own.rms, unit)];
+            extent.as_ref().map(told)
         };
-        let effort = if self.input.angular { "N.m" } else { "N" };
-        let word = if self.input.angular { "drive torque" } else { "drive force" };
+        let [effort, word, inertia] =
+            if self.input.angular { ["N.m", "drive torque", "kg.m2"] } else { ["N", "drive force", "kg"] };
         lines.extend(extent(word, &self.drive, effort));
         lines.extend(extent("drive power", &self.power, "W"));
-        let peak = |name: &str, max: &At, rms: f64| {
-            let [peak, rms] = [max.value, rms].map(|force| shown.value(force, "N"));
-            format!("{name}: peak {peak} at {}, RMS {rms}", self.at(max, shown))
+        let peak = |name: Cell, max: &At, rms: f64| {
+            line![name, ": peak ", number(max.value, "N"), " at ", self.at(max), ", RMS ", number(rms, "N")]
         };
         let joints = self.joints.iter();
-        lines.extend(joints.map(|joint| peak(&format!("joint `{}`", joint.joint), &joint.max, joint.rms)));
-        lines.extend(self.shaking_force.iter().map(|force| peak("shaking force", &force.max, force.rms)));
+        lines.extend(joints.map(|joint| peak(line!["joint `", joint.joint, "`"], &joint.max, joint.rms)));
+        lines.extend(self.shaking_force.iter().map(|force| peak("shaking force".into(), &force.max, force.rms)));
         lines.extend(extent("shaking moment", &self.shaking_moment, "N.m"));
-        lines.extend(extent("generalised inertia", &self.inertia, if self.input.angular { "kg.m2" } else { "kg" }));
+        lines.extend(extent("generalised inertia", &self.inertia, inertia));
         if let Some(own) = &self.fluctuation {
-            let free = format!("coefficient of fluctuation without drive and loads {}", number(own.free, 0.0));
-            let energy = shown.value(own.energy, "J");
-            lines.push(format!("{free}; the loads need {} and vary by {energy}", shown.value(own.mean_torque, "N.m")));
+            let free = line!["coefficient of fluctuation without drive and loads ", plain(own.free, 0.0)];
+            let [torque, energy] = [number(own.mean_torque, "N.m"), number(own.energy, "J")];
+            lines.push(line![free, "; the loads need ", torque, " and vary by ", energy]);
             let wheels = own.flywheel.zip(own.added_inertia);
             lines.extend(wheels.map(|(loads, added)| {
-                let [loads, added] = [loads, added].map(|inertia| shown.value(inertia, "kg.m2"));
-                format!("flywheel {added} beside the inertia of the mechanism; {loads} for the loads alone")
+                let [loads, added] = [loads, added].map(|inertia| number(inertia, "kg.m2"));
+                line!["flywheel ", added, " beside the inertia of the mechanism; ", loads, " for the loads alone"]
             }));
         }
         lines
     }
 
-    fn path_lines(&self, shown: &Shown) -> Vec<String> {
+    fn path_lines(&self) -> Vec<Cell> {
         let Some(path) = &self.path else { return Vec::new() };
-        let area = path.area.map_or(String::new(), |area| format!(", encloses {}", shown.value(area, "m2")));
-        let way = path.arc.map_or(String::new(), |Arc { x, y, radius }| {
-            let clear = |value: f64| if value.abs() < PLACE * radius { 0.0 } else { value };
-            let [x, y, radius] = [clear(x), clear(y), radius].map(|value| shown.value(value, "m"));
-            format!(", on an arc of radius {radius} about ({x}, {y})")
+        let none = || Cell::from("");
+        let area = path.area.map_or_else(none, |area| line![", encloses ", number(area, "m2")]);
+        let way = path.arc.map_or_else(none, |Arc { x, y, radius }| {
+            let [x, y] = [x, y].map(|value| number(value, "m").within(Noise(PLACE * radius)));
+            line![", on an arc of radius ", number(radius, "m"), " about (", x, ", ", y, ")"]
         });
-        let way = if path.to_and_fro { format!(", to and fro{way}") } else { way };
-        let mut lines = vec![format!("path of `{}`: length {}{area}{way}", path.point, shown.value(path.length, "m"))];
-        let inputs = |inputs: &[f64]| {
-            let inputs: Vec<String> = inputs.iter().map(|input| shown.value(*input, self.input_unit())).collect();
-            inputs.join(", ")
-        };
-        if !path.inflections.is_empty() {
-            lines.push(format!("  inflections at {}", inputs(&path.inflections)));
+        let fro = if path.to_and_fro { ", to and fro" } else { "" };
+        let mut lines = vec![line!["path of `", path.point, "`: length ", number(path.length, "m"), area, fro, way]];
+        let inputs = |inputs: &[f64]| joined(inputs.iter().map(|input| number(*input, &self.input.unit)), ", ");
+        for (what, found) in [("inflections", &path.inflections), ("cusps", &path.cusps)] {
+            lines.extend((!found.is_empty()).then(|| line!["  ", what, " at ", inputs(found)]));
         }
-        if !path.cusps.is_empty() {
-            lines.push(format!("  cusps at {}", inputs(&path.cusps)));
-        }
-        for node in &path.crunodes {
-            let [x, y] = [node.x, node.y].map(|at| shown.value(at, "m"));
-            lines.push(format!("  crosses itself at ({x}, {y}), input {}", inputs(&node.inputs)));
-        }
+        lines.extend(path.crunodes.iter().map(|node| {
+            let [x, y] = [node.x, node.y].map(|at| number(at, "m"));
+            line!["  crosses itself at (", x, ", ", y, "), input ", inputs(&node.inputs)]
+        }));
         lines
     }
+}
 
-    /// The rows of the table, one every so much of the input; as many columns side by side as can be read.
-    fn rows(&self, every: f64, shown: &Shown) -> String {
-        let [inputs, others @ ..] = &self.table[..] else { return String::new() };
-        let step = (inputs.values.get(1).unwrap_or(&1.0) - inputs.values.first().unwrap_or(&0.0)).abs();
-        let thin = ((every / step).round() as usize).max(1);
-        let written = |column: &Column| {
-            let head = titled(&column.name, &shown.of(&column.unit).name);
-            let values = column.values.iter().step_by(thin).map(|value| shown.bare(*value, &column.unit));
-            std::iter::once(head).chain(values).collect::<Vec<String>>()
-        };
-        let first: Vec<Vec<String>> = written(inputs).into_iter().map(|cell| vec![cell]).collect();
-        let mut tables = vec![first.clone()];
-        let mut room = WIDTH;
-        for column in others.iter().map(written) {
-            let width = column.iter().map(|cell| cell.chars().count()).max().unwrap_or(0) + 2;
-            if width > room {
-                tables.push(first.clone());
-                room = WIDTH;
-            }
-            room = room.saturating_sub(width);
-            tables.last_mut().into_iter().flatten().zip(column).for_each(|(row, cell)| row.push(cell));
-        }
-        tables.iter().map(|table| aligned(table, 0, "")).collect::<Vec<String>>().join("\n")
-    }
-
-    /// The columns of the table as they are shown: their headings, and the SI value of one in each.
-    pub fn columns(&self, units: &Units) -> Vec<(String, f64)> {
-        let shown = Shown::new(units, &[]);
-        let column = |own: &Column| {
-            let unit = shown.of(&own.unit);
-            (titled(&own.name, &unit.name), unit.factor)
-        };
-        self.table.iter().map(column).collect()
-    }
+/// A value of the table. Next to a limit the advantage is as large as rounding errors let it be, and no measure of the others.
+fn told(value: f64, column: &Column) -> Cell {
+    let value = if value.abs() >= INFINITE { f64::INFINITY.copysign(value) } else { value };
+    let own = number(value, &column.unit);
+    if column.name == "advantage" { own.within(Noise(NOISE)) } else { own }
 }
 
 /// The column of the radius of curvature where a cam touches.
@@ -305,14 +235,6 @@ pub fn radius_of(cam: &str) -> String {
 
 /// A ratio that is larger than this is on its way to infinity.
 const INFINITE: f64 = 1e9;
-
-fn number(value: f64, noise: f64) -> String {
-    match value {
-        value if value.is_nan() => "-".to_owned(),
-        value if value.abs() >= INFINITE => f64::INFINITY.copysign(value).to_string(),
-        value => columns::number(value, noise),
-    }
-}
 
 /// The units that people think of mechanisms in, where they ask for no others.
 pub fn usual() -> Units {

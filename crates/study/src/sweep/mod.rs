@@ -12,8 +12,9 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use cotree::columns::titled;
-use cotree::compile::{Compiled, compile, shown};
+use cotree::compile::{Compiled, compile};
 use cotree::mechanism::{DisplayUnit, Experiment, Units};
+use cotree::output::report::shown;
 use cotree::output::statistics::Accumulator;
 use cotree::scene::{Faults, Scene};
 use cotree::simulate::{Ended, Ensemble, Measure, Run, RunError, Settings};

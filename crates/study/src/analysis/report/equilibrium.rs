@@ -1,18 +1,15 @@
 //! An equilibrium with its reactions and loads.
 
-use cotree::cells;
-use cotree::compile::shown;
 use cotree::expr::{Expr, Symbol};
 use cotree::formulate::Formulated;
-use cotree::mechanism::{Dimension, Mechanism, Quantity, Units, Variable};
+use cotree::mechanism::{Dimension, Mechanism, Quantity, Variable};
+use cotree::output::report::{Report, Table, number, unit};
+use cotree::{line, row};
 use serde_json::{Value, json};
 
-use super::{Report, at, csv, exact, largest, number, page};
+use super::at;
 use crate::analysis::resting::pose;
 use crate::analysis::{Equilibrium, Point, Stability};
-
-/// Nothing is magnified below this [m, N, N.m].
-const LEAST: f64 = 1e-6;
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct Statics {
@@ -63,10 +60,45 @@ impl Statics {
         values.find(|(known, ..)| known == name).map(|(_, value, _)| *value)
     }
 
-    /// The largest value in a unit; angles count as large as one radian.
-    fn size(&self, si: &str) -> f64 {
-        let values = self.groups.iter().flat_map(|group| &group.values).filter(|(.., unit)| *unit == si);
-        largest(values.map(|(_, value, _)| value)).max(if si == "rad" { 1.0 } else { LEAST })
+    pub fn report(&self) -> Report {
+        let title = row![line![self.name, " at rest, ", at(self.time)], self.stability.sentence()];
+        let judged = "(judged by stiffness alone: the motion cannot be linearised here)";
+        let judged = (!self.by_motion).then(|| judged.into());
+        let table = |group: &Group| {
+            let rows = group.values.iter().map(|(name, value, si)| row![name, number(*value, si), unit(si)]);
+            Table::list(group.title, rows)
+        };
+        let unknown =
+            |body| line!["\nThe reactions are not known: body `", body, "` has no mass, so its weight is not known."];
+        let sheet = self.groups.iter().flat_map(|Group { title, values }| {
+            values.iter().map(move |(name, value, si)| row![title, name, number(*value, si), unit(si)])
+        });
+        Report {
+            tables: self.groups.iter().map(table).collect(),
+            notes: self.weightless.iter().map(unknown).collect(),
+            sheet: Table::new(row!["group", "name", "value", "unit"], sheet),
+            data: self.data(),
+            ..Report::new(title.into_iter().chain(judged).collect())
+        }
+    }
+
+    fn data(&self) -> Value {
+        let values =
+            |group: &Group| group.values.iter().map(|(name, value, _)| (name.clone(), *value)).collect::<Value>();
+        let groups: Value = self.groups.iter().map(|group| (group.title, values(group))).collect();
+        let most = match &self.stability {
+            Stability::Neutral(most) | Stability::Undecided(most) | Stability::Unstable(most) => Some(most),
+            Stability::Held | Stability::Stable => None,
+        };
+        json!({
+            "name": self.name,
+            "time": self.time,
+            "stability": self.stability.word(),
+            "moves_most": most,
+            "judged_by": if self.by_motion { "motion" } else { "stiffness" },
+            "stiffness": self.stiffness,
+            "values": groups,
+        })
     }
 }
 
@@ -164,55 +196,5 @@ impl Stability {
                 format!("unstable: a mode grows; in it `{most}` moves most")
             }
         }
-    }
-}
-
-impl Report for Statics {
-    fn text(&self, units: &Units) -> String {
-        let Statics { name, time, stability, .. } = self;
-        let judged = "\n(judged by stiffness alone: the motion cannot be linearised here)";
-        let judged = if self.by_motion { "" } else { judged };
-        let table = |group: &Group| {
-            let own = largest(group.values.iter().map(|(_, value, _)| value));
-            let line = |(name, value, si): &(String, f64, &str)| {
-                let (unit, size) = (shown(units, si), own.max(self.size(si)));
-                cells![name, number(value / unit.factor, size / unit.factor), unit.name]
-            };
-            (group.title, group.values.iter().map(line).collect())
-        };
-        let unknown =
-            |body| format!("\nThe reactions are not known: body `{body}` has no mass, so its weight is not known.\n");
-        let note = self.weightless.as_ref().map_or_else(String::new, unknown);
-        let title = format!("{name} at rest, {}\n{}{judged}", at(*time, units), stability.sentence());
-        page(&title, self.groups.iter().map(table), &note)
-    }
-
-    fn json(&self) -> Value {
-        let values =
-            |group: &Group| group.values.iter().map(|(name, value, _)| (name.clone(), *value)).collect::<Value>();
-        let groups: Value = self.groups.iter().map(|group| (group.title, values(group))).collect();
-        let most = match &self.stability {
-            Stability::Neutral(most) | Stability::Undecided(most) | Stability::Unstable(most) => Some(most),
-            Stability::Held | Stability::Stable => None,
-        };
-        json!({
-            "name": self.name,
-            "time": self.time,
-            "stability": self.stability.word(),
-            "moves_most": most,
-            "judged_by": if self.by_motion { "motion" } else { "stiffness" },
-            "stiffness": self.stiffness,
-            "values": groups,
-        })
-    }
-
-    fn csv(&self, units: &Units) -> String {
-        let rows = self.groups.iter().flat_map(|Group { title, values }| {
-            values.iter().map(move |(name, value, unit)| {
-                let unit = shown(units, unit);
-                cells![title, name, exact(value / unit.factor), unit.name]
-            })
-        });
-        csv("group,name,value,unit", rows)
     }
 }

@@ -1,11 +1,12 @@
 //! Linear systems at one or many points.
 
-use cotree::cells;
-use cotree::mechanism::Units;
+use cotree::output::report::Accuracy::Noise;
+use cotree::output::report::{Cell, ROUNDING, Report, Table, number, per, unit};
+use cotree::row;
 use nalgebra::DMatrix;
 use serde_json::{Value, json};
 
-use super::{Report, Table, at, csv, exact, largest, number, page};
+use super::{at, exact};
 use crate::analysis::{Signal, StateSpace};
 
 #[derive(Clone, Debug)]
@@ -14,14 +15,20 @@ pub struct Linearization {
     pub points: Vec<StateSpace>,
 }
 
-/// A matrix with its name and the names of its rows and columns.
-type Named<'a> = (&'static str, &'a DMatrix<f64>, Vec<String>, Vec<String>);
+/// A name and its unit.
+type Label<'a> = (String, &'a str);
+
+/// A matrix with its name and the labels of its rows and columns.
+type Named<'a> = (&'static str, &'a DMatrix<f64>, Vec<Label<'a>>, Vec<Label<'a>>);
 
 impl StateSpace {
+    /// Rates are by the second: they have the units of their states.
     fn matrices(&self) -> [Named<'_>; 4] {
-        let names = |signals: &[Signal]| signals.iter().map(|signal| signal.name.clone()).collect::<Vec<_>>();
-        let rates = || self.states.iter().map(|signal| format!("d({})/dt", signal.name)).collect::<Vec<_>>();
-        let (states, inputs, outputs) = (names(&self.states), names(&self.inputs), names(&self.outputs));
+        fn labels(signals: &[Signal]) -> Vec<Label<'_>> {
+            signals.iter().map(|own| (own.name.clone(), &*own.unit.si)).collect()
+        }
+        let rates = || labels(&self.states).into_iter().map(|(name, si)| (format!("d({name})/dt"), si)).collect();
+        let (states, inputs, outputs) = (labels(&self.states), labels(&self.inputs), labels(&self.outputs));
         [
             ("A", &self.a, rates(), states.clone()),
             ("B", &self.b, rates(), inputs.clone()),
@@ -30,21 +37,7 @@ impl StateSpace {
         ]
     }
 
-    /// For states, inputs and outputs in these units; rates are by the second.
-    fn in_units(&self, units: &Units) -> StateSpace {
-        let factors = |signals: &[Signal]| signals.iter().map(|own| units.of(&own.unit).factor).collect::<Vec<_>>();
-        let [x, u, y] = [&self.states, &self.inputs, &self.outputs].map(|signals| factors(signals));
-        let scaled = |matrix: &DMatrix<f64>, rows: &[f64], columns: &[f64]| {
-            DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |row, column| {
-                matrix[(row, column)] * columns[column] / rows[row]
-            })
-        };
-        let [a, b] = [(&self.a, &x), (&self.b, &u)].map(|(matrix, columns)| scaled(matrix, &x, columns));
-        let [c, d] = [(&self.c, &x), (&self.d, &u)].map(|(matrix, columns)| scaled(matrix, &y, columns));
-        StateSpace { a, b, c, d, ..self.clone() }
-    }
-
-    fn json(&self) -> Value {
+    fn data(&self) -> Value {
         let rows = |matrix: &DMatrix<f64>| {
             matrix.row_iter().map(|row| row.iter().copied().collect::<Value>()).collect::<Value>()
         };
@@ -62,54 +55,57 @@ impl StateSpace {
         })
     }
 
-    fn text(&self, units: &Units) -> String {
-        let line = |signal: &Signal| {
-            let unit = units.of(&signal.unit);
-            cells![signal.name, number(signal.value / unit.factor, 1.0 / unit.factor), unit.name]
-        };
+    /// Signals and matrices below the time.
+    fn tables(&self) -> Vec<Table> {
+        let signal =
+            |own: &Signal| row![own.name, number(own.value, &own.unit.si).within(Noise(ROUNDING)), unit(&own.unit.si)];
         let signals = [("states", &self.states), ("inputs", &self.inputs), ("outputs", &self.outputs)];
-        let signals = signals.map(|(title, signals)| (title, signals.iter().map(line).collect()));
+        let signals = signals.map(|(title, signals)| Table::list(title, signals.iter().map(signal)));
         let matrices = self.matrices().into_iter().filter(|(_, matrix, ..)| !matrix.is_empty());
         let matrices = matrices.map(|(name, matrix, rows, columns)| {
-            let largest = largest(matrix.iter());
-            let mut lines = vec![[cells![name], columns].concat()];
-            for (row, label) in matrix.row_iter().zip(rows) {
-                lines.push([label].into_iter().chain(row.iter().map(|&value| number(value, largest))).collect());
-            }
-            ("", lines)
+            let noise = Noise(ROUNDING * matrix.amax());
+            let entry = |row: usize, column: usize| {
+                number(matrix[(row, column)], &per(rows[row].1, columns[column].1)).within(noise)
+            };
+            let [above, beside] = [&columns, &rows].map(|labels| labels.iter().map(|own| &own.0).collect::<Vec<_>>());
+            Table::matrix(name, &beside, &above, entry)
         });
-        let tables = signals.into_iter().chain(matrices).filter(|(_, rows): &Table| !rows.is_empty());
-        page(&at(self.time, units), tables, "")
+        let shown = signals.into_iter().filter(|table| !table.rows.is_empty()).chain(matrices);
+        std::iter::once(Table { heading: Some(at(self.time)), ..Table::default() }).chain(shown).collect()
+    }
+
+    /// One value a line.
+    fn entries(&self) -> impl Iterator<Item = Vec<Cell>> {
+        self.matrices().into_iter().flat_map(|(name, matrix, rows, columns)| {
+            let entry = |(place, value): (usize, &f64)| {
+                let (row, column) = (&rows[place / columns.len()].0, &columns[place % columns.len()].0);
+                row![number(self.time, "s"), name, row, column, exact(*value)]
+            };
+            matrix.transpose().iter().enumerate().map(entry).collect::<Vec<_>>()
+        })
     }
 }
 
-impl Report for Linearization {
-    fn text(&self, units: &Units) -> String {
-        let points: Vec<String> = self.points.iter().map(|point| point.in_units(units).text(units)).collect();
-        format!("{}: dx/dt = A x + B u, y = C x + D u\n{}", self.name, points.join("\n"))
-    }
-
-    /// One point is an object with the matrices, more are a list of those.
-    fn json(&self) -> Value {
-        match self.points.as_slice() {
-            [point] => {
-                let mut value = point.json();
-                value["name"] = json!(self.name);
-                value
-            }
-            points => json!({"name": self.name, "points": points.iter().map(StateSpace::json).collect::<Value>()}),
+impl Linearization {
+    pub fn report(&self) -> Report {
+        let rows = self.points.iter().flat_map(StateSpace::entries);
+        Report {
+            tables: self.points.iter().flat_map(StateSpace::tables).collect(),
+            sheet: Table::new(row!["time", "matrix", "row", "column", "value"], rows),
+            data: self.data(),
+            ..Report::new(row![format!("{}: dx/dt = A x + B u, y = C x + D u", self.name)])
         }
     }
 
-    fn csv(&self, _: &Units) -> String {
-        let matrices = self.points.iter().flat_map(|own| own.matrices().map(|of| (own.time, of)));
-        let lines = matrices.flat_map(|(time, (name, matrix, rows, columns))| {
-            let entry = |(place, value): (usize, &f64)| {
-                let (row, column) = (&rows[place / columns.len()], &columns[place % columns.len()]);
-                cells![exact(time), name, row, column, exact(*value)]
-            };
-            matrix.transpose().iter().enumerate().map(entry).collect::<Vec<_>>()
-        });
-        csv("time,matrix,row,column,value", lines)
+    /// One point is an object with the matrices, more are a list of those.
+    fn data(&self) -> Value {
+        match self.points.as_slice() {
+            [point] => {
+                let mut value = point.data();
+                value["name"] = json!(self.name);
+                value
+            }
+            points => json!({"name": self.name, "points": points.iter().map(StateSpace::data).collect::<Value>()}),
+        }
     }
 }

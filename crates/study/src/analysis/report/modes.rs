@@ -1,10 +1,10 @@
 //! Natural vibrations.
 
-use cotree::cells;
-use cotree::mechanism::Units;
+use cotree::output::report::{Cell, Report, Table, named, plain};
+use cotree::{line, row};
 use serde_json::{Value, json};
 
-use super::{Report, Table, at, csv, exact, number, page};
+use super::{at, exact};
 use crate::analysis::Mode;
 
 /// Parts of a shape below this do not show in the table.
@@ -22,61 +22,55 @@ pub struct Vibration {
 }
 
 impl Vibration {
-    fn table(&self) -> Table {
-        let mut rows = vec![cells!["mode", "frequency [Hz]", "damping ratio", "eigenvalue [1/s]", ""]];
-        for (index, mode) in self.modes.iter().enumerate() {
-            let (value, size) = (mode.eigenvalue, mode.eigenvalue.norm());
-            let real = number(value.re, 1e3 * size);
-            let eigenvalue = if value.im > 0.0 { format!("{real} +- {}i", number(value.im, size)) } else { real };
-            let frequency = if value.im > 0.0 { number(mode.frequency(), 0.0) } else { "-".to_owned() };
-            rows.push(cells![index + 1, frequency, ratio(mode), eigenvalue, kind(mode)]);
-        }
-        ("", rows)
-    }
-
-    fn shapes(&self, units: &Units) -> Table {
-        let mut rows = vec![cells![if *units == Units::default() { "shape" } else { "shape (SI)" }]];
-        rows[0].extend((1..=self.modes.len()).map(|mode| format!("mode {mode}")));
-        for (row, coordinate) in self.coordinates.iter().enumerate() {
-            let parts = self.modes.iter().map(|mode| part(mode.shape[row]));
-            rows.push(std::iter::once(coordinate.clone()).chain(parts).collect());
-        }
-        ("", rows)
-    }
-}
-
-pub(super) fn ratio(mode: &Mode) -> String {
-    mode.damping_ratio().map_or_else(|| "-".to_owned(), |ratio| number(ratio, 1e3))
-}
-
-/// Amplitude with its sign if all move in step, otherwise amplitude and phase.
-fn part(value: nalgebra::Complex<f64>) -> String {
-    match value.im.abs() > STILL * value.re.abs().max(STILL) && value.norm() > STILL {
-        true => format!("{} /_ {:.1} deg", number(value.norm(), 1.0), value.arg().to_degrees()),
-        false => number(value.re, STILL / 1e-13),
-    }
-}
-
-fn kind(mode: &Mode) -> &'static str {
-    match (mode.is_free(), mode.damping_ratio()) {
-        (true, _) => "free motion",
-        (false, Some(ratio)) if ratio < -1e-9 => "grows",
-        (false, _) => "",
-    }
-}
-
-impl Report for Vibration {
-    fn text(&self, units: &Units) -> String {
+    pub fn report(&self) -> Report {
         let about =
             if self.resting { "about its equilibrium" } else { "about its motion, as if the point stood still" };
-        let title = format!("{}: vibration {about}, {}", self.name, at(self.time, units));
-        match self.modes.is_empty() {
-            true => page(&title, [], "\nThe drivers determine the motion: nothing can vibrate.\n"),
-            false => page(&title, [self.table(), self.shapes(units)], ""),
+        let none = self.modes.is_empty();
+        let still = "\nThe drivers determine the motion: nothing can vibrate.";
+        Report {
+            tables: if none { Vec::new() } else { vec![self.table(), self.shapes()] },
+            notes: none.then(|| still.into()).into_iter().collect(),
+            sheet: self.sheet(),
+            data: self.data(),
+            ..Report::new(vec![line![self.name, ": vibration ", about, ", ", at(self.time)]])
         }
     }
 
-    fn json(&self) -> Value {
+    fn table(&self) -> Table {
+        let row = |(index, mode): (usize, &Mode)| {
+            let (value, size) = (mode.eigenvalue, mode.eigenvalue.norm());
+            let [real, imaginary] =
+                [(value.re, 1e-10), (value.im, 1e-13)].map(|(part, noise)| plain(part, noise * size));
+            match value.im > 0.0 {
+                true => {
+                    let pair = line![real, " +- ", imaginary, "i"];
+                    row![index + 1, exact(mode.frequency()), ratio(mode), pair, kind(mode)]
+                }
+                false => row![index + 1, "-", ratio(mode), real, kind(mode)],
+            }
+        };
+        let columns = row!["mode", named("frequency", "Hz"), "damping ratio", named("eigenvalue", "1/s"), ""];
+        Table::new(columns, self.modes.iter().enumerate().map(row))
+    }
+
+    fn shapes(&self) -> Table {
+        let modes: Vec<String> = (1..=self.modes.len()).map(|mode| format!("mode {mode}")).collect();
+        Table::matrix("shape (SI)", &self.coordinates, &modes, |row, mode| part(self.modes[mode].shape[row]))
+    }
+
+    fn sheet(&self) -> Table {
+        let rows = self.modes.iter().enumerate().flat_map(|(index, mode)| {
+            let (value, ratio) = (mode.eigenvalue, mode.damping_ratio().unwrap_or(f64::NAN));
+            let own = [value.re, value.im, mode.frequency(), mode.natural_frequency(), ratio].map(exact);
+            let head = [row![index + 1], own.to_vec()].concat();
+            let parts = self.coordinates.iter().zip(&mode.shape);
+            parts.map(move |(name, part)| [head.clone(), row![name, exact(part.re), exact(part.im)]].concat())
+        });
+        let head = row!["mode", "real", "imaginary", "frequency", "natural_frequency", "damping_ratio"];
+        Table::new([head, row!["coordinate", "shape_real", "shape_imaginary"]].concat(), rows)
+    }
+
+    fn data(&self) -> Value {
         let mode = |mode: &Mode| {
             let parts = self.coordinates.iter().zip(&mode.shape);
             let shape: Value = parts.map(|(name, value)| (name.clone(), vec![value.re, value.im])).collect();
@@ -92,19 +86,24 @@ impl Report for Vibration {
         let modes: Value = self.modes.iter().map(mode).collect();
         json!({"name": self.name, "time": self.time, "at_rest": self.resting, "modes": modes})
     }
+}
 
-    fn csv(&self, _: &Units) -> String {
-        let lines = self.modes.iter().enumerate().flat_map(|(index, mode)| {
-            let ratio = mode.damping_ratio().map_or_else(String::new, exact);
-            let value = mode.eigenvalue;
-            let numbers = [value.re, value.im, mode.frequency(), mode.natural_frequency()].map(exact);
-            let head = [cells![index + 1], numbers.to_vec(), vec![ratio]].concat();
-            let parts = self.coordinates.iter().zip(&mode.shape);
-            parts.map(move |(name, part)| [head.clone(), cells![name, exact(part.re), exact(part.im)]].concat())
-        });
-        csv(
-            "mode,real,imaginary,frequency,natural_frequency,damping_ratio,coordinate,shape_real,shape_imaginary",
-            lines,
-        )
+pub(super) fn ratio(mode: &Mode) -> Cell {
+    plain(mode.damping_ratio().unwrap_or(f64::NAN), 1e-10)
+}
+
+/// Amplitude with its sign if all move in step, otherwise amplitude and phase.
+fn part(value: nalgebra::Complex<f64>) -> Cell {
+    match value.im.abs() > STILL * value.re.abs().max(STILL) && value.norm() > STILL {
+        true => line![plain(value.norm(), 1e-13), format!(" /_ {:.1} deg", value.arg().to_degrees())],
+        false => plain(value.re, STILL),
+    }
+}
+
+fn kind(mode: &Mode) -> &'static str {
+    match (mode.is_free(), mode.damping_ratio()) {
+        (true, _) => "free motion",
+        (false, Some(ratio)) if ratio < -1e-9 => "grows",
+        (false, _) => "",
     }
 }
