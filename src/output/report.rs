@@ -175,7 +175,7 @@ impl Report {
         let writer = Writer { units, largest: HashMap::new(), noise: 0.0, indent: "" };
         let exact = |cell: &Cell| match cell {
             Cell::Number(value, ..) if value.is_nan() => String::new(),
-            Cell::Number(value, si, _) => format!("{:?}", value / shown(units, si).factor),
+            Cell::Number(value, si, _) => format!("{:?}", value / composed(units, si).factor),
             other => field(&writer.cell(other)),
         };
         rows().map(|row| row.iter().map(exact).collect::<Vec<String>>().join(",") + "\n").collect()
@@ -200,19 +200,20 @@ impl Writer<'_> {
         match cell {
             Cell::Text(text) => text.clone(),
             Cell::Number(value, si, accuracy) => self.number(*value, si, *accuracy),
-            Cell::Unit(si) => shown(self.units, si).name,
-            Cell::Named(name, si) => titled(name, &shown(self.units, si).name),
+            Cell::Unit(si) => composed(self.units, si).name,
+            Cell::Named(name, si) => titled(name, &composed(self.units, si).name),
             Cell::Line(parts) => parts.iter().map(|part| self.part(part)).collect(),
         }
     }
 
     fn part(&self, part: &Cell) -> String {
         let Cell::Number(_, si, _) = part else { return self.cell(part) };
-        format!("{} {}", self.cell(part), shown(self.units, si).name).trim_end().to_owned()
+        let unit = composed(self.units, si).name.replace("/(", " per ").replace(')', "");
+        format!("{} {unit}", self.cell(part)).trim_end().to_owned()
     }
 
     fn number(&self, value: f64, si: &str, accuracy: Accuracy) -> String {
-        let factor = shown(self.units, si).factor;
+        let factor = composed(self.units, si).factor;
         let up_to = |noise: f64| columns::number(value / factor, noise / factor);
         match accuracy {
             _ if value.is_nan() => "-".to_owned(),
@@ -222,14 +223,15 @@ impl Writer<'_> {
         }
     }
 
-    /// The largest number in a unit. Angles count as large as a radian; lengths, forces and torques below a millionth are not magnified.
+    /// The largest number in a unit. Angles count as large as a radian, torques and energies as forces at their arms; lengths, forces and torques below a millionth
+    /// are not magnified.
     fn largest(&self, si: &str) -> f64 {
-        // Energy by torque and angle.
-        let largest = self.largest.get(if si == "J" { "N.m" } else { si }).copied().unwrap_or_default();
+        let of = |si: &str| self.largest.get(si).copied().unwrap_or_default();
         match si {
-            "rad" => largest.max(1.0),
-            "m" | "N" | "N.m" => largest.max(1e-6),
-            _ => largest,
+            "rad" => of(si).max(1.0),
+            "m" | "N" => of(si).max(1e-6),
+            "N.m" | "J" => of("N.m").max(of("N") * of("m")).max(of(si)).max(1e-6),
+            _ => of(si),
         }
     }
 
@@ -260,32 +262,36 @@ fn folded(rows: &[Vec<String>], width: usize) -> Vec<Vec<Vec<String>>> {
     parts
 }
 
-/// How a value in this SI unit is shown. Of ratios to lengths and angles, such as `N/m`, both parts are, but radians below the line stay; of derivatives, such as
-/// `m/(rad)`, both are.
+/// How a value in this SI unit is shown; a unit that is made of others, such as `N/m`, stays as it is.
 pub fn shown(units: &Units, si: &str) -> DisplayUnit {
-    let same = |si: &str| DisplayUnit { name: si.to_owned(), factor: 1.0 };
-    if let Some((above, below)) = si.strip_suffix(')').and_then(|si| si.split_once("/(")) {
-        let [above, below] = [above, below].map(|part| shown(units, part));
-        let name = match (&*above.name, &*below.name) {
-            (above, "") => above.to_owned(),
-            ("", below) => format!("1/({below})"),
-            (above, below) => format!("{above}/({below})"),
-        };
-        return DisplayUnit { name, factor: above.factor / below.factor };
+    match parse(&Text::from(si)) {
+        Ok(unit) if *units != Units::default() => units.of(&unit),
+        _ => DisplayUnit { name: si.to_owned(), factor: 1.0 },
     }
-    let Some((above, below @ ("rad" | "rad2" | "m" | "m2"))) = si.split_once('/') else {
-        return parse(&Text::from(si)).map_or_else(|_| same(si), |unit| units.of(&unit));
-    };
-    let part = |si: &str| match si {
-        "rad" | "rad2" | "1" => same(si),
-        "m2" => {
-            let metre = shown(units, "m");
-            DisplayUnit { name: format!("{}2", metre.name), factor: metre.factor * metre.factor }
+}
+
+/// The same in a report: areas, and ratios of lengths and angles, are made of what is shown, but radians below the line stay; so are derivatives, such as `N/(kg)`, as
+/// a whole.
+pub fn composed(units: &Units, si: &str) -> DisplayUnit {
+    let made = |name: String, factor: f64| DisplayUnit { name, factor };
+    if let Some((of, by)) = si.strip_suffix(')').and_then(|si| si.split_once("/(")) {
+        let [of, by] = [of, by].map(|part| composed(units, part));
+        let one = if of.name.is_empty() { "1" } else { &of.name };
+        let name = if by.name.is_empty() { of.name } else { format!("{one}/({})", by.name) };
+        return made(name, of.factor / by.factor);
+    }
+    match si.split_once('/') {
+        Some((above @ ("1" | "rad" | "m"), below @ ("rad" | "rad2" | "m" | "m2"))) => {
+            let part = |si: &str| if si.starts_with('m') { composed(units, si) } else { made(si.to_owned(), 1.0) };
+            let [above, below] = [above, below].map(part);
+            made(format!("{}/{}", above.name, below.name), above.factor / below.factor)
         }
-        si => shown(units, si),
-    };
-    let [above, below] = [part(above), part(below)];
-    DisplayUnit { name: format!("{}/{}", above.name, below.name), factor: above.factor / below.factor }
+        None if si == "m2" => {
+            let metre = shown(units, "m");
+            made(format!("{}2", metre.name), metre.factor * metre.factor)
+        }
+        _ => shown(units, si),
+    }
 }
 
 /// The unit of a derivative.

@@ -6,7 +6,7 @@ use clap::Args;
 use cotree::compile;
 use cotree::mechanism::{Unit, Units};
 use cotree::scene::Scene;
-use cotree_study::motion::{self, Figures, MotionError, Request};
+use cotree_study::motion::{self, MotionError, Request};
 
 use super::failure::Failure;
 use super::units::{self, InUnits};
@@ -78,7 +78,9 @@ impl Motion {
         }
         let units = self.units(&scene)?;
         let figures = motion::study(&scene, &Request { units: units.clone(), ..self.request(&scene)? })?;
-        let report = figures.report(self.every(&figures)?);
+        let step = |text: &String| motion::step(text, figures.input.angular);
+        let every = self.every.as_ref().map(step).transpose();
+        let report = figures.report(every.map_err(|message| Failure::Usage(format!("--every: {message}")))?);
         if let Some(path) = &self.table {
             output::write(path, report.csv(&units))?;
             output::wrote(path, &format!("{} rows", report.sheet.rows.len()), format);
@@ -126,19 +128,6 @@ impl Motion {
     /// Those of the command line, of the scene, and then those that people think of mechanisms in.
     fn units(&self, scene: &Scene) -> Result<Units, Failure> {
         self.units.before(&units::display(scene)?.before(&motion::usual()))
-    }
-
-    /// How much of the input is between two printed rows.
-    fn every(&self, figures: &Figures) -> Result<f64, Failure> {
-        match &self.every {
-            Some(text) => motion::step(text, figures.input.angular)
-                .map_err(|message| Failure::Usage(format!("--every: {message}"))),
-            None => {
-                let inputs = figures.table.first().map(|column| column.values.as_slice()).unwrap_or_default();
-                let ends = inputs.first().zip(inputs.last());
-                Ok(ends.map_or(1.0, |(first, last)| (last - first) / 12.0))
-            }
-        }
     }
 }
 

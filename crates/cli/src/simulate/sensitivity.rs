@@ -3,7 +3,7 @@
 use cotree::columns::titled;
 use cotree::compile;
 use cotree::mechanism::Units;
-use cotree::output::report::{per, shown};
+use cotree::output::report::{composed, per};
 use cotree::scene::Scene;
 use cotree::simulate::points;
 use cotree_study::analysis::{Sensitivities, Study};
@@ -36,7 +36,7 @@ pub fn run(options: &Simulate, scene: Scene, format: MessageFormat) -> Result<()
 
 /// The columns of the table, by the units that they are shown in: derivatives stand after the values.
 fn columns(found: &Sensitivities, units: &Units) -> Vec<(String, f64)> {
-    let column = |name: String, si: &str| match shown(units, si) {
+    let column = |name: String, si: &str| match composed(units, si) {
         _ if *units == Units::default() => (name, 1.0),
         unit => (titled(&name, &unit.name), unit.factor),
     };

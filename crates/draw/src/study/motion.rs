@@ -2,7 +2,7 @@
 
 use cotree::columns::titled;
 use cotree::mechanism::Units;
-use cotree::output::report::shown;
+use cotree::output::report::composed;
 use cotree_study::motion::report::radius_of;
 use cotree_study::motion::{Cam, Column, Figures};
 
@@ -11,7 +11,7 @@ use crate::plot::{Plot, Series};
 /// The table over the input.
 pub fn plot(figures: &Figures, units: &Units) -> Plot {
     let series = |column: &Column| {
-        let unit = shown(units, &column.unit);
+        let unit = composed(units, &column.unit);
         // Beyond a hundred a ratio is on its way to infinity, beyond ten base circles the radius of a profile.
         let radius = |cam: &&Cam| column.name == radius_of(&cam.name);
         let of_cam = figures.cams.iter().find(radius).map(|cam| 10.0 * cam.base);
@@ -21,7 +21,7 @@ pub fn plot(figures: &Figures, units: &Units) -> Plot {
         Series::new(&column.name, &unit.name, column.values.iter().map(value).collect())
     };
     let Some((input, rest)) = figures.table.split_first() else { return Plot::default() };
-    let unit = shown(units, &input.unit);
+    let unit = composed(units, &input.unit);
     Plot {
         title: figures.name.clone(),
         axis: titled(&input.name, &unit.name),

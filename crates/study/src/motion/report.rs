@@ -63,8 +63,8 @@ fn joined(parts: impl IntoIterator<Item = Cell>, between: &str) -> Cell {
 }
 
 impl Figures {
-    /// Of the table for people a row every so much of the input; as many columns side by side as can be read.
-    pub fn report(&self, every: f64) -> Report {
+    /// Of the table for people a row every so much of the input, or a twelfth of its way; as many columns side by side as can be read.
+    pub fn report(&self, every: Option<f64>) -> Report {
         let mut title = vec![self.kind()];
         if self.reversed {
             let input = &self.input.name;
@@ -86,21 +86,22 @@ impl Figures {
         title.extend(self.dynamics());
         title.extend(self.path_lines());
         let inputs = self.table.first().map_or(&[][..], |column| &column.values);
-        let step = (inputs.get(1).unwrap_or(&1.0) - inputs.first().unwrap_or(&0.0)).abs();
-        let thinned = self.rows(((every / step).round() as usize).max(1));
+        let way = |last: Option<&f64>| last.zip(inputs.first()).map_or(1.0, |(last, first)| (last - first).abs());
+        let every = every.unwrap_or_else(|| way(inputs.last()) / 12.0);
+        let thinned = self.rows(((every / way(inputs.get(1))).round() as usize).max(1), told);
         Report {
             title,
             tables: vec![Table { width: Some(WIDTH), left: 0, ..thinned }],
-            sheet: self.rows(1),
+            sheet: self.rows(1, |value, column| number(value, &column.unit)),
             noise: NOISE,
             ..Report::default()
         }
     }
 
     /// One of so many rows of the table.
-    fn rows(&self, every: usize) -> Table {
+    fn rows(&self, every: usize, cell: impl Fn(f64, &Column) -> Cell) -> Table {
         let inputs = self.table.first().map_or(0, |column| column.values.len());
-        let row = |row: usize| self.table.iter().map(|column| told(column.values[row], column)).collect();
+        let row = |row: usize| self.table.iter().map(|column| cell(column.values[row], column)).collect();
         let columns = self.table.iter().map(|column| named(&column.name, &column.unit)).collect();
         Table::new(columns, (0..inputs).step_by(every).map(row))
     }

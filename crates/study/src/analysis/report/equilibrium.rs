@@ -61,44 +61,35 @@ impl Statics {
     }
 
     pub fn report(&self) -> Report {
-        let title = row![line![self.name, " at rest, ", at(self.time)], self.stability.sentence()];
-        let judged = "(judged by stiffness alone: the motion cannot be linearised here)";
-        let judged = (!self.by_motion).then(|| judged.into());
-        let table = |group: &Group| {
-            let rows = group.values.iter().map(|(name, value, si)| row![name, number(*value, si), unit(si)]);
-            Table::list(group.title, rows)
-        };
+        let (word, sentence, most) = self.stability.told();
+        let moving = most.map_or(String::new(), |most| format!("; in it `{most}` moves most"));
+        let mut title = row![line![self.name, " at rest, ", at(self.time)], format!("{sentence}{moving}")];
+        if !self.by_motion {
+            title.push("(judged by stiffness alone: the motion cannot be linearised here)".into());
+        }
         let unknown =
             |body| line!["\nThe reactions are not known: body `", body, "` has no mass, so its weight is not known."];
-        let sheet = self.groups.iter().flat_map(|Group { title, values }| {
-            values.iter().map(move |(name, value, si)| row![title, name, number(*value, si), unit(si)])
-        });
-        Report {
-            tables: self.groups.iter().map(table).collect(),
-            notes: self.weightless.iter().map(unknown).collect(),
-            sheet: Table::new(row!["group", "name", "value", "unit"], sheet),
-            data: self.data(),
-            ..Report::new(title.into_iter().chain(judged).collect())
-        }
-    }
-
-    fn data(&self) -> Value {
+        let row = |(name, value, si): &(String, f64, &str)| row![name, number(*value, si), unit(si)];
+        let entry = |group: &Group, value| [row![group.title], row(value)].concat();
+        let sheet = self.groups.iter().flat_map(|group| group.values.iter().map(move |value| entry(group, value)));
         let values =
             |group: &Group| group.values.iter().map(|(name, value, _)| (name.clone(), *value)).collect::<Value>();
-        let groups: Value = self.groups.iter().map(|group| (group.title, values(group))).collect();
-        let most = match &self.stability {
-            Stability::Neutral(most) | Stability::Undecided(most) | Stability::Unstable(most) => Some(most),
-            Stability::Held | Stability::Stable => None,
-        };
-        json!({
-            "name": self.name,
-            "time": self.time,
-            "stability": self.stability.word(),
-            "moves_most": most,
-            "judged_by": if self.by_motion { "motion" } else { "stiffness" },
-            "stiffness": self.stiffness,
-            "values": groups,
-        })
+        let groups = self.groups.iter().map(|group| (group.title, values(group)));
+        Report {
+            tables: self.groups.iter().map(|group| Table::list(group.title, group.values.iter().map(row))).collect(),
+            notes: self.weightless.iter().map(unknown).collect(),
+            sheet: Table::new(row!["group", "name", "value", "unit"], sheet),
+            data: json!({
+                "name": self.name,
+                "time": self.time,
+                "stability": word,
+                "moves_most": most,
+                "judged_by": if self.by_motion { "motion" } else { "stiffness" },
+                "stiffness": self.stiffness,
+                "values": groups.collect::<Value>(),
+            }),
+            ..Report::new(title)
+        }
     }
 }
 
@@ -172,29 +163,18 @@ fn joints(mechanism: &Mechanism) -> Vec<Variable> {
 }
 
 impl Stability {
-    fn word(&self) -> &'static str {
+    /// In a word, in a sentence, and what moves most in the mode that these are about.
+    fn told(&self) -> (&'static str, &'static str, Option<&String>) {
         match self {
-            Stability::Held => "held",
-            Stability::Stable => "stable",
-            Stability::Neutral(_) => "neutral",
-            Stability::Undecided(_) => "undecided",
-            Stability::Unstable(_) => "unstable",
-        }
-    }
-
-    fn sentence(&self) -> String {
-        match self {
-            Stability::Held => "joints and drivers constrain every coordinate: nothing can move".to_owned(),
-            Stability::Stable => "stable: every displacement meets a restoring force, and no mode grows".to_owned(),
-            Stability::Neutral(most) => {
-                format!("neutral: a mode has no stiffness; in it `{most}` moves most")
+            Stability::Held => ("held", "joints and drivers constrain every coordinate: nothing can move", None),
+            Stability::Stable => {
+                ("stable", "stable: every displacement meets a restoring force, and no mode grows", None)
             }
+            Stability::Neutral(most) => ("neutral", "neutral: a mode has no stiffness", Some(most)),
             Stability::Undecided(most) => {
-                format!("undecided: to first order a mode neither grows nor decays; in it `{most}` moves most")
+                ("undecided", "undecided: to first order a mode neither grows nor decays", Some(most))
             }
-            Stability::Unstable(most) => {
-                format!("unstable: a mode grows; in it `{most}` moves most")
-            }
+            Stability::Unstable(most) => ("unstable", "unstable: a mode grows", Some(most)),
         }
     }
 }

@@ -43,16 +43,12 @@ impl StateSpace {
         };
         let signal = |own: &Signal| json!({"name": own.name, "unit": own.unit.si, "value": own.value});
         let signals = |signals: &[Signal]| signals.iter().map(signal).collect::<Value>();
-        json!({
-            "time": self.time,
-            "states": signals(&self.states),
-            "inputs": signals(&self.inputs),
-            "outputs": signals(&self.outputs),
-            "A": rows(&self.a),
-            "B": rows(&self.b),
-            "C": rows(&self.c),
-            "D": rows(&self.d),
-        })
+        let [states, inputs, outputs] = [&self.states, &self.inputs, &self.outputs].map(|own| signals(own));
+        let mut data = json!({"time": self.time, "states": states, "inputs": inputs, "outputs": outputs});
+        for (name, matrix, ..) in self.matrices() {
+            data[name] = rows(matrix);
+        }
+        data
     }
 
     /// Signals and matrices below the time.
@@ -89,11 +85,14 @@ impl StateSpace {
 impl Linearization {
     pub fn report(&self) -> Report {
         let rows = self.points.iter().flat_map(StateSpace::entries);
+        let mut title = row![format!("{}: dx/dt = A x + B u, y = C x + D u", self.name)];
+        title.extend(self.points.first().map(|first| at(first.time)));
         Report {
-            tables: self.points.iter().flat_map(StateSpace::tables).collect(),
+            // The first time stands in the title.
+            tables: self.points.iter().flat_map(StateSpace::tables).skip(1).collect(),
             sheet: Table::new(row!["time", "matrix", "row", "column", "value"], rows),
             data: self.data(),
-            ..Report::new(row![format!("{}: dx/dt = A x + B u, y = C x + D u", self.name)])
+            ..Report::new(title)
         }
     }
 

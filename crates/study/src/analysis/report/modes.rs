@@ -1,8 +1,8 @@
 //! Natural vibrations.
 
-use cotree::output::report::{Cell, Report, Table, named, plain};
+use cotree::output::report::{Cell, Report, Table, plain};
 use cotree::{line, row};
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::{at, exact};
 use crate::analysis::Mode;
@@ -23,69 +23,53 @@ pub struct Vibration {
 
 impl Vibration {
     pub fn report(&self) -> Report {
+        let mut table = Table::new(row!["mode", "frequency [Hz]", "damping ratio", "eigenvalue [1/s]", ""], []);
+        let keys = row!["mode", "real", "imaginary", "frequency", "natural_frequency", "damping_ratio"];
+        let mut sheet = Table::new([keys, row!["coordinate", "shape_real", "shape_imaginary"]].concat(), []);
+        let mut modes = Vec::new();
+        for (index, mode) in self.modes.iter().enumerate() {
+            let (place, value, own) = (index + 1, mode.eigenvalue, mode.frequency());
+            let told = exact(if value.im > 0.0 { own } else { f64::NAN });
+            table.rows.push(row![place, told, ratio(mode), eigenvalue(mode), kind(mode)]);
+            let numbers = [value.re, value.im, own, mode.natural_frequency()].map(exact).to_vec();
+            let mut shape = json!({});
+            for (name, part) in self.coordinates.iter().zip(&mode.shape) {
+                shape[name] = json!([part.re, part.im]);
+                let part = row![ratio(mode), name, exact(part.re), exact(part.im)];
+                sheet.rows.push([row![place], numbers.clone(), part].concat());
+            }
+            modes.push(json!({
+                "eigenvalue": [value.re, value.im],
+                "frequency": own,
+                "natural_frequency": mode.natural_frequency(),
+                "damping_ratio": mode.damping_ratio(),
+                "free": mode.is_free(),
+                "shape": shape,
+            }));
+        }
+        let still = modes.is_empty().then(|| "\nThe drivers determine the motion: nothing can vibrate.".into());
         let about =
             if self.resting { "about its equilibrium" } else { "about its motion, as if the point stood still" };
-        let none = self.modes.is_empty();
-        let still = "\nThe drivers determine the motion: nothing can vibrate.";
         Report {
-            tables: if none { Vec::new() } else { vec![self.table(), self.shapes()] },
-            notes: none.then(|| still.into()).into_iter().collect(),
-            sheet: self.sheet(),
-            data: self.data(),
+            tables: if modes.is_empty() { Vec::new() } else { vec![table, self.shapes()] },
+            notes: still.into_iter().collect(),
+            sheet,
+            data: json!({"name": self.name, "time": self.time, "at_rest": self.resting, "modes": modes}),
             ..Report::new(vec![line![self.name, ": vibration ", about, ", ", at(self.time)]])
         }
-    }
-
-    fn table(&self) -> Table {
-        let row = |(index, mode): (usize, &Mode)| {
-            let (value, size) = (mode.eigenvalue, mode.eigenvalue.norm());
-            let [real, imaginary] =
-                [(value.re, 1e-10), (value.im, 1e-13)].map(|(part, noise)| plain(part, noise * size));
-            match value.im > 0.0 {
-                true => {
-                    let pair = line![real, " +- ", imaginary, "i"];
-                    row![index + 1, exact(mode.frequency()), ratio(mode), pair, kind(mode)]
-                }
-                false => row![index + 1, "-", ratio(mode), real, kind(mode)],
-            }
-        };
-        let columns = row!["mode", named("frequency", "Hz"), "damping ratio", named("eigenvalue", "1/s"), ""];
-        Table::new(columns, self.modes.iter().enumerate().map(row))
     }
 
     fn shapes(&self) -> Table {
         let modes: Vec<String> = (1..=self.modes.len()).map(|mode| format!("mode {mode}")).collect();
         Table::matrix("shape (SI)", &self.coordinates, &modes, |row, mode| part(self.modes[mode].shape[row]))
     }
+}
 
-    fn sheet(&self) -> Table {
-        let rows = self.modes.iter().enumerate().flat_map(|(index, mode)| {
-            let (value, ratio) = (mode.eigenvalue, mode.damping_ratio().unwrap_or(f64::NAN));
-            let own = [value.re, value.im, mode.frequency(), mode.natural_frequency(), ratio].map(exact);
-            let head = [row![index + 1], own.to_vec()].concat();
-            let parts = self.coordinates.iter().zip(&mode.shape);
-            parts.map(move |(name, part)| [head.clone(), row![name, exact(part.re), exact(part.im)]].concat())
-        });
-        let head = row!["mode", "real", "imaginary", "frequency", "natural_frequency", "damping_ratio"];
-        Table::new([head, row!["coordinate", "shape_real", "shape_imaginary"]].concat(), rows)
-    }
-
-    fn data(&self) -> Value {
-        let mode = |mode: &Mode| {
-            let parts = self.coordinates.iter().zip(&mode.shape);
-            let shape: Value = parts.map(|(name, value)| (name.clone(), vec![value.re, value.im])).collect();
-            json!({
-                "eigenvalue": [mode.eigenvalue.re, mode.eigenvalue.im],
-                "frequency": mode.frequency(),
-                "natural_frequency": mode.natural_frequency(),
-                "damping_ratio": mode.damping_ratio(),
-                "free": mode.is_free(),
-                "shape": shape,
-            })
-        };
-        let modes: Value = self.modes.iter().map(mode).collect();
-        json!({"name": self.name, "time": self.time, "at_rest": self.resting, "modes": modes})
-    }
+/// A pair as its real and imaginary part.
+fn eigenvalue(mode: &Mode) -> Cell {
+    let (value, size) = (mode.eigenvalue, mode.eigenvalue.norm());
+    let [real, imaginary] = [(value.re, 1e-10), (value.im, 1e-13)].map(|(part, noise)| plain(part, noise * size));
+    if value.im > 0.0 { line![real, " +- ", imaginary, "i"] } else { real }
 }
 
 pub(super) fn ratio(mode: &Mode) -> Cell {
