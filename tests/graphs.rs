@@ -7,6 +7,7 @@ use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
+use cotree::mechanism::Units;
 use cotree::scene::Scene;
 use cotree_draw::graph;
 use cotree_study::compare;
@@ -128,7 +129,7 @@ fn costs_are_complete_and_fewer_equations_cost_less() {
 fn the_table_has_a_line_for_each_choice() {
     let path = Path::new(ROOT).join("models/slider_crank/scene.toml");
     let comparison = compare::comparison(&Scene::read(&path).unwrap()).unwrap();
-    let text = comparison.to_string();
+    let text = comparison.report().text(&Units::default());
     for name in ["absolute", "joint", "recommended *"] {
         assert!(text.lines().any(|line| line.trim_start().starts_with(name)), "{text}");
     }

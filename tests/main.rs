@@ -75,6 +75,7 @@ mod printed_lesson;
 mod printed_names;
 mod printed_symbols;
 mod reference;
+mod reports;
 mod rooms;
 mod scale;
 mod scene;

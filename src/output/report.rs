@@ -264,10 +264,8 @@ fn folded(rows: &[Vec<String>], width: usize) -> Vec<Vec<Vec<String>>> {
 
 /// How a value in this SI unit is shown; a unit that is made of others, such as `N/m`, stays as it is.
 pub fn shown(units: &Units, si: &str) -> DisplayUnit {
-    match parse(&Text::from(si)) {
-        Ok(unit) if *units != Units::default() => units.of(&unit),
-        _ => DisplayUnit { name: si.to_owned(), factor: 1.0 },
-    }
+    let known = if *units == Units::default() { None } else { parse(&Text::from(si)).ok() };
+    known.map_or_else(|| DisplayUnit { name: si.to_owned(), factor: 1.0 }, |unit| units.of(&unit))
 }
 
 /// The same in a report: areas, and ratios of lengths and angles, are made of what is shown, but radians below the line stay; so are derivatives, such as `N/(kg)`, as

@@ -36,9 +36,10 @@ pub fn run(options: &Simulate, scene: Scene, format: MessageFormat) -> Result<()
 
 /// The columns of the table, by the units that they are shown in: derivatives stand after the values.
 fn columns(found: &Sensitivities, units: &Units) -> Vec<(String, f64)> {
-    let column = |name: String, si: &str| match composed(units, si) {
-        _ if *units == Units::default() => (name, 1.0),
-        unit => (titled(&name, &unit.name), unit.factor),
+    let is_si = *units == Units::default();
+    let column = |name: String, si: &str| {
+        let unit = composed(units, si);
+        (if is_si { name } else { titled(&name, &unit.name) }, unit.factor)
     };
     let mut columns = vec![column("time".to_owned(), "s")];
     columns.extend(found.outputs.iter().map(|(name, si)| column(name.clone(), si)));

@@ -13,16 +13,10 @@ impl Bench {
         columns.extend(self.energy_kept.then(|| "energy".into()));
         let table = Table { left: 0, ..Table::new(columns, self.runs.iter().map(row)) };
         let mut notes = problems(&self.runs);
-        notes.push(
-            "\nError: largest of any output at any of the times, relative to its largest value; < where it may be the reference's own.".into(),
-        );
-        notes.push(
-            format!(
-                "Loops: largest residual of the loop equations. Time: {}, the fastest of several runs on one thread.",
-                self.clock
-            )
-            .into(),
-        );
+        notes.extend(row![
+            "\nError: largest of any output at any of the times, relative to its largest value; < where it may be the reference's own.",
+            format!("Loops: largest residual of the loop equations. Time: {}, the fastest of several runs on one thread.", self.clock),
+        ]);
         Report { tables: vec![table], notes, ..Report::new(self.title()) }
     }
 

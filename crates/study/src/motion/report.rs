@@ -66,15 +66,8 @@ impl Figures {
     /// Of the table for people a row every so much of the input, or a twelfth of its way; as many columns side by side as can be read.
     pub fn report(&self, every: Option<f64>) -> Report {
         let mut title = vec![self.kind()];
-        if self.reversed {
-            let input = &self.input.name;
-            title.push(
-                format!(
-                    "the scene moves `{input}` backwards; the figures are those of the way forwards, at the same speed"
-                )
-                .into(),
-            );
-        }
+        let way = "` backwards; the figures are those of the way forwards, at the same speed";
+        title.extend(self.reversed.then(|| line!["the scene moves `", self.input.name, way]));
         title.extend(self.output_lines());
         title.extend(self.transmission.iter().map(|angle| self.transmission_line(angle)));
         if let (Some(index), Some(output)) = (&self.joint_force_index, &self.output) {

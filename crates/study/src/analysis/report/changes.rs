@@ -25,20 +25,15 @@ fn by_name(parameters: &[(String, String)], values: &[f64]) -> Value {
 
 impl Sensitivities {
     /// At its first time, that of an equilibrium: each output with its unit, its value and its derivatives.
-    fn rows(&self) -> impl Iterator<Item = (&str, &str, f64, Vec<f64>)> {
-        self.values.iter().zip(&self.derivatives).take(1).flat_map(|(values, derivatives)| {
-            let by = |row: usize| derivatives.row(row).iter().copied().collect();
-            let outputs = self.outputs.iter().enumerate();
-            outputs.map(move |(row, (name, unit))| (name.as_str(), unit.as_str(), values[row], by(row)))
-        })
-    }
-
     pub fn report(&self) -> Report {
         let by = self.parameters.iter().map(|(name, si)| line!["d/d(", named(name, si), ")"]);
         let mut table = Table::new(row!["output", "value", "unit"].into_iter().chain(by).collect(), []);
         let mut sheet = Table::new(row!["output", "value", "parameter", "derivative"], []);
         let mut outputs = Vec::new();
-        for (name, si, value, derivatives) in self.rows() {
+        let first = self.values.iter().zip(&self.derivatives).take(1);
+        let lines = first.flat_map(|(values, matrix)| values.iter().zip(matrix.row_iter())).zip(&self.outputs);
+        for ((&value, derivatives), (name, si)) in lines {
+            let derivatives: Vec<f64> = derivatives.iter().copied().collect();
             let by = by_name(&self.parameters, &derivatives);
             outputs.push(json!({ "name": name, "unit": si, "value": value, "derivatives": by }));
             let mut row = row![name, number(value, si), unit(si)];
