@@ -36,7 +36,7 @@ fn people_read_their_units_and_no_rounding_errors() {
               pin.fy           0     N               -\n  pin.angle        0   rad     1.00000e-15\n\
               the largest is 1234.57 N, 2 N per N.m\n";
     assert_eq!(report().text(&Units::default()), si);
-    let shown = "at rest\n\njoints\n  name         value  unit  d/d(reach [mm])\n  pin.fx     1.23457    kN      2.50000e-7\n  \
+    let shown = "at rest\n\njoints\n  name         value  unit  d/d(reach [mm])\n  pin.fx     1.23457    kN       2.50000e-7\n  \
                  pin.fy           0    kN                -\n  pin.angle        0   deg      5.72958e-17\n\
                  the largest is 1.23457 kN, 0.002 kN per N.m\n";
     assert_eq!(report().text(&units(&["kN", "mm", "deg"])), shown);
