@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use crate::drawing::Carrier;
+
 /// A point of the picture \[px\], y down.
 pub type Pixel = [f64; 2];
 
@@ -14,27 +16,6 @@ pub struct Svg {
     elements: String,
     /// From which byte of the elements on what carries them.
     carriers: Vec<(usize, Carrier)>,
-}
-
-/// What carries a part of a picture, by its place in the drawing.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Carrier {
-    Ground,
-    Body(usize),
-    /// A point of a body, which does not turn with it.
-    Point(Option<usize>, [f64; 2]),
-    Spring(usize),
-    Band(usize),
-    Link(usize),
-    /// Names, and arrows that are true at the start only.
-    Name,
-}
-
-impl Carrier {
-    /// That body, or the ground.
-    pub fn of(body: Option<usize>) -> Self {
-        body.map_or(Carrier::Ground, Carrier::Body)
-    }
 }
 
 /// A rectangle of the picture \[px\].
@@ -111,11 +92,9 @@ impl Svg {
     }
 
     /// The elements in order, each part with what carries it.
-    pub fn parts(&self) -> Vec<(Carrier, &str)> {
+    pub fn parts(&self) -> Vec<(&Carrier, &str)> {
         let ends = self.carriers.iter().skip(1).map(|(start, _)| *start).chain([self.elements.len()]);
-        let parts =
-            self.carriers.iter().zip(ends).map(|(&(start, carrier), end)| (carrier, &self.elements[start..end]));
-        parts.filter(|(_, elements)| !elements.is_empty()).collect()
+        self.carriers.iter().zip(ends).map(|((start, carrier), end)| (carrier, &self.elements[*start..end])).collect()
     }
 
     /// The elements so far, without a sheet.

@@ -2,11 +2,13 @@
 
 use std::f64::consts::{PI, TAU};
 
+use super::carrier::{Band, Carrier, Line, Stretch};
 use super::labels::Labels;
 use super::shapes::{along, difference, dot, norm, normal, unit};
 use super::symbols;
+use super::track::{Pattern, Rail, Track, Way};
 use super::view::View;
-use crate::svg::{Carrier, Pixel, Svg, number, polyline};
+use crate::svg::{Pixel, Svg, number, polyline};
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coupling {
@@ -110,26 +112,22 @@ impl Coupling {
     }
 
     /// Draws what lies behind the bodies; what rolls goes so far back and forth. Returns where its name belongs.
-    pub fn draw(&self, index: usize, travel: [f64; 2], view: &View, svg: &mut Svg, labels: &mut Labels) -> Pixel {
+    pub fn draw(&self, travel: [f64; 2], view: &View, svg: &mut Svg, labels: &mut Labels) -> Pixel {
         match &self.kind {
             CouplingKind::Gears(wheels) => draw_gears(*wheels, view, svg, labels),
-            CouplingKind::Band { wheels, crossed } => draw_band(index, *wheels, *crossed, view, svg, labels),
-            CouplingKind::Rack { pinion, bar, at, foot } => {
-                let pitch = along(pinion.centre, 1.0, *foot);
-                let places = [pitch, *at].map(|point| view.pixel(point));
-                draw_rack(*pinion, *bar, places, travel, view, svg, labels)
+            CouplingKind::Band { wheels, crossed } => self.draw_band(*wheels, *crossed, view, svg, labels),
+            CouplingKind::Rack { pinion, foot, .. } => {
+                let teeth = Teeth::of_pinion(pinion, *foot, view);
+                let height = teeth.height(view.length(pinion.radius).max(1.0));
+                self.draw_track(travel, 3.0 * height, view, svg, labels);
+                pinion.draw(view, svg, labels, Some(teeth));
+                view.pixel(along(pinion.centre, 1.0, *foot))
             }
-            CouplingKind::Rolling { disc, angle, line, base, axis } => {
-                let radius = view.length(disc.radius);
-                let [contact, low, high] = rolling_line([*base, disc.centre], *axis, radius, travel, view);
-                labels.obstruct(&[low, high], 1.3 * view.pin);
-                svg.carry(Carrier::of(*line));
-                symbols::rolling_line(svg, view, *line, [low, high]);
-                disc.draw(view, svg, labels, None);
-                let rim = along(disc.centre, disc.radius, [angle.cos(), angle.sin()]);
-                let spoke = [disc.centre, rim].map(|point| view.pixel(point));
-                svg.line(spoke[0], spoke[1], &format!(r#"stroke="{}" stroke-width="1.6""#, disc.colours().1));
-                contact
+            CouplingKind::Rolling { disc, angle, axis, .. } => {
+                self.draw_track(travel, 1.3 * view.pin, view, svg, labels);
+                disc.draw_turning(*angle, view, svg, labels);
+                // To the right of the axis; the picture's y points down.
+                along(view.pixel(disc.centre), view.length(disc.radius), normal(view.direction(*axis)))
             }
             CouplingKind::Cam(cam) => cam.draw(view, svg, labels),
             CouplingKind::Link(ends) => {
@@ -140,11 +138,92 @@ impl Coupling {
         }
     }
 
-    pub fn draw_front(&self, index: usize, view: &View, svg: &mut Svg) {
-        if let CouplingKind::Link(ends) = &self.kind {
-            svg.carry(Carrier::Link(index));
-            symbols::link(svg, view, ends.map(|end| view.pixel(end)));
+    pub fn draw_front(&self, view: &View, svg: &mut Svg) {
+        let CouplingKind::Link(ends) = self.kind else { return };
+        let at = ends.map(|end| view.pixel(end));
+        let length = norm(difference(at[1], at[0])) / view.pin;
+        let styles = symbols::link_styles(view);
+        let line = Line { closed: false, points: vec![[0.0; 3], [length, 0.0, 1.0]], styles: styles.clone() };
+        let (name, between) = (self.name.clone(), self.between);
+        svg.carry(Carrier::Stretch(Stretch { name, between, ends, retreat: [0.0; 2], length, lines: vec![line] }));
+        styles.iter().for_each(|style| svg.line(at[0], at[1], style));
+        for side in 0..2 {
+            svg.carry(Carrier::Pin(between[side], ends[side]));
+            symbols::pin(svg, view, at[side]);
         }
+    }
+
+    /// Where a disc rolls, and where a pinion goes on its rack.
+    pub fn way(&self) -> Option<Way> {
+        match self.kind {
+            CouplingKind::Rolling { disc, line, base, axis, .. } => {
+                Some(Way { body: line, base, axis, moving: disc.body, at: disc.centre })
+            }
+            // With the pinion on its left.
+            CouplingKind::Rack { pinion, bar, at, foot } => {
+                Some(Way { body: bar, base: at, axis: normal(foot), moving: pinion.body, at: pinion.centre })
+            }
+            _ => None,
+        }
+    }
+
+    /// The line that a disc rolls on, from the base to beyond the contact: the ground, or a bar of a body; or a rack.
+    fn track(&self, view: &View) -> Option<Track> {
+        let way = self.way()?;
+        let rails = match &self.kind {
+            CouplingKind::Rack { pinion, foot, .. } => vec![rack(&way, pinion, *foot, view)],
+            CouplingKind::Rolling { disc, .. } => {
+                let beyond = view.length(disc.radius).max(6.0 * view.pin);
+                let (rails, off) = match way.body {
+                    None => (Rail::earth(view, beyond, 0.0, 1.0), 0.0),
+                    Some(_) => (Rail::bar(way.body, [beyond; 2], 1.5 * view.pin), 0.75 * view.pin + 1.3),
+                };
+                rails.map(|rail| Rail { about: Some([-beyond, beyond]), off, ..rail }).into()
+            }
+            _ => Vec::new(),
+        };
+        Some(Track { way, rails })
+    }
+
+    fn draw_track(&self, travel: [f64; 2], room: f64, view: &View, svg: &mut Svg, labels: &mut Labels) {
+        if let Some(track) = self.track(view) {
+            let ends = track.draw(travel, view, svg);
+            labels.obstruct(&ends, room);
+        }
+    }
+
+    /// The wheels and the common tangents of their circles: the outer ones, or the inner ones if the band is crossed. Returns the middle of one.
+    fn draw_band(&self, wheels: [Wheel; 2], crossed: bool, view: &View, svg: &mut Svg, labels: &mut Labels) -> Pixel {
+        wheels.iter().for_each(|wheel| wheel.draw_turning(0.0, view, svg, labels));
+        let [first, second] = wheels.map(|wheel| view.length(wheel.radius));
+        let radii = [first, if crossed { -second } else { second }];
+        let centres = wheels.map(|wheel| wheel.centre);
+        svg.carry(Carrier::Band(Band { between: wheels.map(|wheel| wheel.body), centres, radii }));
+        let centres = centres.map(|centre| view.pixel(centre));
+        let mut middle = centres[0];
+        for ends in tangents(centres, radii).into_iter().flatten() {
+            svg.line(ends[0], ends[1], &symbols::band_style());
+            labels.obstruct(&ends, view.pin);
+            middle = along(ends[0], 0.5, difference(ends[1], ends[0]));
+        }
+        middle
+    }
+}
+
+/// A bar with teeth, one of which stands in each gap of the pinion.
+fn rack(way: &Way, pinion: &Wheel, foot: [f64; 2], view: &View) -> Rail {
+    let radius = view.length(pinion.radius).max(1.0);
+    let teeth = Teeth::of_pinion(pinion, foot, view);
+    let (pitch, axis) = (TAU * radius / teeth.count, view.direction(way.axis));
+    let away = difference(view.pixel(along(pinion.centre, 1.0, foot)), view.pixel(way.base));
+    let (fill, edge) = way.body.map_or((symbols::GROUND, symbols::INK), symbols::colour);
+    let reach = 0.3 * teeth.count * pitch;
+    Rail {
+        about: Some([-reach, reach]),
+        beyond: [reach; 2],
+        off: dot(away, normal(axis)),
+        pattern: Pattern::Teeth { pitch, first: dot(away, axis), height: teeth.height(radius) },
+        style: format!(r#"fill="{fill}" stroke="{edge}" stroke-width="1.3" stroke-linejoin="round""#),
     }
 }
 
@@ -153,17 +232,17 @@ impl Cam {
     fn draw(&self, view: &View, svg: &mut Svg, labels: &mut Labels) -> Pixel {
         let corners: Vec<Pixel> = self.outline.iter().map(|&corner| view.pixel(corner)).collect();
         let (fill, edge) = self.hub.colours();
-        svg.carry(Carrier::of(self.hub.body));
+        svg.carry(Carrier::Body(self.hub.body));
         let style = format!(r#"fill="{fill}" fill-opacity="0.75" stroke="{edge}" stroke-width="1.3""#);
         svg.path(&format!("{}Z", polyline(&corners)), &format!(r#"{style} stroke-linejoin="round""#));
         labels.obstruct(&corners, view.pin);
         if let Some(roller) = &self.roller {
-            roller.draw(view, svg, labels, None);
+            roller.draw_turning(0.0, view, svg, labels);
         }
         if let Some((body, ends)) = self.face {
             let ends = ends.map(|end| view.pixel(end));
             let edge = body.map_or(symbols::INK, |body| symbols::colour(body).1);
-            svg.carry(Carrier::of(body));
+            svg.carry(Carrier::Body(body));
             svg.line(ends[0], ends[1], &format!(r#"stroke="{edge}" stroke-width="3.2" stroke-linecap="round""#));
             labels.obstruct(&ends, view.pin);
         }
@@ -172,16 +251,24 @@ impl Cam {
 }
 
 /// How a circle is toothed: how many teeth, the direction in which one has its middle \[rad\], and are they inside?
-pub struct Teeth {
-    pub count: f64,
-    pub phase: f64,
-    pub inside: bool,
+struct Teeth {
+    count: f64,
+    phase: f64,
+    inside: bool,
 }
 
 impl Wheel {
     fn corners(&self) -> Vec<[f64; 2]> {
         let [x, y] = self.centre;
         vec![[x - self.radius, y - self.radius], [x + self.radius, y + self.radius]]
+    }
+
+    /// With a spoke in this direction, by which it is seen to turn.
+    fn draw_turning(&self, angle: f64, view: &View, svg: &mut Svg, labels: &mut Labels) {
+        self.draw(view, svg, labels, None);
+        let rim = along(self.centre, self.radius, [angle.cos(), angle.sin()]);
+        let [hub, rim] = [self.centre, rim].map(|point| view.pixel(point));
+        svg.line(hub, rim, &format!(r#"stroke="{}" stroke-width="1.6""#, self.colours().1));
     }
 
     fn colours(&self) -> (&'static str, &'static str) {
@@ -191,7 +278,7 @@ impl Wheel {
     fn draw(&self, view: &View, svg: &mut Svg, labels: &mut Labels, teeth: Option<Teeth>) {
         let (at, radius) = (view.pixel(self.centre), view.length(self.radius));
         let (fill, edge) = self.colours();
-        svg.carry(Carrier::of(self.body));
+        svg.carry(Carrier::At(self.body, self.centre));
         let style = format!(r#"fill="{fill}" fill-opacity="0.75" stroke="{edge}" stroke-width="1.3""#);
         match teeth {
             None => svg.circle(at, radius, &style),
@@ -211,6 +298,12 @@ impl Wheel {
 }
 
 impl Teeth {
+    /// On a rack: one tooth is where they touch.
+    fn of_pinion(pinion: &Wheel, foot: [f64; 2], view: &View) -> Self {
+        let radius = view.length(pinion.radius).max(1.0);
+        Teeth { count: teeth(radius, radius, view.pin), phase: foot[1].atan2(foot[0]), inside: false }
+    }
+
     /// From the pitch circle to the tip, and a little less than to the root.
     fn height(&self, radius: f64) -> f64 {
         1.8 * radius / self.count
@@ -239,7 +332,7 @@ fn circle([x, y]: Pixel, radius: f64) -> String {
 }
 
 /// Teeth of about the same size on both wheels, a gap of the second where the first has a tooth.
-pub fn toothed([a, b]: &[Wheel; 2], view: &View) -> [Teeth; 2] {
+fn toothed([a, b]: &[Wheel; 2], view: &View) -> [Teeth; 2] {
     let away = difference(b.centre, a.centre);
     let towards_b = away[1].atan2(away[0]);
     let inner = a.radius.min(b.radius);
@@ -254,12 +347,6 @@ pub fn toothed([a, b]: &[Wheel; 2], view: &View) -> [Teeth; 2] {
     [of_a, of_b]
 }
 
-/// The teeth of a wheel on a rack: one where they touch.
-pub fn of_pinion(pinion: &Wheel, foot: [f64; 2], view: &View) -> Teeth {
-    let radius = view.length(pinion.radius).max(1.0);
-    Teeth { count: teeth(radius, radius, view.pin), phase: foot[1].atan2(foot[0]), inside: false }
-}
-
 /// Draws two wheels that mesh. Returns the pitch point.
 fn draw_gears(wheels: [Wheel; 2], view: &View, svg: &mut Svg, labels: &mut Labels) -> Pixel {
     let [a, b] = wheels;
@@ -272,33 +359,9 @@ fn draw_gears(wheels: [Wheel; 2], view: &View, svg: &mut Svg, labels: &mut Label
     view.pixel(along(a.centre, a.radius, [towards_pitch.cos(), towards_pitch.sin()]))
 }
 
-/// The wheels and the common tangents of their circles: the outer ones, or the inner ones if the band is crossed. Returns the middle of one.
-fn draw_band(
-    index: usize,
-    wheels: [Wheel; 2],
-    crossed: bool,
-    view: &View,
-    svg: &mut Svg,
-    labels: &mut Labels,
-) -> Pixel {
-    for wheel in wheels {
-        wheel.draw(view, svg, labels, None);
-    }
-    svg.carry(Carrier::Band(index));
-    let centres = wheels.map(|wheel| view.pixel(wheel.centre));
-    let mut middle = centres[0];
-    for ends in tangents(centres, wheels.map(|wheel| view.length(wheel.radius)), crossed).into_iter().flatten() {
-        svg.line(ends[0], ends[1], &symbols::band_style());
-        labels.obstruct(&ends, view.pin);
-        middle = along(ends[0], 0.5, difference(ends[1], ends[0]));
-    }
-    middle
-}
-
-/// The free parts of a band: none if one circle lies in the other.
-pub fn tangents([a, b]: [Pixel; 2], [first, second]: [f64; 2], crossed: bool) -> Option<[[Pixel; 2]; 2]> {
+/// The free parts of a band: none if one circle lies in the other; they cross if one radius is negative.
+pub fn tangents([a, b]: [Pixel; 2], [first, opposite]: [f64; 2]) -> Option<[[Pixel; 2]; 2]> {
     let (distance, axis) = (norm(difference(b, a)), unit(difference(b, a)));
-    let opposite = if crossed { -second } else { second };
     // The radius to where a tangent touches, along the line of centres and across it.
     let cosine = (first - opposite) / distance;
     let apart = cosine.abs() < 1.0;
@@ -313,66 +376,6 @@ pub fn tangents([a, b]: [Pixel; 2], [first, second]: [f64; 2], crossed: bool) ->
 fn teeth(radius: f64, smallest: f64, pin: f64) -> f64 {
     let fewest = (TAU * smallest / (2.6 * pin)).round().clamp(8.0, 24.0);
     (fewest * radius / smallest.max(1.0)).round().clamp(8.0, 240.0)
-}
-
-/// The bar reaches from its point over the contact `pitch`. Returns the contact.
-fn draw_rack(
-    pinion: Wheel,
-    bar: Option<usize>,
-    [pitch, at]: [Pixel; 2],
-    travel: [f64; 2],
-    view: &View,
-    svg: &mut Svg,
-    labels: &mut Labels,
-) -> Pixel {
-    let centre = view.pixel(pinion.centre);
-    let outward = unit(difference(pitch, centre));
-    let axis = normal(outward);
-    let radius = view.length(pinion.radius).max(1.0);
-    let count = teeth(radius, radius, view.pin);
-    let towards = (-outward[1]).atan2(outward[0]);
-    let own = Teeth { count, phase: towards, inside: false };
-    let (height, pitch_length) = (own.height(radius), TAU * radius / count);
-    let reach = dot(difference(at, pitch), axis);
-    let [back, forth] = travel.map(|reach| view.length(reach));
-    let ends = [reach.min(back), reach.max(forth)].map(|end| (end / pitch_length).round());
-    let (first, last) = (ends[0] - 0.3 * count, ends[1] + 0.3 * count);
-    let place = |along_it: f64, below: f64| along(along(pitch, along_it * pitch_length, axis), below, outward);
-    let mut corners = vec![place(last, 4.0 * height), place(first, 4.0 * height)];
-    let mut gap = first.floor();
-    while gap <= last {
-        corners.extend(
-            [(0.17, height), (0.35, -height), (0.65, -height), (0.83, height)]
-                .map(|(share, below)| place((gap + share).clamp(first, last), below)),
-        );
-        gap += 1.0;
-    }
-    let (fill, edge) = bar.map_or((symbols::GROUND, symbols::INK), symbols::colour);
-    let style = format!(r#"fill="{fill}" stroke="{edge}" stroke-width="1.3" stroke-linejoin="round""#);
-    svg.carry(Carrier::of(bar));
-    svg.path(&format!("{}Z", polyline(&corners)), &style);
-    labels.obstruct(&[place(first, 2.0 * height), place(last, 2.0 * height)], 2.0 * height);
-    pinion.draw(view, svg, labels, Some(own));
-    pitch
-}
-
-/// Where a disc touches its line, and the ends of the part of the line that is drawn: from the base to beyond the contact.
-fn rolling_line(
-    [base, centre]: [[f64; 2]; 2],
-    axis: [f64; 2],
-    radius: f64,
-    travel: [f64; 2],
-    view: &View,
-) -> [Pixel; 3] {
-    let axis = view.direction(axis);
-    let [base, centre] = [base, centre].map(|point| view.pixel(point));
-    // To the right of the axis; the picture's y points down.
-    let contact = along(centre, radius, normal(axis));
-    let reach = dot(difference(base, contact), axis);
-    let beyond = radius.max(6.0 * view.pin);
-    let [back, forth] = travel.map(|reach| view.length(reach));
-    let [low, high] = [reach.min(back) - beyond, reach.max(forth) + beyond].map(|end| along(contact, end, axis));
-    [contact, low, high]
 }
 
 #[cfg(test)]

@@ -1,11 +1,12 @@
 //! A drawing in motion: an SVG that moves by itself, and its single pictures.
 
-use super::coupling::{CouplingKind, tangents};
-use super::geometry::{StrokeForm, strokes};
+use super::carrier::{Band, Line, Stretch};
+use super::coupling::tangents;
 use super::shapes::{along, difference, dot, norm, normal, unit};
+use super::track::Way;
 use super::view::View;
-use super::{Drawing, Hold, Range, is_finite, symbols};
-use crate::svg::{Carrier, Frame, Pixel, Svg, number, polyline};
+use super::{Carrier, Drawing, Range, Turn, is_finite, symbols};
+use crate::svg::{Frame, Pixel, Svg, number, polyline};
 
 /// Space around the whole motion [pins].
 const ROOM: f64 = 5.0;
@@ -35,13 +36,13 @@ enum Moves {
     Still,
     /// Place [px] and angle [deg] at each sample.
     Rigid(Vec<[f64; 3]>),
-    Bending(Vec<Line>),
+    Bending(Vec<Bent>),
     /// Names and symbolic arrows: true at the start only.
     Left,
 }
 
 /// A line that changes its shape: its styles from back to front, and its path data at each sample.
-struct Line {
+struct Bent {
     styles: Vec<String>,
     data: Vec<String>,
 }
@@ -57,7 +58,10 @@ impl Film {
     ) -> Self {
         drawing.range = Range::default();
         let mut film = Film { drawing, poses, curves, duration, step: step.max(1) };
-        let range = Range { corners: film.corners(), joints: film.joint_travels(), couplings: film.coupling_travels() };
+        let travel = |way: Option<Way>| way.map_or([0.0; 2], |way| film.travel(&way));
+        let joints = film.drawing.joints.iter().map(|joint| travel(joint.way())).collect();
+        let couplings = film.drawing.couplings.iter().map(|coupling| travel(coupling.way())).collect();
+        let range = Range { corners: film.corners(), joints, couplings };
         film.drawing.range = range;
         film
     }
@@ -111,10 +115,10 @@ impl Film {
     fn picture(&self, sample: Option<usize>, view: &View) -> String {
         let drawn = self.drawing.elements(view);
         let mut svg = Svg::default();
-        for (carrier, elements) in drawn.parts() {
+        for (carrier, elements) in joined(drawn.parts()).into_iter().filter(|(_, elements)| !elements.is_empty()) {
             match self.motion(carrier, view) {
                 Moves::Still => svg.raw(elements.trim_end()),
-                Moves::Rigid(places) => self.rigid(&mut svg, elements, &places, sample),
+                Moves::Rigid(places) => self.rigid(&mut svg, &elements, &places, sample),
                 Moves::Bending(lines) => self.bending(&mut svg, &lines, sample),
                 Moves::Left => {}
             }
@@ -128,25 +132,19 @@ impl Film {
         svg.finish(Frame::around(frames.iter()).widened(ROOM * view.pin), &self.drawing.title)
     }
 
-    fn motion(&self, carrier: Carrier, view: &View) -> Moves {
-        let drawing = &self.drawing;
-        match carrier {
-            Carrier::Ground => Moves::Still,
-            Carrier::Body(body) => self.places(view, |sample| {
+    fn motion(&self, carrier: &Carrier, view: &View) -> Moves {
+        match (carrier.rigid(), carrier) {
+            (Some(None), _) => Moves::Still,
+            (Some(Some(body)), _) => self.places(view, |sample| {
                 let [x, y, angle] = self.poses[sample].get(body).copied().unwrap_or_default();
                 ([x, y], angle)
             }),
-            Carrier::Point(body, at) => self.places(view, |sample| (self.at(body, at, sample), 0.0)),
-            Carrier::Link(index) => match &drawing.couplings[index].kind {
-                CouplingKind::Link(ends) => self.places(view, |sample| {
-                    let [a, b] = [0, 1].map(|side| self.at(drawing.couplings[index].between[side], ends[side], sample));
-                    (a, (b[1] - a[1]).atan2(b[0] - a[0]))
-                }),
-                _ => Moves::Left,
-            },
-            Carrier::Spring(index) => self.spring(index, view),
-            Carrier::Band(index) => self.band(index, view),
-            Carrier::Name => Moves::Left,
+            (None, Carrier::Point(body, at) | Carrier::Turn(Turn { on: body, at, .. })) => {
+                self.places(view, |sample| (self.at(*body, *at, sample), 0.0))
+            }
+            (None, Carrier::Stretch(stretch)) => self.stretch(stretch, view),
+            (None, Carrier::Band(band)) => self.band(band, view),
+            _ => Moves::Left,
         }
     }
 
@@ -192,9 +190,9 @@ impl Film {
     }
 
     /// Lines with their halos: drawn twice, written once.
-    fn bending(&self, svg: &mut Svg, lines: &[Line], sample: Option<usize>) {
+    fn bending(&self, svg: &mut Svg, lines: &[Bent], sample: Option<usize>) {
         let name = svg.elements().len();
-        for (index, Line { data, .. }) in lines.iter().enumerate() {
+        for (index, Bent { data, .. }) in lines.iter().enumerate() {
             let now = &data[sample.unwrap_or(0)];
             let animation = if sample.is_some() { String::new() } else { self.animate("animate", "d", data.clone()) };
             svg.raw(&format!("<defs><path id=\"line{name}-{index}\" d=\"{now}\">{animation}</path></defs>"));
@@ -235,30 +233,22 @@ impl Film {
         self.rigid(svg, dot.elements(), &places, sample);
     }
 
-    fn spring(&self, index: usize, view: &View) -> Moves {
-        let spring = &self.drawing.springs[index];
-        let full = spring.ends.map(|end| view.pixel(end));
-        let drawn = self.drawing.spring_ends(spring, view);
-        let retreat = [0, 1].map(|side| norm(difference(drawn[side], full[side])));
-        let length = (norm(difference(drawn[1], drawn[0])) / view.pin).max(10.0);
-        let forms = strokes(spring, length);
+    fn stretch(&self, stretch: &Stretch, view: &View) -> Moves {
         let at =
-            |sample: usize| [0, 1].map(|side| view.pixel(self.at(spring.between[side], spring.ends[side], sample)));
-        let line = |form: &StrokeForm| Line {
-            styles: [false, true].map(|front| symbols::stroke_style(front, form.closed)).to_vec(),
-            data: self.samples().map(|sample| stroke_data(form, at(sample), retreat, length, view.pin)).collect(),
+            |sample: usize| [0, 1].map(|side| view.pixel(self.at(stretch.between[side], stretch.ends[side], sample)));
+        let bent = |line: &Line| Bent {
+            styles: line.styles.to_vec(),
+            data: self.samples().map(|sample| line_data(line, at(sample), stretch, view.pin)).collect(),
         };
-        Moves::Bending(forms.iter().map(line).collect())
+        Moves::Bending(stretch.lines.iter().map(bent).collect())
     }
 
-    fn band(&self, index: usize, view: &View) -> Moves {
-        let CouplingKind::Band { wheels, crossed } = &self.drawing.couplings[index].kind else { return Moves::Left };
-        let radii = wheels.map(|wheel| view.length(wheel.radius));
+    fn band(&self, Band { between, centres, radii }: &Band, view: &View) -> Moves {
         let data = self.samples().map(|sample| {
-            let centres = wheels.map(|wheel| view.pixel(self.at(wheel.body, wheel.centre, sample)));
-            tangents(centres, radii, *crossed).into_iter().flatten().map(|line| polyline(&line)).collect::<String>()
+            let at = [0, 1].map(|side| view.pixel(self.at(between[side], centres[side], sample)));
+            tangents(at, *radii).into_iter().flatten().map(|line| polyline(&line)).collect::<String>()
         });
-        Moves::Bending(vec![Line { styles: vec![symbols::band_style()], data: data.collect() }])
+        Moves::Bending(vec![Bent { styles: vec![symbols::band_style()], data: data.collect() }])
     }
 
     /// Where a point of a body, given at the start, is at a sample.
@@ -293,50 +283,26 @@ impl Film {
         corners
     }
 
-    /// How far each joint slides from where it is at the start, back and forth.
-    fn joint_travels(&self) -> Vec<[f64; 2]> {
-        let travel = |joint: &super::Joint| {
-            let (Hold::Slider(axis) | Hold::Slot(axis)) = joint.kind else { return [0.0; 2] };
-            let (body, at) = joint.moving();
-            let side = usize::from(joint.between[1].is_none());
-            self.travel(joint.between[side], joint.at[side], axis, |sample| self.at(body, at, sample))
-        };
-        self.drawing.joints.iter().map(travel).collect()
-    }
-
-    /// How far each disc rolls on its line, and each pinion on its rack.
-    fn coupling_travels(&self) -> Vec<[f64; 2]> {
-        let travel = |coupling: &super::Coupling| match &coupling.kind {
-            CouplingKind::Rolling { disc, line, base, axis, .. } => {
-                self.travel(*line, *base, *axis, |sample| self.at(disc.body, disc.centre, sample))
-            }
-            CouplingKind::Rack { pinion, bar, at, foot } => {
-                // The direction in which the drawing counts teeth.
-                let axis = unit([foot[1], -foot[0]]);
-                self.travel(*bar, *at, axis, |sample| self.at(pinion.body, pinion.centre, sample))
-            }
-            _ => [0.0; 2],
-        };
-        self.drawing.couplings.iter().map(travel).collect()
-    }
-
-    /// The least and the largest displacement of a place along an axis that a body carries, from the start on.
-    fn travel(
-        &self,
-        body: Option<usize>,
-        base: [f64; 2],
-        axis: [f64; 2],
-        place: impl Fn(usize) -> [f64; 2],
-    ) -> [f64; 2] {
-        let axis = unit(axis);
+    /// The least and the largest displacement along a way, from the start on.
+    fn travel(&self, way: &Way) -> [f64; 2] {
+        let axis = unit(way.axis);
         let turned = |sample: usize| {
-            let angle = |sample: usize| body.and_then(|body| self.poses[sample].get(body)).map_or(0.0, |pose| pose[2]);
+            let angle =
+                |sample: usize| way.body.and_then(|body| self.poses[sample].get(body)).map_or(0.0, |pose| pose[2]);
             rotated(axis, angle(sample) - angle(0))
         };
-        let reach = |sample: usize| dot(difference(place(sample), self.at(body, base, sample)), turned(sample));
+        let place = |sample: usize| self.at(way.moving, way.at, sample);
+        let reach = |sample: usize| dot(difference(place(sample), self.at(way.body, way.base, sample)), turned(sample));
         let moved = (0..self.poses.len()).map(|sample| reach(sample) - reach(0)).filter(|x| x.is_finite());
         moved.fold([0.0, 0.0], |[low, high], x| [low.min(x), high.max(x)])
     }
+}
+
+/// Neighbours that one body carries, as one part.
+fn joined<'a>(parts: Vec<(&'a Carrier, &str)>) -> Vec<(&'a Carrier, String)> {
+    let of_one = |(a, _): &(&Carrier, &str), (b, _): &(&Carrier, &str)| a.rigid().is_some() && a.rigid() == b.rigid();
+    let together = |parts: &[(&'a Carrier, &str)]| (parts[0].0, parts.iter().map(|(_, elements)| *elements).collect());
+    parts.chunk_by(of_one).map(together).collect()
 }
 
 fn rotated([x, y]: [f64; 2], angle: f64) -> [f64; 2] {
@@ -345,24 +311,24 @@ fn rotated([x, y]: [f64; 2], angle: f64) -> [f64; 2] {
 }
 
 /// A line of a sign between two places, as it is stretched now.
-fn stroke_data(form: &StrokeForm, [a, b]: [Pixel; 2], retreat: [f64; 2], drawn: f64, pin: f64) -> String {
+fn line_data(line: &Line, [a, b]: [Pixel; 2], stretch: &Stretch, pin: f64) -> String {
     let (axis, full) = (unit(difference(b, a)), norm(difference(b, a)));
-    let [from, to] = retreat.map(|retreat| retreat.min(0.3 * full));
+    let [from, to] = stretch.retreat.map(|retreat| retreat.min(0.3 * full));
     let length = (full - from - to) / pin;
     let begin = along(a, from, axis);
     let place = |&[x, y, slope]: &[f64; 3]| {
-        let reach = (x + slope * (length - drawn)).clamp(0.0, length.max(0.0));
+        let reach = (x + slope * (length - stretch.length)).clamp(0.0, length.max(0.0));
         along(along(begin, reach * pin, axis), y * pin, normal(axis))
     };
-    let points: Vec<Pixel> = form.points.iter().map(place).collect();
+    let points: Vec<Pixel> = line.points.iter().map(place).collect();
     // A tenth of a pixel will do: these are the longest texts of a film.
     let points: Vec<Pixel> = points.iter().map(|point| point.map(|x| (10.0 * x).round() / 10.0)).collect();
-    format!("{}{}", polyline(&points), if form.closed { "Z" } else { "" })
+    format!("{}{}", polyline(&points), if line.closed { "Z" } else { "" })
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Body, Joint};
+    use super::super::{Body, Hold, Joint};
     use super::*;
 
     fn swinging() -> Film {
@@ -398,8 +364,11 @@ mod tests {
 
     #[test]
     fn a_stroke_follows_its_ends_and_keeps_its_height() {
-        let form = StrokeForm { closed: false, points: vec![[0.0, 0.0, 0.0], [5.0, 1.0, 0.5], [10.0, 0.0, 1.0]] };
-        assert_eq!(stroke_data(&form, [[0.0, 0.0], [20.0, 0.0]], [0.0; 2], 10.0, 1.0), "M0 0L10 1L20 0");
-        assert_eq!(stroke_data(&form, [[0.0, 0.0], [0.0, 10.0]], [0.0; 2], 10.0, 1.0), "M0 0L-1 5L0 10");
+        let points = vec![[0.0, 0.0, 0.0], [5.0, 1.0, 0.5], [10.0, 0.0, 1.0]];
+        let line = Line { closed: false, points, styles: Default::default() };
+        let (name, between, ends) = (String::new(), [None; 2], [[0.0; 2]; 2]);
+        let stretch = Stretch { name, between, ends, retreat: [0.0; 2], length: 10.0, lines: Vec::new() };
+        assert_eq!(line_data(&line, [[0.0, 0.0], [20.0, 0.0]], &stretch, 1.0), "M0 0L10 1L20 0");
+        assert_eq!(line_data(&line, [[0.0, 0.0], [0.0, 10.0]], &stretch, 1.0), "M0 0L-1 5L0 10");
     }
 }

@@ -4,8 +4,8 @@ use cotree::formulate::assembly::show;
 
 use super::labels::Labels;
 use super::view::View;
-use super::{Drawing, Hold, Joint, is_finite, shapes, symbols};
-use crate::svg::{Carrier, Svg, number};
+use super::{Carrier, Drawing, Hold, Joint, is_finite, shapes, symbols};
+use crate::svg::{Svg, number};
 
 /// Gaps below this share of the largest are closed.
 const CLOSED: f64 = 1e-3;

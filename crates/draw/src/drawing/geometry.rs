@@ -1,11 +1,15 @@
-//! The drawing as numbers in the bodies' own axes: what a page needs to move it.
+//! The drawing as a list of parts, each with what carries it: a page moves them, and draws nothing of its own.
 
 use serde::Serialize;
 
-use super::coupling::{self, CouplingKind, Teeth, Wheel};
-use super::shapes::{difference, norm};
+use super::carrier::{Band, Line, Stretch};
+use super::coupling::Wheel;
+use super::labels::Labels;
+use super::shapes::unit;
+use super::track::Rail;
 use super::view::View;
-use super::{Drawing, Hold, Joint, Spring, Turn, is_finite};
+use super::{Carrier, Drawing, Hold, Joint, LAYERS, Turn, is_finite, symbols};
+use crate::svg::Svg;
 
 /// A drawing whose every point says which body carries it. Lengths are in metres, symbols in pixels at `scale`.
 #[derive(Clone, Debug, Serialize)]
@@ -15,14 +19,14 @@ pub struct Geometry {
     /// Radius of a pin [px].
     pin: f64,
     bodies: Vec<BodyForm>,
-    /// Bodies from back to front.
-    order: Vec<usize>,
     joints: Vec<JointForm>,
     springs: Vec<SpringForm>,
     forces: Vec<Mark>,
-    turns: Vec<TurnForm>,
+    turns: Vec<Mark>,
     targets: Vec<Mark>,
-    couplings: Vec<CouplingForm>,
+    wheels: Vec<WheelForm>,
+    /// From back to front.
+    parts: Vec<Part>,
 }
 
 /// A point of a body in its own axes, or of the ground in the world's.
@@ -43,23 +47,8 @@ struct BodyForm {
     centre: [f64; 2],
     /// The corners of its shape, in order; none if the shape is not known.
     rim: Vec<[f64; 2]>,
-    /// Are its points joined by a bar?
-    barred: bool,
     /// Is the mass centre a corner of the bar?
     cornered: bool,
-    /// The radius of the mass centre's mark [pins].
-    mark: f64,
-    /// Does the mark lie around a joint?
-    covered: bool,
-    block: Option<Block>,
-}
-
-/// A block that slides: where, and along what in the axes of the body `along`.
-#[derive(Clone, Debug, Serialize)]
-struct Block {
-    at: Anchor,
-    axis: [f64; 2],
-    along: Option<usize>,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -75,18 +64,6 @@ struct JointForm {
 struct SpringForm {
     name: String,
     ends: [Anchor; 2],
-    /// How far the sign stays away from the ends [m].
-    retreat: [f64; 2],
-    /// The length that the strokes are drawn for [px / pin].
-    length: f64,
-    strokes: Vec<StrokeForm>,
-}
-
-/// A line of a sign: where its points are, and how far they go along if the sign becomes longer by one.
-#[derive(Clone, Debug, Serialize)]
-pub struct StrokeForm {
-    pub closed: bool,
-    pub points: Vec<[f64; 3]>,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -98,71 +75,63 @@ struct Mark {
 }
 
 #[derive(Clone, Debug, Serialize)]
-struct TurnForm {
-    name: String,
-    at: Anchor,
-    /// The lines of its sign, around the place; none if it is an arrow.
-    strokes: Vec<Vec<[f64; 2]>>,
-}
-
-#[derive(Clone, Debug, Serialize)]
-#[serde(tag = "kind", rename_all = "lowercase")]
-enum CouplingForm {
-    Gears { name: String, wheels: [WheelForm; 2] },
-    Band { name: String, wheels: [WheelForm; 2], crossed: bool },
-    Rack { name: String, pinion: WheelForm, bar: Anchor, foot: [f64; 2] },
-    Rolling { name: String, disc: WheelForm, base: Anchor, axis: [f64; 2] },
-    Link { name: String, ends: [Anchor; 2] },
-    Cam { name: String, wheels: Vec<WheelForm>, rim: Vec<[f64; 2]>, face: Option<[Anchor; 2]> },
-}
-
-#[derive(Clone, Debug, Serialize)]
 struct WheelForm {
     centre: Anchor,
     radius: f64,
-    teeth: Option<TeethForm>,
 }
 
+/// Some elements of the picture.
 #[derive(Clone, Debug, Serialize)]
-struct TeethForm {
-    count: f64,
-    /// Where one tooth is, in the wheel's axes.
-    phase: f64,
-    inside: bool,
+struct Part {
+    layer: &'static str,
+    /// What a reader sees who points at it.
+    name: Option<String>,
+    /// As they are at the start, in the world [px]; what changes its shape has no lines yet.
+    svg: String,
+    #[serde(flatten)]
+    carried: Carried,
+}
+
+/// How a part moves.
+#[derive(Clone, Debug, Serialize)]
+#[serde(tag = "kind", rename_all = "lowercase")]
+enum Carried {
+    /// With a place, and with the angle of its body if it turns.
+    Rigid { at: Anchor, turns: bool },
+    /// Like a body; its first line is that around its points, as far from them [px].
+    Body { body: usize, margin: Option<f64> },
+    /// With a place, above all else.
+    Pin { at: Anchor },
+    Stretch { ends: [Anchor; 2], retreat: [f64; 2], length: f64, lines: Vec<Line> },
+    Band { ends: [Anchor; 2], radii: [f64; 2] },
+    /// In the axes of a line that the body of its base carries [px], for the way of a place along it.
+    Track { base: Anchor, axis: [f64; 2], moving: Anchor, rails: Vec<Rail> },
 }
 
 impl Drawing {
     /// The drawing in the axes of its bodies, which are at these positions and angles now.
     pub fn geometry(&self, frames: &[[f64; 3]]) -> Geometry {
-        let view = View::fit(self);
-        let forms = Forms { drawing: self, frames, view: &view };
+        let view = View::fit(self).in_world();
+        let forms = Forms { drawing: self, frames };
+        let wheels = self.couplings.iter().filter(|coupling| coupling.is_finite()).flat_map(|coupling| coupling.wheels());
         Geometry {
             scale: view.length(1.0),
             pin: view.pin,
             bodies: (0..self.bodies.len()).map(|body| forms.body(body)).collect(),
-            order: self.drawing_order(&view),
             joints: self.joints.iter().filter(|joint| joint.is_finite()).map(|joint| forms.joint(joint)).collect(),
-            springs: self.springs.iter().map(|spring| forms.spring(spring)).collect(),
+            springs: self.springs.iter().map(|s| SpringForm { name: s.name.clone(), ends: forms.anchors(s.between, s.ends) }).collect(),
             forces: forms.marks(self.forces.iter().map(|f| (&f.name, f.on, f.at, Some(f.direction)))),
-            turns: self.turns.iter().filter(|turn| is_finite(&turn.at)).map(|turn| forms.turn(turn)).collect(),
+            turns: forms.marks(self.turns.iter().map(|t| (&t.name, t.on, t.at, None))),
             targets: forms.marks(self.targets.iter().map(|t| (&t.name, t.on, t.at, t.direction))),
-            couplings: self.couplings.iter().filter(|c| c.is_finite()).map(|c| forms.coupling(c)).collect(),
+            wheels: wheels.map(|Wheel { body, centre, radius }| WheelForm { centre: forms.anchor(body, centre), radius }).collect(),
+            parts: forms.parts(&view),
         }
-    }
-}
-
-#[cfg(test)]
-impl Geometry {
-    /// Which mass centres a joint covers.
-    pub(super) fn covered(&self) -> Vec<bool> {
-        self.bodies.iter().map(|body| body.covered).collect()
     }
 }
 
 struct Forms<'a> {
     drawing: &'a Drawing,
     frames: &'a [[f64; 3]],
-    view: &'a View,
 }
 
 impl Forms<'_> {
@@ -188,24 +157,20 @@ impl Forms<'_> {
         Anchor { body, at: self.local(body, at), point }
     }
 
+    fn anchors(&self, bodies: [Option<usize>; 2], places: [[f64; 2]; 2]) -> [Anchor; 2] {
+        [0, 1].map(|side| self.anchor(bodies[side], places[side]))
+    }
+
     fn body(&self, index: usize) -> BodyForm {
         let body = &self.drawing.bodies[index];
         let local = |at: &[f64; 2]| self.local(Some(index), *at);
-        let block = |(joint, axis): (&Joint, [f64; 2])| {
-            let along = joint.between[0];
-            Block { at: self.anchor(Some(index), joint.moving().1), axis: self.turned(along, axis), along }
-        };
         BodyForm {
             name: body.name.clone(),
             start: self.frame(Some(index)),
             points: body.points.iter().map(local).collect(),
             centre: local(&body.centre),
             rim: body.shape.iter().flat_map(|shape| shape.rim()).map(|corner| local(&corner)).collect(),
-            barred: !self.drawing.bar(index, self.view).is_empty(),
             cornered: self.drawing.is_cornered(index),
-            mark: self.drawing.mark(index, self.view),
-            covered: self.drawing.is_covered(body.centre, self.view),
-            block: self.drawing.slider(index).map(block),
         }
     }
 
@@ -219,29 +184,9 @@ impl Forms<'_> {
         JointForm {
             name: joint.name.clone(),
             hold,
-            ends: [0, 1].map(|side| self.anchor(joint.between[side], joint.at[side])),
+            ends: self.anchors(joint.between, joint.at),
             axis: axis.map(|axis| self.turned(joint.between[0], axis)),
         }
-    }
-
-    fn spring(&self, spring: &Spring) -> SpringForm {
-        let full = spring.ends.map(|end| self.view.pixel(end));
-        let drawn = self.drawing.spring_ends(spring, self.view);
-        let retreat = [0, 1].map(|side| norm(difference(drawn[side], full[side])) / self.view.length(1.0));
-        // A sign without length at the start is drawn as if it had some.
-        let length = (norm(difference(drawn[1], drawn[0])) / self.view.pin).max(10.0);
-        SpringForm {
-            name: spring.name.clone(),
-            ends: [0, 1].map(|side| self.anchor(spring.between[side], spring.ends[side])),
-            retreat,
-            length,
-            strokes: strokes(spring, length),
-        }
-    }
-
-    fn turn(&self, turn: &Turn) -> TurnForm {
-        let strokes = turn.glyph.iter().flat_map(|glyph| glyph()).map(|stroke| stroke.points).collect();
-        TurnForm { name: turn.name.clone(), at: self.anchor(turn.on, turn.at), strokes }
     }
 
     fn marks<'m>(
@@ -254,64 +199,75 @@ impl Forms<'_> {
             .collect()
     }
 
-    fn coupling(&self, coupling: &coupling::Coupling) -> CouplingForm {
-        let name = coupling.name.clone();
-        match &coupling.kind {
-            CouplingKind::Gears(wheels) => {
-                let [a, b] = coupling::toothed(wheels, self.view);
-                CouplingForm::Gears { name, wheels: [self.wheel(&wheels[0], Some(a)), self.wheel(&wheels[1], Some(b))] }
-            }
-            CouplingKind::Band { wheels, crossed } => {
-                CouplingForm::Band { name, wheels: wheels.map(|wheel| self.wheel(&wheel, None)), crossed: *crossed }
-            }
-            CouplingKind::Rack { pinion, bar, at, foot } => CouplingForm::Rack {
-                name,
-                pinion: self.wheel(pinion, Some(coupling::of_pinion(pinion, *foot, self.view))),
-                bar: self.anchor(*bar, *at),
-                foot: self.turned(*bar, *foot),
-            },
-            CouplingKind::Rolling { disc, line, base, axis, .. } => CouplingForm::Rolling {
-                name,
-                disc: self.wheel(disc, None),
-                base: self.anchor(*line, *base),
-                axis: self.turned(*line, *axis),
-            },
-            CouplingKind::Cam(cam) => CouplingForm::Cam {
-                name,
-                wheels: coupling.wheels().iter().map(|wheel| self.wheel(wheel, None)).collect(),
-                rim: cam.outline.iter().map(|&corner| self.local(cam.hub.body, corner)).collect(),
-                face: cam.face.map(|(body, ends)| ends.map(|end| self.anchor(body, end))),
-            },
-            CouplingKind::Link(ends) => {
-                CouplingForm::Link { name, ends: [0, 1].map(|side| self.anchor(coupling.between[side], ends[side])) }
+    fn parts(&self, view: &View) -> Vec<Part> {
+        let mut parts: Vec<Part> = Vec::new();
+        for (layer, draw) in LAYERS {
+            let mut drawn = Svg::default();
+            draw(self.drawing, view, &mut drawn, &mut Labels::default());
+            for (carrier, elements) in drawn.parts() {
+                let svg = symbols::named(elements);
+                let own = |part: &&mut Part| match part.carried {
+                    Carried::Body { body, .. } => part.layer == layer && carrier.rigid() == Some(Some(body)),
+                    _ => false,
+                };
+                match (carrier, parts.last_mut().filter(own)) {
+                    // What a body carries follows it.
+                    (Carrier::Body(Some(_)), Some(body)) => body.svg += &svg,
+                    (Carrier::Centre(_), Some(body)) => body.svg += &mark(&svg),
+                    _ => parts.extend(self.part(layer, carrier, svg)),
+                }
             }
         }
+        parts
     }
 
-    fn wheel(&self, wheel: &Wheel, teeth: Option<Teeth>) -> WheelForm {
-        let angle = self.frame(wheel.body)[2];
-        let teeth = teeth.map(|Teeth { count, phase, inside }| TeethForm { count, phase: phase - angle, inside });
-        WheelForm { centre: self.anchor(wheel.body, wheel.centre), radius: wheel.radius, teeth }
+    fn part(&self, layer: &'static str, carrier: &Carrier, svg: String) -> Option<Part> {
+        let rigid = |at| Carried::Rigid { at, turns: true };
+        let path = |style: &String| symbols::named(&format!("<path {style}/>"));
+        let (name, carried, svg) = match carrier {
+            Carrier::Body(body) => (None, rigid(Anchor { body: *body, at: [0.0; 2], point: None }), svg),
+            Carrier::Centre(body) => (None, rigid(Anchor { body: Some(*body), at: [0.0; 2], point: None }), mark(&svg)),
+            Carrier::At(body, at) => (None, rigid(self.anchor(*body, *at)), svg),
+            Carrier::Pin(body, at) => (None, Carried::Pin { at: self.anchor(*body, *at) }, String::new()),
+            Carrier::Bar(body, margin) => {
+                let (fill, edge) = symbols::colour(*body);
+                let bar = format!(r#"fill="{fill}" stroke="{edge}" stroke-width="1.3""#);
+                let svg = margin.map(|_| path(&bar)).unwrap_or_default();
+                (Some(self.drawing.bodies[*body].name.clone()), Carried::Body { body: *body, margin: *margin }, svg)
+            }
+            Carrier::Turn(Turn { name, on, at, glyph: Some(_) }) => {
+                (Some(name.clone()), Carried::Rigid { at: self.anchor(*on, *at), turns: false }, svg)
+            }
+            Carrier::Stretch(Stretch { name, between, ends, retreat, length, lines }) => {
+                let styles = [0, 1].map(|layer| lines.iter().map(|line| path(&line.styles[layer])).collect::<String>());
+                let (ends, retreat, length) = (self.anchors(*between, *ends), *retreat, *length);
+                (Some(name.clone()), Carried::Stretch { ends, retreat, length, lines: lines.clone() }, styles.concat())
+            }
+            Carrier::Band(Band { between, centres, radii }) => {
+                let carried = Carried::Band { ends: self.anchors(*between, *centres), radii: *radii };
+                (None, carried, path(&symbols::band_style()).repeat(2))
+            }
+            Carrier::Track(track) => {
+                let way = &track.way;
+                let (base, moving) = (self.anchor(way.body, way.base), self.anchor(way.moving, way.at));
+                let (axis, rails) = (self.turned(way.body, unit(way.axis)), track.rails.clone());
+                let svg = rails.iter().map(|rail| path(&rail.style)).collect();
+                (None, Carried::Track { base, axis, moving, rails }, svg)
+            }
+            Carrier::Turn(_) | Carrier::Point(..) | Carrier::Name => return None,
+        };
+        Some(Part { layer, name, svg, carried })
     }
 }
 
-/// The strokes of a sign of this length, and how they follow it: those of one a little longer show that. A spring keeps its coils.
-pub fn strokes(spring: &Spring, length: f64) -> Vec<StrokeForm> {
-    const LONGER: f64 = 1e-3;
-    let (now, then) = (spring.strokes(length), spring.strokes(length + LONGER));
-    let stroke = |(now, then): (&cotree::component::Stroke, &cotree::component::Stroke)| {
-        let same = now.points.len() == then.points.len();
-        let point = |(index, &[x, y]): (usize, &[f64; 2])| {
-            let slope = if same { (then.points[index][0] - x) / LONGER } else { x / length };
-            [x, y, slope]
-        };
-        StrokeForm { closed: now.closed, points: now.points.iter().enumerate().map(point).collect() }
-    };
-    now.iter().zip(&then).map(stroke).collect()
+/// It is seen from near only.
+fn mark(svg: &str) -> String {
+    format!("<g class=\"mark\">{svg}</g>")
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::shapes::{difference, norm};
     use super::super::{Body, Force};
     use super::*;
 

@@ -1,7 +1,8 @@
 //! Names, put where they cover least.
 
+use super::Carrier;
 use super::shapes::{along, difference, norm};
-use crate::svg::{Carrier, Frame, Pixel, Svg, text_width};
+use crate::svg::{Frame, Pixel, Svg, text_width};
 
 #[derive(Clone, Debug)]
 struct Label {

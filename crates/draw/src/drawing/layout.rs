@@ -2,6 +2,7 @@
 
 use cotree::component::Stroke;
 
+use super::carrier::{Line, Stretch};
 use super::coupling::Coupling;
 use super::view::View;
 use super::{Body, Drawing, Hold, Joint, Shape, Spring, is_finite, shapes, symbols};
@@ -54,6 +55,20 @@ impl Drawing {
             if block { symbols::block_length(view).min(0.3 * length) } else { 0.0 }
         };
         [shapes::along(ends[0], retreat(0), axis), shapes::along(ends[1], -retreat(1), axis)]
+    }
+
+    /// A spring as it follows its ends. One without length at the start is drawn as if it had some.
+    pub(super) fn stretch(&self, spring: &Spring, view: &View) -> Stretch {
+        let (full, drawn) = (spring.ends.map(|end| view.pixel(end)), self.spring_ends(spring, view));
+        let length = (shapes::norm(shapes::difference(drawn[1], drawn[0])) / view.pin).max(10.0);
+        Stretch {
+            name: spring.name.clone(),
+            between: spring.between,
+            ends: spring.ends,
+            retreat: [0, 1].map(|side| shapes::norm(shapes::difference(drawn[side], full[side]))),
+            length,
+            lines: spring.lines(length),
+        }
     }
 
     /// Does a body extend from a point in about this direction?
@@ -179,6 +194,22 @@ impl Spring {
         let feet = [[0.0, foot], [length, length - foot]];
         strokes.extend(feet.map(|[end, x]| Stroke::open(vec![[end, 0.0], [x, 0.0], [x, self.beside]])));
         strokes
+    }
+
+    /// The lines of its sign at this length, and how they follow it: those of one a little longer show that. A spring keeps its coils.
+    fn lines(&self, length: f64) -> Vec<Line> {
+        const LONGER: f64 = 1e-3;
+        let (now, then) = (self.strokes(length), self.strokes(length + LONGER));
+        let line = |(now, then): (&Stroke, &Stroke)| {
+            let same = now.points.len() == then.points.len();
+            let point = |(index, &[x, y]): (usize, &[f64; 2])| {
+                let slope = if same { (then.points[index][0] - x) / LONGER } else { x / length };
+                [x, y, slope]
+            };
+            let styles = [false, true].map(|front| symbols::stroke_style(front, now.closed));
+            Line { closed: now.closed, points: now.points.iter().enumerate().map(point).collect(), styles }
+        };
+        now.iter().zip(&then).map(line).collect()
     }
 }
 

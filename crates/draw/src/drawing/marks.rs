@@ -3,8 +3,8 @@
 use super::labels::Labels;
 use super::shapes::{along, difference, hull, middle, norm, normal, unit};
 use super::view::View;
-use super::{Drawing, is_finite};
-use crate::svg::{Carrier, Pixel, Svg, number, polyline};
+use super::{Carrier, Drawing, is_finite};
+use crate::svg::{Pixel, Svg, number, polyline};
 
 /// A sign that explains.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,5 +1,6 @@
 //! A drawing of the mechanism in one position, as a textbook would draw it.
 
+mod carrier;
 mod coupling;
 mod film;
 mod gap;
@@ -12,11 +13,13 @@ mod shapes;
 mod symbols;
 #[cfg(test)]
 mod tests;
+mod track;
 mod view;
 
 use cotree::component::{Glyph, RoundGlyph};
 
 use super::svg::{Frame, Svg, number};
+pub use carrier::Carrier;
 pub use coupling::{Cam, Coupling, CouplingKind, Wheel};
 pub use film::Film;
 pub use geometry::Geometry;
@@ -146,6 +149,15 @@ pub struct Target {
     pub direction: Option<[f64; 2]>,
 }
 
+type Layer = fn(&Drawing, &View, &mut Svg, &mut Labels);
+/// The mechanism from back to front; a page has the same layers.
+const LAYERS: [(&str, Layer); 5] = [
+    ("couplings", Drawing::draw_couplings),
+    ("ground", Drawing::draw_ground),
+    ("bodies", Drawing::draw_bodies),
+    ("springs", Drawing::draw_loads),
+    ("pins", Drawing::draw_joints),
+];
 /// Space around the drawing [px].
 const MARGIN: f64 = 20.0;
 
@@ -177,11 +189,7 @@ impl Drawing {
 
     fn unlabelled(&self, view: &View, labels: &mut Labels) -> Svg {
         let mut svg = Svg::default();
-        self.draw_couplings(view, &mut svg, labels);
-        self.draw_ground(view, &mut svg, labels);
-        self.draw_bodies(view, &mut svg, labels);
-        self.draw_loads(view, &mut svg, labels);
-        self.draw_joints(view, &mut svg, labels);
+        LAYERS.into_iter().for_each(|(_, draw)| draw(self, view, &mut svg, labels));
         self.draw_targets(view, &mut svg, labels);
         self.draw_gaps(view, &mut svg, labels);
         self.draw_marks(view, &mut svg, labels);

@@ -3,8 +3,8 @@
 use super::coupling::Coupling;
 use super::labels::Labels;
 use super::view::View;
-use super::{Drawing, Hold, is_finite, shapes, symbols};
-use crate::svg::{Carrier, Svg};
+use super::{Carrier, Drawing, Hold, Joint, is_finite, shapes, symbols};
+use crate::svg::{Pixel, Svg};
 
 /// Beyond so many bodies names would only cover the drawing.
 const NAMED_BODIES: usize = 40;
@@ -13,37 +13,45 @@ const NAMED_JOINTS: usize = 20;
 
 impl Drawing {
     pub(super) fn draw_ground(&self, view: &View, svg: &mut Svg, labels: &mut Labels) {
-        svg.carry(Carrier::Ground);
+        let pedestal = |place: [f64; 2], at: [f64; 2], svg: &mut Svg, labels: &mut Labels| {
+            let at = view.pixel(at);
+            svg.carry(Carrier::At(None, place));
+            symbols::pedestal(svg, view, at);
+            labels.cover(shapes::along(at, 2.5 * view.pin, [0.0, 1.0]), 3.0 * view.pin);
+        };
+        let wall = |place: [f64; 2], at: [f64; 2], outward: Pixel, svg: &mut Svg| {
+            svg.carry(Carrier::At(None, place));
+            symbols::wall(svg, view, view.pixel(at), outward);
+        };
         let joints = self.joints.iter().enumerate();
         for (index, joint) in joints.filter(|(_, joint)| joint.is_grounded() && joint.is_finite()) {
-            let at = view.pixel(joint.moving().1);
+            let (place, at) = (joint.at[usize::from(joint.between[1].is_none())], joint.moving().1);
             match joint.kind {
-                Hold::Pin => {
-                    symbols::pedestal(svg, view, at);
-                    labels.cover(shapes::along(at, 2.5 * view.pin, [0.0, 1.0]), 3.0 * view.pin);
-                }
-                Hold::Slider(axis) => {
-                    let ends = symbols::guide(svg, view, at, view.direction(axis), self.range.joint(index));
-                    labels.obstruct(&ends, 1.2 * view.pin);
-                }
-                Hold::Fixed => symbols::wall(svg, view, at, [0.0, -1.0]),
+                Hold::Pin => pedestal(place, at, svg, labels),
+                Hold::Fixed => wall(place, at, [0.0, -1.0], svg),
+                Hold::Slider(_) => self.draw_track((index, joint), 1.2, view, svg, labels),
                 Hold::Slot(_) => {}
             }
         }
         let links = self.couplings.iter().filter(|coupling| coupling.is_finite());
         for end in links.flat_map(Coupling::link_ends).filter(|end| self.ground.contains(end)) {
-            let at = view.pixel(end);
-            symbols::pedestal(svg, view, at);
-            labels.cover(shapes::along(at, 2.5 * view.pin, [0.0, 1.0]), 3.0 * view.pin);
+            pedestal(end, end, svg, labels);
         }
         let anchors = self.ground.iter().filter(|at| is_finite(at) && !self.is_jointed_to_ground(at, view));
         for anchor in anchors {
             let at = view.pixel(*anchor);
             if let Some(spring) = self.springs.iter().find(|spring| spring.ends.iter().any(|end| end == anchor)) {
                 let other = if spring.ends[0] == *anchor { spring.ends[1] } else { spring.ends[0] };
-                symbols::wall(svg, view, at, shapes::unit(shapes::difference(view.pixel(other), at)));
+                wall(*anchor, *anchor, shapes::unit(shapes::difference(view.pixel(other), at)), svg);
                 labels.cover(at, 2.5 * view.pin);
             }
+        }
+    }
+
+    fn draw_track(&self, (index, joint): (usize, &Joint), room: f64, view: &View, svg: &mut Svg, labels: &mut Labels) {
+        if let Some(track) = joint.track(view) {
+            let ends = track.draw(self.range.joint(index), view, svg);
+            labels.obstruct(&ends, room * view.pin);
         }
     }
 
@@ -58,7 +66,7 @@ impl Drawing {
 
     fn draw_coupling(&self, (index, coupling): (usize, &Coupling), view: &View, svg: &mut Svg, labels: &mut Labels) {
         if coupling.is_finite() {
-            let anchor = coupling.draw(index, self.range.coupling(index), view, svg, labels);
+            let anchor = coupling.draw(self.range.coupling(index), view, svg, labels);
             if self.joints.len() <= NAMED_JOINTS {
                 labels.joint(&coupling.name, anchor, 2.0 * view.pin);
             }
@@ -67,24 +75,34 @@ impl Drawing {
 
     pub(super) fn draw_bodies(&self, view: &View, svg: &mut Svg, labels: &mut Labels) {
         for (index, joint) in self.joints.iter().enumerate().filter(|(_, joint)| joint.is_finite()) {
-            svg.carry(Carrier::of(joint.between[0]));
-            symbols::rod(svg, view, joint, self.range.joint(index));
-            if let Some(slot) = symbols::slot(svg, view, joint, self.range.joint(index)) {
-                labels.obstruct(&slot, 1.6 * view.pin);
+            match joint.kind {
+                Hold::Slot(_) => self.draw_track((index, joint), 1.6, view, svg, labels),
+                // Names may lie beside a rod, and on it.
+                Hold::Slider(_) if !joint.is_grounded() => {
+                    self.draw_track((index, joint), 0.0, view, svg, &mut Labels::default());
+                }
+                _ => {}
             }
         }
         for index in self.drawing_order(view) {
             let rolls = |coupling: &Coupling| coupling.rolling_bodies().is_some_and(|(_, disc)| disc == index);
             let couplings = self.couplings.iter().enumerate().filter(|(_, coupling)| rolls(coupling));
             couplings.for_each(|coupling| self.draw_coupling(coupling, view, svg, labels));
-            svg.carry(Carrier::Body(index));
-            let outline = self.outline(index, view);
-            let block = self.slider(index).map(|(joint, axis)| (view.pixel(joint.moving().1), view.direction(axis)));
-            symbols::body(svg, view, index, &self.bar(index, view), block);
+            let (outline, bar, slider) = (self.outline(index, view), self.bar(index, view), self.slider(index));
+            let width = symbols::bar_width(view, &bar, slider.is_some());
+            svg.carry(Carrier::Bar(index, width.map(|width| 0.5 * width)));
+            symbols::bar(svg, index, &bar, width);
+            let block = slider.map(|(joint, axis)| (view.pixel(joint.moving().1), view.direction(axis)));
+            if let (Some((at, axis)), Some((joint, _))) = (block, slider) {
+                svg.carry(Carrier::At(Some(index), joint.moving().1));
+                symbols::block(svg, view, index, at, axis);
+            }
             if self.bodies[index].shape.is_some() {
+                svg.carry(Carrier::Body(Some(index)));
                 symbols::plate(svg, index, &outline);
             }
             if !self.is_covered(self.bodies[index].centre, view) {
+                svg.carry(Carrier::Centre(index));
                 self.draw_centre(index, view, svg, labels);
             }
             labels.obstruct(&outline, 1.5 * view.pin);
@@ -108,9 +126,9 @@ impl Drawing {
 
     pub(super) fn draw_loads(&self, view: &View, svg: &mut Svg, labels: &mut Labels) {
         let named = self.joints.len() <= NAMED_JOINTS;
-        let springs = self.springs.iter().enumerate();
-        for (index, spring) in springs.filter(|(_, spring)| spring.ends.iter().all(is_finite)) {
-            svg.carry(Carrier::Spring(index));
+        let springs = self.springs.iter();
+        for spring in springs.filter(|spring| spring.ends.iter().all(is_finite)) {
+            svg.carry(Carrier::Stretch(self.stretch(spring, view)));
             let ends = self.spring_ends(spring, view);
             symbols::spring(svg, view, ends, spring);
             let side = shapes::normal(shapes::unit(shapes::difference(ends[1], ends[0])));
@@ -130,7 +148,7 @@ impl Drawing {
             }
         }
         for turn in self.turns.iter().filter(|turn| is_finite(&turn.at)) {
-            svg.carry(Carrier::Point(turn.on, turn.at));
+            svg.carry(Carrier::Turn(turn.clone()));
             let at = view.pixel(turn.at);
             match turn.glyph {
                 Some(glyph) => symbols::round_glyph(svg, view, at, glyph),
@@ -149,18 +167,24 @@ impl Drawing {
         let mut covered: Vec<usize> = self.drawing_order(view).into_iter().filter(covered).collect();
         covered.sort_by(|a, b| self.mark(*b, view).total_cmp(&self.mark(*a, view)));
         for body in covered {
-            svg.carry(Carrier::Body(body));
+            svg.carry(Carrier::Body(Some(body)));
             self.draw_centre(body, view, svg, labels);
         }
-        for (index, coupling) in self.couplings.iter().enumerate().filter(|(_, coupling)| coupling.is_finite()) {
-            coupling.draw_front(index, view, svg);
+        for coupling in self.couplings.iter().filter(|coupling| coupling.is_finite()) {
+            coupling.draw_front(view, svg);
         }
         for joint in self.joints.iter().filter(|joint| joint.is_finite()) {
-            svg.carry(Carrier::of(joint.moving().0));
-            let at = view.pixel(joint.moving().1);
+            let (body, place) = joint.moving();
+            let at = view.pixel(place);
             match joint.kind {
-                Hold::Pin | Hold::Slot(_) => symbols::pin(svg, view, at),
-                Hold::Fixed => symbols::weld(svg, view, at),
+                Hold::Pin | Hold::Slot(_) => {
+                    svg.carry(Carrier::Pin(body, place));
+                    symbols::pin(svg, view, at);
+                }
+                Hold::Fixed => {
+                    svg.carry(Carrier::At(body, place));
+                    symbols::weld(svg, view, at);
+                }
                 Hold::Slider(_) => {}
             }
             labels.cover(at, 1.3 * view.pin);

@@ -2,15 +2,18 @@
 
 use cotree::component::{RoundGlyph, Stroke};
 
-use super::shapes::{along, difference, dot, extent, norm, normal, unit};
+use super::shapes::{along, difference, extent, norm, normal, unit};
+use super::Spring;
+use super::track::Rail;
 use super::view::View;
-use super::{Hold, Joint, Spring};
 use crate::svg::{Pixel, Svg, number, polyline};
 
 pub const SPRING: &str = "#3d7a4a";
 pub const FORCE: &str = "#c0392b";
 pub const INK: &str = "#2b333d";
 pub const GROUND: &str = "#dfe3e8";
+pub const HATCH: &str = "#7c8794";
+pub const PAPER: &str = "#ffffff";
 
 const COLOURS: [(&str, &str); 8] = [
     ("#cfe1f6", "#2f6cab"),
@@ -23,16 +26,31 @@ const COLOURS: [(&str, &str); 8] = [
     ("#e2dcd6", "#75604c"),
 ];
 
+/// The colours of a picture by their names in a page, which has them for the light and for the dark.
+pub fn named(elements: &str) -> String {
+    let bodies = COLOURS.iter().enumerate().flat_map(|(index, (fill, edge))| {
+        [(*fill, format!("f{index}")), (*edge, format!("e{index}"))]
+    });
+    let others = [(SPRING, "spring"), (INK, "ink"), (GROUND, "ground"), (HATCH, "hatch"), (PAPER, "card")];
+    let names = bodies.chain(others.map(|(colour, name)| (colour, name.to_owned())));
+    names.fold(elements.to_owned(), |text, (colour, name)| text.replace(colour, &format!("var(--{name})")))
+}
+
 pub fn colour(body: usize) -> (&'static str, &'static str) {
     COLOURS[body % COLOURS.len()]
 }
 
-/// A body: the rounded hull of its corners, or a block if it slides and is no longer than that.
-pub fn body(svg: &mut Svg, view: &View, index: usize, outline: &[Pixel], block: Option<(Pixel, Pixel)>) {
+/// The width of the bar along these corners of a body: none if it has no corners, or slides as a block that is no shorter.
+pub fn bar_width(view: &View, outline: &[Pixel], slides: bool) -> Option<f64> {
+    let long = extent(outline) > 2.0 * view.pin;
+    let width = if long { 2.9 * view.pin } else { 5.0 * view.pin };
+    (!outline.is_empty() && (long || !slides)).then_some(width)
+}
+
+/// A body: the rounded hull of its corners.
+pub fn bar(svg: &mut Svg, index: usize, outline: &[Pixel], width: Option<f64>) {
     let (fill, edge) = colour(index);
-    let length = extent(outline);
-    if !outline.is_empty() && (length > 2.0 * view.pin || block.is_none()) {
-        let width = if length > 2.0 * view.pin { 2.9 * view.pin } else { 5.0 * view.pin };
+    if let Some(width) = width {
         let data = match outline {
             [point] => format!("{}l0 0", polyline(&[*point])), // a dot
             [_, _] => polyline(outline),
@@ -44,11 +62,13 @@ pub fn body(svg: &mut Svg, view: &View, index: usize, outline: &[Pixel], block: 
         let inner = number(width);
         svg.path(&data, &format!(r#"fill="{fill}" stroke="{fill}" stroke-width="{inner}" {round}"#));
     }
-    if let Some((at, axis)) = block {
-        let corners = block_corners(view, at, axis);
-        let style = format!(r#"fill="{fill}" stroke="{edge}" stroke-width="1.4" stroke-linejoin="round""#);
-        svg.path(&format!("{}Z", polyline(&corners)), &style);
-    }
+}
+
+/// A body that slides.
+pub fn block(svg: &mut Svg, view: &View, index: usize, at: Pixel, axis: Pixel) {
+    let (fill, edge) = colour(index);
+    let style = format!(r#"fill="{fill}" stroke="{edge}" stroke-width="1.4" stroke-linejoin="round""#);
+    svg.path(&format!("{}Z", polyline(&block_corners(view, at, axis))), &style);
 }
 
 /// A body of which the shape is known: what lies behind it, such as a wheel or a bar of its own, shows through a little.
@@ -63,7 +83,7 @@ pub fn block_length(view: &View) -> f64 {
     3.7 * view.pin
 }
 
-fn block_height(view: &View) -> f64 {
+pub fn block_height(view: &View) -> f64 {
     2.3 * view.pin
 }
 
@@ -112,108 +132,21 @@ pub fn wall(svg: &mut Svg, view: &View, at: Pixel, outward: Pixel) {
     hatch(svg, view, at, outward, 2.6 * view.pin);
 }
 
-/// The ground under a slider that goes so far back and forth, on the lower side. Returns its ends.
-pub fn guide(svg: &mut Svg, view: &View, at: Pixel, axis: Pixel, travel: [f64; 2]) -> [Pixel; 2] {
-    let mut down = normal(axis);
-    // Right of a vertical axis, below any other.
-    if down[1] < -1e-9 || (down[1].abs() <= 1e-9 && down[0] < 0.0) {
-        down = down.map(|x| -x);
-    }
-    let [back, forth] = travel.map(|reach| view.length(reach));
-    let foot = along(along(at, 0.5 * (back + forth), axis), block_height(view) + 1.5, down);
-    let half = 9.0 * view.pin + 0.5 * (forth - back);
-    hatch(svg, view, foot, down.map(|x| -x), half);
-    [along(foot, -half, axis), along(foot, half, axis)]
-}
-
 /// A line with hatching behind it: the ground. `half` is half its length.
 fn hatch(svg: &mut Svg, view: &View, at: Pixel, outward: Pixel, half: f64) {
-    let tangent = normal(outward);
-    let (depth, pitch) = (1.2 * view.pin, 1.15 * view.pin);
-    let count = (2.0 * half / pitch).floor();
-    let mut data = String::new();
-    for step in 0..count as usize {
-        let start = along(at, -half + pitch * (step as f64 + 0.9), tangent);
-        let end = along(along(start, -depth, outward), -depth, tangent);
-        data += &polyline(&[start, end]);
-    }
-    svg.path(&data, r##"stroke="#7c8794" stroke-width="1.1" stroke-linecap="round""##);
-    let ends = [along(at, -half, tangent), along(at, half, tangent)];
-    svg.line(ends[0], ends[1], &format!(r#"stroke="{INK}" stroke-width="1.8" stroke-linecap="round""#));
-}
-
-/// The rod that a body slides on if the other is not the ground.
-pub fn rod(svg: &mut Svg, view: &View, joint: &Joint, travel: [f64; 2]) {
-    let (Hold::Slider(axis), [Some(first), Some(_)]) = (joint.kind, joint.between) else {
-        return;
-    };
-    let (axis, [base, at]) = (view.direction(axis), joint.at.map(|point| view.pixel(point)));
-    let distance = dot(difference(at, base), axis);
-    let [low, high] = travel.map(|reach| distance + view.length(reach));
-    let beyond = 7.0 * view.pin;
-    let ends = match distance < 0.0 {
-        true => [along(base, high.max(0.0), axis), along(base, low - beyond, axis)],
-        false => [along(base, low.min(0.0), axis), along(base, high + beyond, axis)],
-    };
-    rail(svg, view, first, ends);
-}
-
-/// The slot of a pin: a bar of the first body from its point to beyond the pin, with a channel. Returns its ends.
-pub fn slot(svg: &mut Svg, view: &View, joint: &Joint, travel: [f64; 2]) -> Option<[Pixel; 2]> {
-    let Hold::Slot(axis) = joint.kind else { return None };
-    let (axis, [base, at]) = (view.direction(axis), joint.at.map(|point| view.pixel(point)));
-    let distance = dot(difference(at, base), axis);
-    let [back, forth] = travel.map(|reach| view.length(reach));
-    let channel = [back - 6.0 * view.pin, forth + 6.0 * view.pin].map(|reach| along(at, reach, axis));
-    let [low, high] = [(-distance).min(back - 8.0 * view.pin), (-distance).max(forth + 8.0 * view.pin)];
-    let bar = [low, high].map(|reach| along(at, reach, axis));
-    let (fill, edge) = joint.between[0].map_or((GROUND, INK), colour);
-    let round = r#"stroke-linecap="round""#;
-    for (ends, width, stroke) in [
-        (bar, 3.6 * view.pin + 2.6, edge),
-        (bar, 3.6 * view.pin, fill),
-        (channel, 2.0 * view.pin + 2.2, edge),
-        (channel, 2.0 * view.pin, "#ffffff"),
-    ] {
-        svg.line(ends[0], ends[1], &format!(r#"stroke="{stroke}" stroke-width="{}" {round}"#, number(width)));
-    }
-    Some(bar)
-}
-
-pub fn link(svg: &mut Svg, view: &View, ends: [Pixel; 2]) {
-    for (width, stroke) in [(0.9 * view.pin + 2.0, INK), (0.9 * view.pin, "#ffffff")] {
-        svg.line(ends[0], ends[1], &format!(r#"stroke="{stroke}" stroke-width="{}""#, number(width)));
-    }
-    ends.into_iter().for_each(|end| pin(svg, view, end));
-}
-
-/// The line that a disc rolls on, on the right of the direction from the first end to the second: the ground, or a bar of a body.
-pub fn rolling_line(svg: &mut Svg, view: &View, body: Option<usize>, ends: [Pixel; 2]) {
-    let span = difference(ends[1], ends[0]);
-    let down = normal(unit(span));
-    match body {
-        None => hatch(svg, view, along(ends[0], 0.5, span), down.map(|x| -x), 0.5 * norm(span)),
-        Some(body) => rail(svg, view, body, ends.map(|end| along(end, 0.75 * view.pin + 1.3, down))),
+    for rail in Rail::earth(view, 0.0, 0.0, 1.0) {
+        rail.draw(at, normal(outward), [-half, half], svg);
     }
 }
 
-/// A bar of a body that something slides or rolls on.
-fn rail(svg: &mut Svg, view: &View, body: usize, ends: [Pixel; 2]) {
-    let (fill, edge) = colour(body);
-    for (width, stroke) in [(1.5 * view.pin + 2.6, edge), (1.5 * view.pin, fill)] {
-        let width = number(width);
-        svg.line(ends[0], ends[1], &format!(r#"stroke="{stroke}" stroke-width="{width}" stroke-linecap="round""#));
-    }
-}
-
+/// A sign at its length, if it has one: else there is nothing to see.
 pub fn spring(svg: &mut Svg, view: &View, ends: [Pixel; 2], spring: &Spring) {
     let length = norm(difference(ends[1], ends[0]));
-    if length < view.pin {
-        return; // its ends coincide: nothing to see
+    if length >= view.pin {
+        let axis = unit(difference(ends[1], ends[0]));
+        let place = |[x, y]: &[f64; 2]| along(along(ends[0], x * view.pin, axis), y * view.pin, normal(axis));
+        strokes(svg, &spring.strokes(length / view.pin), &place);
     }
-    let axis = unit(difference(ends[1], ends[0]));
-    let place = |[x, y]: &[f64; 2]| along(along(ends[0], x * view.pin, axis), y * view.pin, normal(axis));
-    strokes(svg, &spring.strokes(length / view.pin), &place);
 }
 
 /// A sign around a point.
@@ -238,6 +171,12 @@ pub fn stroke_style(front: bool, closed: bool) -> String {
     let fill = if closed && !front { "#ffffff" } else { "none" };
     let line = format!(r#"fill="{fill}" stroke-linejoin="round" stroke-linecap="round""#);
     format!(r#"{line} stroke="{colour}" stroke-width="{}"{opacity}"#, number(width))
+}
+
+/// The styles of the bar of a link: its edges, and what is between them.
+pub fn link_styles(view: &View) -> [String; 2] {
+    [(0.9 * view.pin + 2.0, INK), (0.9 * view.pin, PAPER)]
+        .map(|(width, colour)| format!(r#"stroke="{colour}" stroke-width="{}""#, number(width)))
 }
 
 /// The style of the free parts of a band.
@@ -289,18 +228,4 @@ fn arrow_head(svg: &mut Svg, view: &View, tip: Pixel, direction: Pixel) {
     let side = normal(direction);
     let corners = [tip, along(base, 0.8 * view.pin, side), along(base, -0.8 * view.pin, side)];
     svg.path(&format!("{}Z", polyline(&corners)), &format!(r#"fill="{FORCE}""#));
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_hanging_guide_is_drawn_below_a_level_axis() {
-        let view = View::fit(&super::super::Drawing::default());
-        for axis in [[1.0, 0.0], [-1.0, 0.0]] {
-            let ends = guide(&mut Svg::default(), &view, [0.0, 0.0], axis, [0.0; 2]);
-            assert!(ends.iter().all(|end| end[1] > 0.0), "{ends:?}");
-        }
-    }
 }

@@ -25,6 +25,11 @@ impl View {
         Self { scale, origin: [low[0], high[1]], pin: pin_radius(drawing, scale) }
     }
 
+    /// With the world's origin in the corner.
+    pub fn in_world(self) -> Self {
+        View { origin: [0.0; 2], ..self }
+    }
+
     pub fn pixel(&self, [x, y]: [f64; 2]) -> Pixel {
         [(x - self.origin[0]) * self.scale, (self.origin[1] - y) * self.scale]
     }

@@ -2,7 +2,7 @@
 // How they look is what the style sheet says: it is read while they are in the document for a moment.
 const MANY = 60, crowded = G.bodies.length + G.joints.length + G.springs.length > MANY;
 /** What does not move stays where it is, unless something that moves is behind it. */
-const PAINTED = [...(G.couplings.length ? ["couplings", "ground"] : ["couplings"]), "slides", "bodies", "springs", "traces", "pins", "turns", "velocities", "forces", "names"];
+const PAINTED = [...(G.wheels.length ? ["couplings", "ground"] : ["couplings"]), "bodies", "springs", "traces", "pins", "turns", "velocities", "forces", "names"];
 /** Stale: there are elements, or colours, whose looks nobody has read. */
 const surface = { canvas: null, context: null, layers: [], stale: true };
 
@@ -61,7 +61,7 @@ function pathsOf(look) {
   if (kind === "path") return look.paths = (look.isMany ? (data ?? "").split(/(?=M)/) : [data ?? ""]).map(piece => new Path2D(piece));
   const path = new Path2D();
   if (kind === "circle") path.arc(value("cx"), value("cy"), value("r"), 0, 2 * Math.PI);
-  else path.rect(value("x"), value("y"), value("width"), value("height"));
+  else { path.moveTo(value("x1"), value("y1")); path.lineTo(value("x2"), value("y2")); }
   return look.paths = [path];
 }
 
@@ -128,13 +128,12 @@ function paintPins(scale) {
 
 /** The body whose outline has a place in the drawing inside of it, the uppermost first. */
 function bodyAt([x, y]) {
-  const { context, layers } = surface, known = new Map(bodies.map(({ group, index }) => [group, index]));
-  const groups = layers[PAINTED.indexOf("bodies")]?.children ?? [], found = groups.findLast(({ node, children }) => {
-    if (!known.has(node)) return false;
-    const place = turnedBackPixel(known.get(node), [x, y]);
-    context.setTransform(1, 0, 0, 1, 0, 0);
-    return children.some(look => look.kind === "path" && look.paths?.some(path => context.isPointInPath(path, ...place)));
+  const { context, layers } = surface, groups = layers[PAINTED.indexOf("bodies")]?.children ?? [];
+  context.setTransform(1, 0, 0, 1, 0, 0);
+  const found = groups.findLast(({ node, children }) => {
+    if (!owners.has(node)) return false;
+    const [u, v, angle] = node.placed, s = Math.sin(angle), c = Math.cos(angle), [a, b] = minus([x, y], [u, v]);
+    return children.some(look => look.kind === "path" && look.paths?.some(path => context.isPointInPath(path, c * a - s * b, s * a + c * b)));
   });
-  return found ? known.get(found.node) : null;
+  return found ? owners.get(found.node) : null;
 }
-const turnedBackPixel = (index, place) => { const [x, y] = turnedBack(index, minus([place[0] / S, -place[1] / S], pose[index])); return pixel([x, y]); };

@@ -147,8 +147,7 @@ function measure() {
   eachPose(() => {
     G.bodies.forEach((body, index) => forms[index].concat([body.centre], body.rim).forEach(at => see(pixel(add(pose[index], 1, turned(index, at))))));
     anchors.forEach(anchor => see(spot(anchor)));
-    for (const { rim, wheels: [hub] } of G.couplings.filter(coupling => coupling.rim)) rim.forEach(at => see(spot({ body: hub.centre.body, at, point: null })));
-    for (const wheel of wheels) { const [x, y] = spot(wheel.centre), r = S * wheel.radius; see([x - r, y - r]); see([x + r, y + r]); }
+    for (const wheel of G.wheels) { const [x, y] = spot(wheel.centre), r = S * wheel.radius; see([x - r, y - r]); see([x + r, y + r]); }
   });
   const room = 5 * PIN;
   if (x1 >= x0) whole = [x0 - room, y0 - room, x1 - x0 + 2 * room, y1 - y0 + 2 * room];
@@ -194,7 +193,7 @@ function look() {
 function toggle(layer) {
   layers[layer] = !layers[layer];
   showLayers();
-  if (layer === "ghosts") renewGhosts(bodies);
+  if (layer === "ghosts") renewGhosts();
   look();
 }
 function showLayers() {

@@ -47,7 +47,7 @@ function takePoints(run) {
     if (Number.isFinite(x) && Number.isFinite(y)) anchor.moved = [x, y];
   }
 }
-const groundAnchors = () => [...G.joints, ...G.springs, ...G.couplings].flatMap(part => part.ends ?? []).filter(anchor => anchor.body === null);
+const groundAnchors = () => [...G.joints, ...G.springs, ...G.parts].flatMap(({ at, base, moving, ends = [] }) => [at, base, moving, ...ends]).filter(anchor => anchor?.body === null);
 
 function take(run) {
   state.run = run;
@@ -55,9 +55,9 @@ function take(run) {
   takePose(run, [0, 0]);
   renewals.forEach(renew => { takePose(run, [0, 0]); renew(); });
   G.bodies.forEach((_, index) => { sizes[index] = extent(outline(index)) || 5 * PIN; });
-  for (const { centre, radius } of wheels) if (centre.body !== null) sizes[centre.body] = Math.max(sizes[centre.body], 2 * S * Math.abs(radius));
+  for (const { centre, radius } of G.wheels) if (centre.body !== null) sizes[centre.body] = Math.max(sizes[centre.body], 2 * S * Math.abs(radius));
   renewPaths();
-  renewGhosts(bodies);
+  renewGhosts();
   renewPlots();
   seek(state.time);
 }
@@ -105,11 +105,10 @@ async function begin() {
   tell(state.first.error ?? state.first.warning);
 }
 
-let bodies = [];
 function open() {
   chooseGain(state.first);
   makeSurface();
-  bodies = drawMechanism();
+  drawMechanism();
   reportedPaths();
   makeSpeeds();
   listenToButtons();

@@ -57,12 +57,6 @@ function typicalPeak(read) {
 /** All arrows of a kind are one path. */
 const arrows = element("path", { class: "arrow many" }, $("forces")), rates = element("path", { class: "speed many" }, $("velocities"));
 const forces = forceSources().map(source => ({ ...source, text: element("text", { class: "value" }, $("forces")) }));
-for (const turn of G.turns.filter(turn => turn.strokes.length)) {
-  const group = element("g", {}, $("turns"));
-  element("title", {}, group, turn.name);
-  for (const kind of ["halo", "spring"]) for (const stroke of turn.strokes) element("path", { class: kind, d: line(stroke.map(([x, y]) => [x * PIN, -y * PIN])) }, group);
-  frames.push(() => move(group, spot(turn.at)));
-}
 const turns = G.turns.filter(turn => MODEL.recorded.includes(`${turn.name}.torque`)).map(turn => {
   const group = element("g", {}, $("turns"));
   element("title", {}, group, turn.name);
@@ -203,15 +197,15 @@ function paintPaths(at) {
 }
 
 /** Poses on the way: outlines at seven times, faint. */
-function renewGhosts(bodies) {
+function renewGhosts() {
   $("ghosts").replaceChildren();
   if (!layers.ghosts) return;
   const { run } = state, count = 6;
   for (let ghost = 0; ghost <= count; ghost++) {
     takePose(run, [Math.round(run.last * ghost / count), 0]);
-    for (const { index } of bodies) {
+    for (const index of bodies) {
       const path = element("path", { d: outlineData(outline(index)), style: `fill:none;stroke:var(--e${index % 8});stroke-width:${2.4 * PIN};stroke-linejoin:round;stroke-linecap:round`, opacity: .16 }, $("ghosts"));
-      move(path, pixel(pose[index]), pose[index][2]);
+      carry(path, first(index, [0, 0]), pixel(pose[index]), turnOf(index));
     }
   }
 }
