@@ -92,9 +92,9 @@ impl Svg {
     }
 
     /// The elements in order, each part with what carries it.
-    pub fn parts(&self) -> Vec<(&Carrier, &str)> {
+    pub fn parts(&self) -> impl Iterator<Item = (&Carrier, String)> {
         let ends = self.carriers.iter().skip(1).map(|(start, _)| *start).chain([self.elements.len()]);
-        self.carriers.iter().zip(ends).map(|((start, carrier), end)| (carrier, &self.elements[*start..end])).collect()
+        self.carriers.iter().zip(ends).map(|((start, carrier), end)| (carrier, self.elements[*start..end].to_owned()))
     }
 
     /// The elements so far, without a sheet.

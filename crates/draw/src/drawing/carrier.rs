@@ -2,24 +2,39 @@
 
 use serde::Serialize;
 
-use super::Turn;
 use super::track::Track;
 
-/// What carries a part of a picture; `None` is the ground, places are those at the start.
-#[derive(Clone, Debug)]
+/// What carries a part of a picture.
+#[derive(Clone, Debug, Serialize)]
+#[serde(tag = "kind", rename_all = "lowercase")]
 pub enum Carrier {
-    Body(Option<usize>),
-    /// A place of a body, which turns with it; a parameter may move it.
-    At(Option<usize>, [f64; 2]),
-    /// The same of a revolute joint.
-    Pin(Option<usize>, [f64; 2]),
-    /// The bar along the points of a body, and how far it reaches around them [px]: none if it is not drawn.
-    Bar(usize, Option<f64>),
+    /// A body, or the ground.
+    Body {
+        body: Option<usize>,
+    },
+    /// A place of one; what it carries turns with it.
+    At {
+        at: Anchor,
+    },
+    /// A body's bar along its points, if it is drawn.
+    Bar {
+        body: usize,
+        drawn: bool,
+    },
     /// The mark of a mass centre.
-    Centre(usize),
-    /// A place of a body; what it carries does not turn.
-    Point(Option<usize>, [f64; 2]),
-    Turn(Turn),
+    Centre {
+        body: usize,
+    },
+    /// A place; what it carries does not turn.
+    Point {
+        at: Anchor,
+    },
+    /// The same of a torque; it is an arrow if it has no sign of its own.
+    Turn {
+        name: String,
+        at: Anchor,
+        arrow: bool,
+    },
     Stretch(Stretch),
     Band(Band),
     Track(Track),
@@ -27,24 +42,20 @@ pub enum Carrier {
     Name,
 }
 
-impl Carrier {
-    /// The body that it moves and turns with, if it is rigid.
-    pub fn rigid(&self) -> Option<Option<usize>> {
-        match self {
-            Carrier::Body(body) | Carrier::At(body, _) | Carrier::Pin(body, _) => Some(*body),
-            Carrier::Bar(body, _) | Carrier::Centre(body) => Some(Some(*body)),
-            Carrier::Track(track) => Some(track.way.body),
-            _ => None,
-        }
-    }
+/// A place at the start, and the body that carries it; `None` is the ground.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Anchor {
+    pub body: Option<usize>,
+    pub at: [f64; 2],
+    /// Which point of the body it is, if one of those with a name: these may move when a parameter changes.
+    pub point: Option<usize>,
 }
 
 /// A sign between two places, such as a spring.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Stretch {
     pub name: String,
-    pub between: [Option<usize>; 2],
-    pub ends: [[f64; 2]; 2],
+    pub ends: [Anchor; 2],
     /// How far it stays away from its ends [px].
     pub retreat: [f64; 2],
     /// The length that its lines are drawn for [pins].
@@ -63,9 +74,57 @@ pub struct Line {
 }
 
 /// The free parts of a band around two circles [px]; the second radius is negative if the band is crossed.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Band {
-    pub between: [Option<usize>; 2],
-    pub centres: [[f64; 2]; 2],
+    pub ends: [Anchor; 2],
     pub radii: [f64; 2],
+}
+
+impl Anchor {
+    pub fn new(body: Option<usize>, at: [f64; 2]) -> Self {
+        Anchor { body, at, point: None }
+    }
+}
+
+impl Carrier {
+    /// The body that it moves and turns with, if it is rigid.
+    pub fn rigid(&self) -> Option<Option<usize>> {
+        match self {
+            Carrier::Body { body } => Some(*body),
+            Carrier::At { at } => Some(at.body),
+            Carrier::Bar { body, .. } | Carrier::Centre { body } => Some(Some(*body)),
+            Carrier::Track(track) => Some(track.way.base.body),
+            _ => None,
+        }
+    }
+
+    /// The same, if it is the body itself and none of its places.
+    pub fn whole(&self) -> Option<Option<usize>> {
+        self.rigid().filter(|_| matches!(self, Carrier::Body { .. } | Carrier::Bar { .. } | Carrier::Centre { .. }))
+    }
+
+    /// The places that it follows.
+    pub fn anchors(&mut self) -> Vec<&mut Anchor> {
+        match self {
+            Carrier::At { at } | Carrier::Point { at } | Carrier::Turn { at, .. } => vec![at],
+            Carrier::Stretch(Stretch { ends, .. }) | Carrier::Band(Band { ends, .. }) => ends.iter_mut().collect(),
+            Carrier::Track(track) => vec![&mut track.way.base, &mut track.way.moving],
+            Carrier::Body { .. } | Carrier::Bar { .. } | Carrier::Centre { .. } | Carrier::Name => Vec::new(),
+        }
+    }
+}
+
+/// Neighbours that one body carries, as one part.
+pub fn joined<'a>(
+    parts: impl Iterator<Item = (&'a Carrier, String)>,
+    body: fn(&Carrier) -> Option<Option<usize>>,
+) -> Vec<(&'a Carrier, String)> {
+    let mut joined: Vec<(&Carrier, String)> = Vec::new();
+    for (carrier, elements) in parts {
+        match joined.last_mut() {
+            Some((last, together)) if body(carrier).is_some() && body(carrier) == body(last) => *together += &elements,
+            _ => joined.push((carrier, elements)),
+        }
+    }
+    joined
 }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::carrier::{Band, Carrier, Line, Stretch};
+use super::carrier::{Anchor, Band, Carrier, Line, Stretch};
 use super::labels::Labels;
 use super::shapes::{along, difference, dot, norm, normal, unit};
 use super::symbols;
@@ -111,8 +111,8 @@ impl Coupling {
         }
     }
 
-    /// Draws what lies behind the bodies; what rolls goes so far back and forth. Returns where its name belongs.
-    pub fn draw(&self, travel: [f64; 2], view: &View, svg: &mut Svg, labels: &mut Labels) -> Pixel {
+    /// Draws what lies behind the bodies; what rolls goes so far back and forth, if that is known. Returns where its name belongs.
+    pub fn draw(&self, travel: Option<[f64; 2]>, view: &View, svg: &mut Svg, labels: &mut Labels) -> Pixel {
         match &self.kind {
             CouplingKind::Gears(wheels) => draw_gears(*wheels, view, svg, labels),
             CouplingKind::Band { wheels, crossed } => self.draw_band(*wheels, *crossed, view, svg, labels),
@@ -144,12 +144,18 @@ impl Coupling {
         let length = norm(difference(at[1], at[0])) / view.pin;
         let styles = symbols::link_styles(view);
         let line = Line { closed: false, points: vec![[0.0; 3], [length, 0.0, 1.0]], styles: styles.clone() };
-        let (name, between) = (self.name.clone(), self.between);
-        svg.carry(Carrier::Stretch(Stretch { name, between, ends, retreat: [0.0; 2], length, lines: vec![line] }));
+        let ends = [0, 1].map(|side| Anchor::new(self.between[side], ends[side]));
+        svg.carry(Carrier::Stretch(Stretch {
+            name: self.name.clone(),
+            ends,
+            retreat: [0.0; 2],
+            length,
+            lines: vec![line],
+        }));
         styles.iter().for_each(|style| svg.line(at[0], at[1], style));
-        for side in 0..2 {
-            svg.carry(Carrier::Pin(between[side], ends[side]));
-            symbols::pin(svg, view, at[side]);
+        for at in ends {
+            svg.carry(Carrier::At { at });
+            symbols::pin(svg, view, view.pixel(at.at));
         }
     }
 
@@ -157,11 +163,11 @@ impl Coupling {
     pub fn way(&self) -> Option<Way> {
         match self.kind {
             CouplingKind::Rolling { disc, line, base, axis, .. } => {
-                Some(Way { body: line, base, axis, moving: disc.body, at: disc.centre })
+                Some(Way { base: Anchor::new(line, base), axis, moving: disc.anchor() })
             }
             // With the pinion on its left.
             CouplingKind::Rack { pinion, bar, at, foot } => {
-                Some(Way { body: bar, base: at, axis: normal(foot), moving: pinion.body, at: pinion.centre })
+                Some(Way { base: Anchor::new(bar, at), axis: normal(foot), moving: pinion.anchor() })
             }
             _ => None,
         }
@@ -174,18 +180,18 @@ impl Coupling {
             CouplingKind::Rack { pinion, foot, .. } => vec![rack(&way, pinion, *foot, view)],
             CouplingKind::Rolling { disc, .. } => {
                 let beyond = view.length(disc.radius).max(6.0 * view.pin);
-                let (rails, off) = match way.body {
+                let (rails, off) = match way.base.body {
                     None => (Rail::earth(view, beyond, 0.0, 1.0), 0.0),
-                    Some(_) => (Rail::bar(way.body, [beyond; 2], 1.5 * view.pin), 0.75 * view.pin + 1.3),
+                    Some(_) => (Rail::bar(way.base.body, [beyond; 2], 1.5 * view.pin), 0.75 * view.pin + 1.3),
                 };
                 rails.map(|rail| Rail { about: Some([-beyond, beyond]), off, ..rail }).into()
             }
             _ => Vec::new(),
         };
-        Some(Track { way, rails })
+        Some(Track { way, unknown: 0.0, rails })
     }
 
-    fn draw_track(&self, travel: [f64; 2], room: f64, view: &View, svg: &mut Svg, labels: &mut Labels) {
+    fn draw_track(&self, travel: Option<[f64; 2]>, room: f64, view: &View, svg: &mut Svg, labels: &mut Labels) {
         if let Some(track) = self.track(view) {
             let ends = track.draw(travel, view, svg);
             labels.obstruct(&ends, room);
@@ -197,9 +203,8 @@ impl Coupling {
         wheels.iter().for_each(|wheel| wheel.draw_turning(0.0, view, svg, labels));
         let [first, second] = wheels.map(|wheel| view.length(wheel.radius));
         let radii = [first, if crossed { -second } else { second }];
-        let centres = wheels.map(|wheel| wheel.centre);
-        svg.carry(Carrier::Band(Band { between: wheels.map(|wheel| wheel.body), centres, radii }));
-        let centres = centres.map(|centre| view.pixel(centre));
+        svg.carry(Carrier::Band(Band { ends: wheels.map(|wheel| wheel.anchor()), radii }));
+        let centres = wheels.map(|wheel| view.pixel(wheel.centre));
         let mut middle = centres[0];
         for ends in tangents(centres, radii).into_iter().flatten() {
             svg.line(ends[0], ends[1], &symbols::band_style());
@@ -215,8 +220,8 @@ fn rack(way: &Way, pinion: &Wheel, foot: [f64; 2], view: &View) -> Rail {
     let radius = view.length(pinion.radius).max(1.0);
     let teeth = Teeth::of_pinion(pinion, foot, view);
     let (pitch, axis) = (TAU * radius / teeth.count, view.direction(way.axis));
-    let away = difference(view.pixel(along(pinion.centre, 1.0, foot)), view.pixel(way.base));
-    let (fill, edge) = way.body.map_or((symbols::GROUND, symbols::INK), symbols::colour);
+    let away = difference(view.pixel(along(pinion.centre, 1.0, foot)), view.pixel(way.base.at));
+    let (fill, edge) = way.base.body.map_or((symbols::GROUND, symbols::INK), symbols::colour);
     let reach = 0.3 * teeth.count * pitch;
     Rail {
         about: Some([-reach, reach]),
@@ -232,7 +237,7 @@ impl Cam {
     fn draw(&self, view: &View, svg: &mut Svg, labels: &mut Labels) -> Pixel {
         let corners: Vec<Pixel> = self.outline.iter().map(|&corner| view.pixel(corner)).collect();
         let (fill, edge) = self.hub.colours();
-        svg.carry(Carrier::Body(self.hub.body));
+        svg.carry(Carrier::Body { body: self.hub.body });
         let style = format!(r#"fill="{fill}" fill-opacity="0.75" stroke="{edge}" stroke-width="1.3""#);
         svg.path(&format!("{}Z", polyline(&corners)), &format!(r#"{style} stroke-linejoin="round""#));
         labels.obstruct(&corners, view.pin);
@@ -242,7 +247,7 @@ impl Cam {
         if let Some((body, ends)) = self.face {
             let ends = ends.map(|end| view.pixel(end));
             let edge = body.map_or(symbols::INK, |body| symbols::colour(body).1);
-            svg.carry(Carrier::Body(body));
+            svg.carry(Carrier::Body { body });
             svg.line(ends[0], ends[1], &format!(r#"stroke="{edge}" stroke-width="3.2" stroke-linecap="round""#));
             labels.obstruct(&ends, view.pin);
         }
@@ -258,6 +263,10 @@ struct Teeth {
 }
 
 impl Wheel {
+    fn anchor(&self) -> Anchor {
+        Anchor::new(self.body, self.centre)
+    }
+
     fn corners(&self) -> Vec<[f64; 2]> {
         let [x, y] = self.centre;
         vec![[x - self.radius, y - self.radius], [x + self.radius, y + self.radius]]
@@ -278,7 +287,7 @@ impl Wheel {
     fn draw(&self, view: &View, svg: &mut Svg, labels: &mut Labels, teeth: Option<Teeth>) {
         let (at, radius) = (view.pixel(self.centre), view.length(self.radius));
         let (fill, edge) = self.colours();
-        svg.carry(Carrier::At(self.body, self.centre));
+        svg.carry(Carrier::At { at: self.anchor() });
         let style = format!(r#"fill="{fill}" fill-opacity="0.75" stroke="{edge}" stroke-width="1.3""#);
         match teeth {
             None => svg.circle(at, radius, &style),

@@ -1,11 +1,11 @@
 //! A drawing in motion: an SVG that moves by itself, and its single pictures.
 
-use super::carrier::{Band, Line, Stretch};
+use super::carrier::{Anchor, Band, Line, Stretch, joined};
 use super::coupling::tangents;
 use super::shapes::{along, difference, dot, norm, normal, unit};
 use super::track::Way;
 use super::view::View;
-use super::{Carrier, Drawing, Range, Turn, is_finite, symbols};
+use super::{Carrier, Drawing, Range, is_finite, symbols};
 use crate::svg::{Frame, Pixel, Svg, number, polyline};
 
 /// Space around the whole motion [pins].
@@ -115,10 +115,11 @@ impl Film {
     fn picture(&self, sample: Option<usize>, view: &View) -> String {
         let drawn = self.drawing.elements(view);
         let mut svg = Svg::default();
-        for (carrier, elements) in joined(drawn.parts()).into_iter().filter(|(_, elements)| !elements.is_empty()) {
+        let parts = joined(drawn.parts(), Carrier::rigid);
+        for (carrier, elements) in parts.iter().filter(|(_, elements)| !elements.is_empty()) {
             match self.motion(carrier, view) {
                 Moves::Still => svg.raw(elements.trim_end()),
-                Moves::Rigid(places) => self.rigid(&mut svg, &elements, &places, sample),
+                Moves::Rigid(places) => self.rigid(&mut svg, elements, &places, sample),
                 Moves::Bending(lines) => self.bending(&mut svg, &lines, sample),
                 Moves::Left => {}
             }
@@ -139,8 +140,8 @@ impl Film {
                 let [x, y, angle] = self.poses[sample].get(body).copied().unwrap_or_default();
                 ([x, y], angle)
             }),
-            (None, Carrier::Point(body, at) | Carrier::Turn(Turn { on: body, at, .. })) => {
-                self.places(view, |sample| (self.at(*body, *at, sample), 0.0))
+            (None, Carrier::Point { at } | Carrier::Turn { at, .. }) => {
+                self.places(view, |sample| (self.place(at, sample), 0.0))
             }
             (None, Carrier::Stretch(stretch)) => self.stretch(stretch, view),
             (None, Carrier::Band(band)) => self.band(band, view),
@@ -234,8 +235,7 @@ impl Film {
     }
 
     fn stretch(&self, stretch: &Stretch, view: &View) -> Moves {
-        let at =
-            |sample: usize| [0, 1].map(|side| view.pixel(self.at(stretch.between[side], stretch.ends[side], sample)));
+        let at = |sample: usize| stretch.ends.map(|end| view.pixel(self.place(&end, sample)));
         let bent = |line: &Line| Bent {
             styles: line.styles.to_vec(),
             data: self.samples().map(|sample| line_data(line, at(sample), stretch, view.pin)).collect(),
@@ -243,12 +243,16 @@ impl Film {
         Moves::Bending(stretch.lines.iter().map(bent).collect())
     }
 
-    fn band(&self, Band { between, centres, radii }: &Band, view: &View) -> Moves {
+    fn band(&self, Band { ends, radii }: &Band, view: &View) -> Moves {
         let data = self.samples().map(|sample| {
-            let at = [0, 1].map(|side| view.pixel(self.at(between[side], centres[side], sample)));
+            let at = ends.map(|end| view.pixel(self.place(&end, sample)));
             tangents(at, *radii).into_iter().flatten().map(|line| polyline(&line)).collect::<String>()
         });
         Moves::Bending(vec![Bent { styles: vec![symbols::band_style()], data: data.collect() }])
+    }
+
+    fn place(&self, anchor: &Anchor, sample: usize) -> [f64; 2] {
+        self.at(anchor.body, anchor.at, sample)
     }
 
     /// Where a point of a body, given at the start, is at a sample.
@@ -288,21 +292,15 @@ impl Film {
         let axis = unit(way.axis);
         let turned = |sample: usize| {
             let angle =
-                |sample: usize| way.body.and_then(|body| self.poses[sample].get(body)).map_or(0.0, |pose| pose[2]);
+                |sample: usize| way.base.body.and_then(|body| self.poses[sample].get(body)).map_or(0.0, |pose| pose[2]);
             rotated(axis, angle(sample) - angle(0))
         };
-        let place = |sample: usize| self.at(way.moving, way.at, sample);
-        let reach = |sample: usize| dot(difference(place(sample), self.at(way.body, way.base, sample)), turned(sample));
+        let reach = |sample: usize| {
+            dot(difference(self.place(&way.moving, sample), self.place(&way.base, sample)), turned(sample))
+        };
         let moved = (0..self.poses.len()).map(|sample| reach(sample) - reach(0)).filter(|x| x.is_finite());
         moved.fold([0.0, 0.0], |[low, high], x| [low.min(x), high.max(x)])
     }
-}
-
-/// Neighbours that one body carries, as one part.
-fn joined<'a>(parts: Vec<(&'a Carrier, &str)>) -> Vec<(&'a Carrier, String)> {
-    let of_one = |(a, _): &(&Carrier, &str), (b, _): &(&Carrier, &str)| a.rigid().is_some() && a.rigid() == b.rigid();
-    let together = |parts: &[(&'a Carrier, &str)]| (parts[0].0, parts.iter().map(|(_, elements)| *elements).collect());
-    parts.chunk_by(of_one).map(together).collect()
 }
 
 fn rotated([x, y]: [f64; 2], angle: f64) -> [f64; 2] {
@@ -366,8 +364,8 @@ mod tests {
     fn a_stroke_follows_its_ends_and_keeps_its_height() {
         let points = vec![[0.0, 0.0, 0.0], [5.0, 1.0, 0.5], [10.0, 0.0, 1.0]];
         let line = Line { closed: false, points, styles: Default::default() };
-        let (name, between, ends) = (String::new(), [None; 2], [[0.0; 2]; 2]);
-        let stretch = Stretch { name, between, ends, retreat: [0.0; 2], length: 10.0, lines: Vec::new() };
+        let (name, ends) = (String::new(), [Anchor::new(None, [0.0; 2]); 2]);
+        let stretch = Stretch { name, ends, retreat: [0.0; 2], length: 10.0, lines: Vec::new() };
         assert_eq!(line_data(&line, [[0.0, 0.0], [20.0, 0.0]], &stretch, 1.0), "M0 0L10 1L20 0");
         assert_eq!(line_data(&line, [[0.0, 0.0], [0.0, 10.0]], &stretch, 1.0), "M0 0L-1 5L0 10");
     }

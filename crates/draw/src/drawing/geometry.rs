@@ -2,13 +2,13 @@
 
 use serde::Serialize;
 
-use super::carrier::{Band, Line, Stretch};
+use super::carrier::{Anchor, Stretch, joined};
 use super::coupling::Wheel;
 use super::labels::Labels;
 use super::shapes::unit;
-use super::track::Rail;
+use super::track::Track;
 use super::view::View;
-use super::{Carrier, Drawing, Hold, Joint, LAYERS, Turn, is_finite, symbols};
+use super::{Carrier, Drawing, Hold, Joint, LAYERS, is_finite, symbols};
 use crate::svg::Svg;
 
 /// A drawing whose every point says which body carries it. Lengths are in metres, symbols in pixels at `scale`.
@@ -27,15 +27,6 @@ pub struct Geometry {
     wheels: Vec<WheelForm>,
     /// From back to front.
     parts: Vec<Part>,
-}
-
-/// A point of a body in its own axes, or of the ground in the world's.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-struct Anchor {
-    body: Option<usize>,
-    at: [f64; 2],
-    /// Which point of the body it is, if one of those with a name: these may move when a parameter changes.
-    point: Option<usize>,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -80,32 +71,13 @@ struct WheelForm {
     radius: f64,
 }
 
-/// Some elements of the picture.
+/// Some elements of the picture as they are at the start, in the world [px], and what carries them.
 #[derive(Clone, Debug, Serialize)]
 struct Part {
     layer: &'static str,
-    /// What a reader sees who points at it.
-    name: Option<String>,
-    /// As they are at the start, in the world [px]; what changes its shape has no lines yet.
     svg: String,
     #[serde(flatten)]
-    carried: Carried,
-}
-
-/// How a part moves.
-#[derive(Clone, Debug, Serialize)]
-#[serde(tag = "kind", rename_all = "lowercase")]
-enum Carried {
-    /// With a place, and with the angle of its body if it turns.
-    Rigid { at: Anchor, turns: bool },
-    /// Like a body; its first line is that around its points, as far from them [px].
-    Body { body: usize, margin: Option<f64> },
-    /// With a place, above all else.
-    Pin { at: Anchor },
-    Stretch { ends: [Anchor; 2], retreat: [f64; 2], length: f64, lines: Vec<Line> },
-    Band { ends: [Anchor; 2], radii: [f64; 2] },
-    /// In the axes of a line that the body of its base carries [px], for the way of a place along it.
-    Track { base: Anchor, axis: [f64; 2], moving: Anchor, rails: Vec<Rail> },
+    carrier: Carrier,
 }
 
 impl Drawing {
@@ -113,17 +85,24 @@ impl Drawing {
     pub fn geometry(&self, frames: &[[f64; 3]]) -> Geometry {
         let view = View::fit(self).in_world();
         let forms = Forms { drawing: self, frames };
-        let wheels = self.couplings.iter().filter(|coupling| coupling.is_finite()).flat_map(|coupling| coupling.wheels());
+        let wheels =
+            self.couplings.iter().filter(|coupling| coupling.is_finite()).flat_map(|coupling| coupling.wheels());
         Geometry {
             scale: view.length(1.0),
             pin: view.pin,
             bodies: (0..self.bodies.len()).map(|body| forms.body(body)).collect(),
             joints: self.joints.iter().filter(|joint| joint.is_finite()).map(|joint| forms.joint(joint)).collect(),
-            springs: self.springs.iter().map(|s| SpringForm { name: s.name.clone(), ends: forms.anchors(s.between, s.ends) }).collect(),
+            springs: self
+                .springs
+                .iter()
+                .map(|s| SpringForm { name: s.name.clone(), ends: forms.anchors(s.between, s.ends) })
+                .collect(),
             forces: forms.marks(self.forces.iter().map(|f| (&f.name, f.on, f.at, Some(f.direction)))),
             turns: forms.marks(self.turns.iter().map(|t| (&t.name, t.on, t.at, None))),
             targets: forms.marks(self.targets.iter().map(|t| (&t.name, t.on, t.at, t.direction))),
-            wheels: wheels.map(|Wheel { body, centre, radius }| WheelForm { centre: forms.anchor(body, centre), radius }).collect(),
+            wheels: wheels
+                .map(|Wheel { body, centre, radius }| WheelForm { centre: forms.anchor(body, centre), radius })
+                .collect(),
             parts: forms.parts(&view),
         }
     }
@@ -200,69 +179,45 @@ impl Forms<'_> {
     }
 
     fn parts(&self, view: &View) -> Vec<Part> {
-        let mut parts: Vec<Part> = Vec::new();
-        for (layer, draw) in LAYERS {
+        let parts = LAYERS.into_iter().flat_map(|(layer, draw)| {
             let mut drawn = Svg::default();
             draw(self.drawing, view, &mut drawn, &mut Labels::default());
-            for (carrier, elements) in drawn.parts() {
-                let svg = symbols::named(elements);
-                let own = |part: &&mut Part| match part.carried {
-                    Carried::Body { body, .. } => part.layer == layer && carrier.rigid() == Some(Some(body)),
-                    _ => false,
-                };
-                match (carrier, parts.last_mut().filter(own)) {
-                    // What a body carries follows it.
-                    (Carrier::Body(Some(_)), Some(body)) => body.svg += &svg,
-                    (Carrier::Centre(_), Some(body)) => body.svg += &mark(&svg),
-                    _ => parts.extend(self.part(layer, carrier, svg)),
-                }
-            }
-        }
-        parts
+            let elements = drawn.parts().map(|(carrier, elements)| (carrier, elements_of(carrier, &elements)));
+            let parts = joined(elements, Carrier::whole).into_iter().filter(|(carrier, _)| is_carried(carrier));
+            parts.map(|(carrier, svg)| Part { layer, svg, carrier: self.carrier(carrier) }).collect::<Vec<_>>()
+        });
+        parts.collect()
     }
 
-    fn part(&self, layer: &'static str, carrier: &Carrier, svg: String) -> Option<Part> {
-        let rigid = |at| Carried::Rigid { at, turns: true };
-        let path = |style: &String| symbols::named(&format!("<path {style}/>"));
-        let (name, carried, svg) = match carrier {
-            Carrier::Body(body) => (None, rigid(Anchor { body: *body, at: [0.0; 2], point: None }), svg),
-            Carrier::Centre(body) => (None, rigid(Anchor { body: Some(*body), at: [0.0; 2], point: None }), mark(&svg)),
-            Carrier::At(body, at) => (None, rigid(self.anchor(*body, *at)), svg),
-            Carrier::Pin(body, at) => (None, Carried::Pin { at: self.anchor(*body, *at) }, String::new()),
-            Carrier::Bar(body, margin) => {
-                let (fill, edge) = symbols::colour(*body);
-                let bar = format!(r#"fill="{fill}" stroke="{edge}" stroke-width="1.3""#);
-                let svg = margin.map(|_| path(&bar)).unwrap_or_default();
-                (Some(self.drawing.bodies[*body].name.clone()), Carried::Body { body: *body, margin: *margin }, svg)
-            }
-            Carrier::Turn(Turn { name, on, at, glyph: Some(_) }) => {
-                (Some(name.clone()), Carried::Rigid { at: self.anchor(*on, *at), turns: false }, svg)
-            }
-            Carrier::Stretch(Stretch { name, between, ends, retreat, length, lines }) => {
-                let styles = [0, 1].map(|layer| lines.iter().map(|line| path(&line.styles[layer])).collect::<String>());
-                let (ends, retreat, length) = (self.anchors(*between, *ends), *retreat, *length);
-                (Some(name.clone()), Carried::Stretch { ends, retreat, length, lines: lines.clone() }, styles.concat())
-            }
-            Carrier::Band(Band { between, centres, radii }) => {
-                let carried = Carried::Band { ends: self.anchors(*between, *centres), radii: *radii };
-                (None, carried, path(&symbols::band_style()).repeat(2))
-            }
-            Carrier::Track(track) => {
-                let way = &track.way;
-                let (base, moving) = (self.anchor(way.body, way.base), self.anchor(way.moving, way.at));
-                let (axis, rails) = (self.turned(way.body, unit(way.axis)), track.rails.clone());
-                let svg = rails.iter().map(|rail| path(&rail.style)).collect();
-                (None, Carried::Track { base, axis, moving, rails }, svg)
-            }
-            Carrier::Turn(_) | Carrier::Point(..) | Carrier::Name => return None,
-        };
-        Some(Part { layer, name, svg, carried })
+    /// With its places in the axes of their bodies.
+    fn carrier(&self, carrier: &Carrier) -> Carrier {
+        let mut own = carrier.clone();
+        if let Carrier::Track(Track { way, .. }) = &mut own {
+            way.axis = self.turned(way.base.body, unit(way.axis));
+        }
+        own.anchors().into_iter().for_each(|anchor| *anchor = self.anchor(anchor.body, anchor.at));
+        own
     }
 }
 
-/// It is seen from near only.
-fn mark(svg: &str) -> String {
-    format!("<g class=\"mark\">{svg}</g>")
+/// Does a page draw it like this? It has arrows and names of its own.
+fn is_carried(carrier: &Carrier) -> bool {
+    !matches!(carrier, Carrier::Name | Carrier::Point { .. } | Carrier::Turn { arrow: true, .. })
+}
+
+/// The elements in the colours of a page: of what changes its shape lines that it draws anew; marks are seen from near only.
+fn elements_of(carrier: &Carrier, drawn: &str) -> String {
+    let path = |style: &String| format!("<path {style}/>");
+    let elements = match carrier {
+        Carrier::Stretch(Stretch { lines, .. }) => {
+            [0, 1].map(|layer| lines.iter().map(|line| path(&line.styles[layer])).collect::<String>()).concat()
+        }
+        Carrier::Centre { .. } => format!("<g class=\"mark\">{drawn}</g>"),
+        Carrier::Track(track) => track.rails.iter().map(|rail| path(&rail.style)).collect(),
+        Carrier::Band(_) => path(&symbols::band_style()).repeat(2),
+        _ => drawn.to_owned(),
+    };
+    symbols::named(&elements)
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use cotree::component::Stroke;
 
-use super::carrier::{Line, Stretch};
+use super::carrier::{Anchor, Line, Stretch};
 use super::coupling::Coupling;
 use super::view::View;
 use super::{Body, Drawing, Hold, Joint, Shape, Spring, is_finite, shapes, symbols};
@@ -63,8 +63,7 @@ impl Drawing {
         let length = (shapes::norm(shapes::difference(drawn[1], drawn[0])) / view.pin).max(10.0);
         Stretch {
             name: spring.name.clone(),
-            between: spring.between,
-            ends: spring.ends,
+            ends: [0, 1].map(|side| Anchor::new(spring.between[side], spring.ends[side])),
             retreat: [0, 1].map(|side| shapes::norm(shapes::difference(drawn[side], full[side]))),
             length,
             lines: spring.lines(length),

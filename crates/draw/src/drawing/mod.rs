@@ -58,16 +58,6 @@ pub struct Range {
     pub couplings: Vec<[f64; 2]>,
 }
 
-impl Range {
-    fn joint(&self, index: usize) -> [f64; 2] {
-        self.joints.get(index).copied().unwrap_or_default()
-    }
-
-    fn coupling(&self, index: usize) -> [f64; 2] {
-        self.couplings.get(index).copied().unwrap_or_default()
-    }
-}
-
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Body {
     pub name: String,

@@ -1,5 +1,6 @@
 //! Drawing order: ground, couplings, bodies, loads, joints, targets, each with space for its name.
 
+use super::carrier::Anchor;
 use super::coupling::Coupling;
 use super::labels::Labels;
 use super::view::View;
@@ -15,12 +16,12 @@ impl Drawing {
     pub(super) fn draw_ground(&self, view: &View, svg: &mut Svg, labels: &mut Labels) {
         let pedestal = |place: [f64; 2], at: [f64; 2], svg: &mut Svg, labels: &mut Labels| {
             let at = view.pixel(at);
-            svg.carry(Carrier::At(None, place));
+            svg.carry(Carrier::At { at: Anchor::new(None, place) });
             symbols::pedestal(svg, view, at);
             labels.cover(shapes::along(at, 2.5 * view.pin, [0.0, 1.0]), 3.0 * view.pin);
         };
         let wall = |place: [f64; 2], at: [f64; 2], outward: Pixel, svg: &mut Svg| {
-            svg.carry(Carrier::At(None, place));
+            svg.carry(Carrier::At { at: Anchor::new(None, place) });
             symbols::wall(svg, view, view.pixel(at), outward);
         };
         let joints = self.joints.iter().enumerate();
@@ -50,7 +51,7 @@ impl Drawing {
 
     fn draw_track(&self, (index, joint): (usize, &Joint), room: f64, view: &View, svg: &mut Svg, labels: &mut Labels) {
         if let Some(track) = joint.track(view) {
-            let ends = track.draw(self.range.joint(index), view, svg);
+            let ends = track.draw(self.range.joints.get(index).copied(), view, svg);
             labels.obstruct(&ends, room * view.pin);
         }
     }
@@ -66,7 +67,7 @@ impl Drawing {
 
     fn draw_coupling(&self, (index, coupling): (usize, &Coupling), view: &View, svg: &mut Svg, labels: &mut Labels) {
         if coupling.is_finite() {
-            let anchor = coupling.draw(self.range.coupling(index), view, svg, labels);
+            let anchor = coupling.draw(self.range.couplings.get(index).copied(), view, svg, labels);
             if self.joints.len() <= NAMED_JOINTS {
                 labels.joint(&coupling.name, anchor, 2.0 * view.pin);
             }
@@ -90,24 +91,24 @@ impl Drawing {
             couplings.for_each(|coupling| self.draw_coupling(coupling, view, svg, labels));
             let (outline, bar, slider) = (self.outline(index, view), self.bar(index, view), self.slider(index));
             let width = symbols::bar_width(view, &bar, slider.is_some());
-            svg.carry(Carrier::Bar(index, width.map(|width| 0.5 * width)));
+            svg.carry(Carrier::Bar { body: index, drawn: width.is_some() });
             symbols::bar(svg, index, &bar, width);
-            let block = slider.map(|(joint, axis)| (view.pixel(joint.moving().1), view.direction(axis)));
-            if let (Some((at, axis)), Some((joint, _))) = (block, slider) {
-                svg.carry(Carrier::At(Some(index), joint.moving().1));
-                symbols::block(svg, view, index, at, axis);
+            let block = slider.map(|(joint, axis)| (joint.moving().1, view.direction(axis)));
+            if let Some((at, axis)) = block {
+                svg.carry(Carrier::At { at: Anchor::new(Some(index), at) });
+                symbols::block(svg, view, index, view.pixel(at), axis);
             }
             if self.bodies[index].shape.is_some() {
-                svg.carry(Carrier::Body(Some(index)));
+                svg.carry(Carrier::Body { body: Some(index) });
                 symbols::plate(svg, index, &outline);
             }
             if !self.is_covered(self.bodies[index].centre, view) {
-                svg.carry(Carrier::Centre(index));
+                svg.carry(Carrier::Centre { body: index });
                 self.draw_centre(index, view, svg, labels);
             }
             labels.obstruct(&outline, 1.5 * view.pin);
             if let Some((at, axis)) = block {
-                let ends = [-1.0, 1.0].map(|side| shapes::along(at, 2.0 * side * view.pin, axis));
+                let ends = [-1.0, 1.0].map(|side| shapes::along(view.pixel(at), 2.0 * side * view.pin, axis));
                 labels.obstruct(&ends, 2.3 * view.pin);
             }
             if self.bodies.len() <= NAMED_BODIES {
@@ -148,7 +149,8 @@ impl Drawing {
             }
         }
         for turn in self.turns.iter().filter(|turn| is_finite(&turn.at)) {
-            svg.carry(Carrier::Turn(turn.clone()));
+            let at = Anchor::new(turn.on, turn.at);
+            svg.carry(Carrier::Turn { name: turn.name.clone(), at, arrow: turn.glyph.is_none() });
             let at = view.pixel(turn.at);
             match turn.glyph {
                 Some(glyph) => symbols::round_glyph(svg, view, at, glyph),
@@ -167,7 +169,7 @@ impl Drawing {
         let mut covered: Vec<usize> = self.drawing_order(view).into_iter().filter(covered).collect();
         covered.sort_by(|a, b| self.mark(*b, view).total_cmp(&self.mark(*a, view)));
         for body in covered {
-            svg.carry(Carrier::Body(Some(body)));
+            svg.carry(Carrier::Body { body: Some(body) });
             self.draw_centre(body, view, svg, labels);
         }
         for coupling in self.couplings.iter().filter(|coupling| coupling.is_finite()) {
@@ -176,15 +178,10 @@ impl Drawing {
         for joint in self.joints.iter().filter(|joint| joint.is_finite()) {
             let (body, place) = joint.moving();
             let at = view.pixel(place);
+            svg.carry(Carrier::At { at: Anchor::new(body, place) });
             match joint.kind {
-                Hold::Pin | Hold::Slot(_) => {
-                    svg.carry(Carrier::Pin(body, place));
-                    symbols::pin(svg, view, at);
-                }
-                Hold::Fixed => {
-                    svg.carry(Carrier::At(body, place));
-                    symbols::weld(svg, view, at);
-                }
+                Hold::Pin | Hold::Slot(_) => symbols::pin(svg, view, at),
+                Hold::Fixed => symbols::weld(svg, view, at),
                 Hold::Slider(_) => {}
             }
             labels.cover(at, 1.3 * view.pin);
@@ -197,7 +194,7 @@ impl Drawing {
     /// Above the pins: a driven point is often one.
     pub(super) fn draw_targets(&self, view: &View, svg: &mut Svg, labels: &mut Labels) {
         for target in self.targets.iter().filter(|target| is_finite(&target.at)) {
-            svg.carry(Carrier::Point(target.on, target.at));
+            svg.carry(Carrier::Point { at: Anchor::new(target.on, target.at) });
             let at = view.pixel(target.at);
             symbols::target(svg, view, at);
             labels.cover(at, 2.8 * view.pin);

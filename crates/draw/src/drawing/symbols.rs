@@ -2,8 +2,8 @@
 
 use cotree::component::{RoundGlyph, Stroke};
 
-use super::shapes::{along, difference, extent, norm, normal, unit};
 use super::Spring;
+use super::shapes::{along, difference, extent, norm, normal, unit};
 use super::track::Rail;
 use super::view::View;
 use crate::svg::{Pixel, Svg, number, polyline};
@@ -28,9 +28,10 @@ const COLOURS: [(&str, &str); 8] = [
 
 /// The colours of a picture by their names in a page, which has them for the light and for the dark.
 pub fn named(elements: &str) -> String {
-    let bodies = COLOURS.iter().enumerate().flat_map(|(index, (fill, edge))| {
-        [(*fill, format!("f{index}")), (*edge, format!("e{index}"))]
-    });
+    let bodies = COLOURS
+        .iter()
+        .enumerate()
+        .flat_map(|(index, (fill, edge))| [(*fill, format!("f{index}")), (*edge, format!("e{index}"))]);
     let others = [(SPRING, "spring"), (INK, "ink"), (GROUND, "ground"), (HATCH, "hatch"), (PAPER, "card")];
     let names = bodies.chain(others.map(|(colour, name)| (colour, name.to_owned())));
     names.fold(elements.to_owned(), |text, (colour, name)| text.replace(colour, &format!("var(--{name})")))

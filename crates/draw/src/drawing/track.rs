@@ -2,29 +2,31 @@
 
 use serde::Serialize;
 
-use super::carrier::Carrier;
+use super::carrier::{Anchor, Carrier};
 use super::shapes::{along, difference, dot, normal};
 use super::symbols::{GROUND, HATCH, INK, PAPER, block_height, colour};
 use super::view::View;
 use super::{Hold, Joint};
 use crate::svg::{Pixel, Svg, number, polyline};
 
-/// Where something goes: along a line that a body carries; `None` is the ground.
-#[derive(Clone, Debug)]
+/// Where something goes: along a line that a body carries.
+#[derive(Clone, Copy, Debug, Serialize)]
 pub struct Way {
-    pub body: Option<usize>,
-    /// A point of the line, and its direction in the world.
-    pub base: [f64; 2],
+    /// A point of the line.
+    pub base: Anchor,
     pub axis: [f64; 2],
-    /// What goes along it, and where that is.
-    pub moving: Option<usize>,
-    pub at: [f64; 2],
+    /// What goes along it.
+    pub moving: Anchor,
 }
 
 /// The lines that are drawn along a way.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Track {
+    #[serde(flatten)]
     pub way: Way,
+    /// How far it may go from where it is, if nobody knows [px].
+    #[serde(skip)]
+    pub unknown: f64,
     pub rails: Vec<Rail>,
 }
 
@@ -48,18 +50,27 @@ pub struct Rail {
 pub enum Pattern {
     Line,
     /// Strokes on its right, or on its left if the side is -1.
-    Hatch { side: f64, pitch: f64, depth: f64 },
+    Hatch {
+        side: f64,
+        pitch: f64,
+        depth: f64,
+    },
     /// A bar with teeth; one of its gaps begins here.
-    Teeth { pitch: f64, first: f64, height: f64 },
+    Teeth {
+        pitch: f64,
+        first: f64,
+        height: f64,
+    },
 }
 
 impl Track {
-    /// Draws it for a way that goes so far back and forth from here [m]. Returns the ends of the first line.
-    pub fn draw(self, travel: [f64; 2], view: &View, svg: &mut Svg) -> [Pixel; 2] {
-        let Way { base, at, axis, .. } = self.way;
-        let (base, axis) = (view.pixel(base), view.direction(axis));
-        let now = dot(difference(view.pixel(at), base), axis);
-        let way = travel.map(|reach| now + view.length(reach));
+    /// Draws it for a way that goes so far back and forth from here [m], if that is known. Returns the ends of the first line.
+    pub fn draw(self, travel: Option<[f64; 2]>, view: &View, svg: &mut Svg) -> [Pixel; 2] {
+        let Way { base, axis, moving } = self.way;
+        let (base, axis) = (view.pixel(base.at), view.direction(axis));
+        let now = dot(difference(view.pixel(moving.at), base), axis);
+        let far = travel.map_or([-self.unknown, self.unknown], |far| far.map(|reach| view.length(reach)));
+        let way = far.map(|reach| now + reach);
         svg.carry(Carrier::Track(self.clone()));
         let ends = self.rails.iter().map(|rail| rail.draw(base, axis, rail.reach(way), svg));
         ends.collect::<Vec<_>>().first().copied().unwrap_or([base; 2])
@@ -80,8 +91,13 @@ impl Rail {
     /// The ground: a line with hatching behind it.
     pub fn earth(view: &View, beyond: f64, off: f64, side: f64) -> [Self; 2] {
         let hatch = Pattern::Hatch { side, pitch: 1.15 * view.pin, depth: 1.2 * view.pin };
-        [(hatch, round(1.1, HATCH)), (Pattern::Line, round(1.8, INK))]
-            .map(|(pattern, style)| Rail { about: None, beyond: [beyond; 2], off, pattern, style })
+        [(hatch, round(1.1, HATCH)), (Pattern::Line, round(1.8, INK))].map(|(pattern, style)| Rail {
+            about: None,
+            beyond: [beyond; 2],
+            off,
+            pattern,
+            style,
+        })
     }
 
     /// From where to where it goes, for the way between two places.
@@ -128,37 +144,45 @@ impl Joint {
     pub(super) fn way(&self) -> Option<Way> {
         let (Hold::Slider(axis) | Hold::Slot(axis)) = self.kind else { return None };
         let side = usize::from(matches!(self.kind, Hold::Slider(_)) && self.between[1].is_none());
-        let (body, moving) = (self.between[side], self.between[1 - side]);
-        Some(Way { body, base: self.at[side], axis, moving, at: self.at[1 - side] })
+        let [base, moving] = [side, 1 - side].map(|side| Anchor::new(self.between[side], self.at[side]));
+        Some(Way { base, axis, moving })
     }
 
     /// The ground under what slides, the rod that it slides on, or the slot of a pin: a bar with a channel.
     pub(super) fn track(&self, view: &View) -> Option<Track> {
         let way = self.way()?;
         let axis = view.direction(way.axis);
-        let away = difference(view.pixel(way.at), view.pixel(way.base));
+        let away = difference(view.pixel(way.moving.at), view.pixel(way.base.at));
         let rails = match self.kind {
             Hold::Slot(_) => {
-                let [bar, channel] = [8.0, 6.0].map(|pins| [pins * view.pin; 2]);
-                let lines = [(2.0 * view.pin + 2.2, self.between[0].map_or(INK, |body| colour(body).1)), (2.0 * view.pin, PAPER)];
+                let [bar, channel] = [4.0, 2.0].map(|pins| [pins * view.pin; 2]);
+                let lines = [
+                    (2.0 * view.pin + 2.2, self.between[0].map_or(INK, |body| colour(body).1)),
+                    (2.0 * view.pin, PAPER),
+                ];
                 let line = |(width, colour)| Rail { about: None, ..Rail::line(channel, round(width, colour)) };
-                Rail::bar(way.body, bar, 3.6 * view.pin).into_iter().chain(lines.map(line)).collect()
+                Rail::bar(way.base.body, bar, 3.6 * view.pin).into_iter().chain(lines.map(line)).collect()
             }
-            _ if way.body.is_none() => {
+            _ if way.base.body.is_none() => {
                 let down = normal(axis);
                 // Right of a vertical axis, below any other.
                 let up = down[1] < -1e-9 || (down[1].abs() <= 1e-9 && down[0] < 0.0);
                 let side = if up { -1.0 } else { 1.0 };
                 let off = dot(away, down) + side * (block_height(view) + 1.5);
-                Rail::earth(view, 9.0 * view.pin, off, side).into()
+                Rail::earth(view, 6.0 * view.pin, off, side).into()
             }
             _ => {
                 let side = usize::from(dot(away, axis) >= 0.0);
                 let beyond = [0, 1].map(|end| if end == side { 7.0 * view.pin } else { 0.0 });
-                Rail::bar(way.body, beyond, 1.5 * view.pin).into()
+                Rail::bar(way.base.body, beyond, 1.5 * view.pin).into()
             }
         };
-        Some(Track { way, rails })
+        let unknown = match self.kind {
+            Hold::Slot(_) => 4.0 * view.pin,
+            _ if way.base.body.is_none() => 3.0 * view.pin,
+            _ => 0.0,
+        };
+        Some(Track { way, unknown, rails })
     }
 }
 
@@ -170,9 +194,10 @@ mod tests {
     fn a_hanging_guide_is_drawn_below_a_level_axis() {
         let view = View::fit(&super::super::Drawing::default());
         for axis in [[1.0, 0.0], [-1.0, 0.0]] {
-            let joint = Joint { name: String::new(), kind: Hold::Slider(axis), between: [None, Some(0)], at: [[0.0; 2]; 2] };
+            let joint =
+                Joint { name: String::new(), kind: Hold::Slider(axis), between: [None, Some(0)], at: [[0.0; 2]; 2] };
             let base = view.pixel([0.0; 2])[1];
-            let ends = joint.track(&view).unwrap().draw([0.0; 2], &view, &mut Svg::default());
+            let ends = joint.track(&view).unwrap().draw(None, &view, &mut Svg::default());
             assert!(ends.iter().all(|end| end[1] > base), "{ends:?}");
         }
     }

@@ -34,7 +34,6 @@ function readLooks() {
   surface.layers = layers.map(lookOf);
   shelf.append(...layers);
   surface.stale = false;
-  stamp.picture = null;
 }
 function lookOf(node) {
   const style = getComputedStyle(node), matrix = node.transform.baseVal.numberOfItems ? node.transform.baseVal.consolidate().matrix : null;
@@ -109,21 +108,7 @@ function paintSurface() {
   context.setTransform(1, 0, 0, 1, 0, 0);
   context.clearRect(0, 0, wide, high);
   context.setTransform(ratio / size, 0, 0, ratio / size, -view[0] * ratio / size, -view[1] * ratio / size);
-  for (const layer of surface.layers) { paintLook(layer); if (layer.node.id === "pins") paintPins(ratio / size); }
-}
-
-/** A pin is a small picture, painted as often as there are pins. */
-const stamp = { picture: null, scale: 0 };
-function paintPins(scale) {
-  const r = .85 * (PIN + 1), wide = 2 * r + 2 / scale;
-  if (!stamp.picture || stamp.scale !== scale) {
-    const picture = document.createElement("canvas"), context = picture.getContext("2d");
-    picture.width = picture.height = Math.ceil(wide * scale);
-    context.scale(picture.width / wide, picture.width / wide);
-    for (const [radius, colour] of [[r, "--ink"], [r - 1.7, "--card"], [.2 * PIN, "--ink"]]) { context.fillStyle = css(colour); context.beginPath(); context.arc(wide / 2, wide / 2, radius, 0, 2 * Math.PI); context.fill(); }
-    Object.assign(stamp, { picture, scale });
-  }
-  for (const pin of pins) { const [x, y] = spot(pin); surface.context.drawImage(stamp.picture, x - wide / 2, y - wide / 2, wide, wide); }
+  surface.layers.forEach(paintLook);
 }
 
 /** The body whose outline has a place in the drawing inside of it, the uppermost first. */
@@ -132,8 +117,11 @@ function bodyAt([x, y]) {
   context.setTransform(1, 0, 0, 1, 0, 0);
   const found = groups.findLast(({ node, children }) => {
     if (!owners.has(node)) return false;
-    const [u, v, angle] = node.placed, s = Math.sin(angle), c = Math.cos(angle), [a, b] = minus([x, y], [u, v]);
-    return children.some(look => look.kind === "path" && look.paths?.some(path => context.isPointInPath(path, c * a - s * b, s * a + c * b)));
+    const [u, v, angle] = node.placed, s = Math.sin(angle), c = Math.cos(angle), [a, b] = minus([x, y], [u, v]), place = [c * a - s * b, s * a + c * b];
+    return children.some(look => {
+      context.lineWidth = look.width || 1;
+      return look.paths?.some(path => context.isPointInPath(path, ...place) || context.isPointInStroke(path, ...place));
+    });
   });
   return found ? owners.get(found.node) : null;
 }

@@ -82,14 +82,6 @@ const first = (index, [x, y]) => { const [u, v, angle] = G.bodies[index].start, 
 const outline = index => G.bodies[index].rim.length ? G.bodies[index].rim.map(at => first(index, at)) : bar(index);
 const bar = index => hull([...forms[index], ...(G.bodies[index].cornered ? [G.bodies[index].centre] : [])].map(at => first(index, at)));
 const outlineData = points => points.length === 0 ? "" : points.length === 1 ? `${line(points)}l0 0` : points.length === 2 ? line(points) : `${line(points)}Z`;
-/** The same with a margin: straight along the sides, round at the corners. */
-function roundedData(points, r) {
-  const corners = points.length === 1 ? [points[0], points[0]] : points, turn = corners.reduce((sum, [x, y], k) => { const [u, v] = corners[(k + 1) % corners.length]; return sum + x * v - u * y; }, 0) < 0 ? -1 : 1;
-  const sides = corners.map((a, k) => { const b = corners[(k + 1) % corners.length], [x, y] = points.length === 1 ? [k ? -1 : 1, 0] : unit(minus(b, a)), off = [turn * r * y, -turn * r * x]; return [add(a, 1, off), add(b, 1, off)]; });
-  const text = ([x, y]) => `${round(x)} ${round(y)}`;
-  return sides.length ? `M${sides.map(([a, b], k) => `${k ? `A${round(r)} ${round(r)} 0 0 ${turn > 0 ? 1 : 0} ` : ""}${text(a)}L${text(b)}`).join("")}A${round(r)} ${round(r)} 0 0 ${turn > 0 ? 1 : 0} ${text(sides[0][0])}Z` : "";
-}
-
 /** What is done in every frame, and what after every run. */
 const frames = [], renewals = [];
 /** What lies outside of the document keeps its place as numbers. */
@@ -98,22 +90,27 @@ const move = (group, [x, y], angle) => group.isConnected ? group.setAttribute("t
 const carry = (group, [u, v], [x, y], turn) => { const s = Math.sin(turn), c = Math.cos(turn); move(group, [x - c * u - s * v, y + s * u - c * v], turn); };
 const turnOf = body => body === null ? 0 : pose[body][2] - G.bodies[body].start[2];
 /** Bodies that are drawn, and which of them the groups belong to. */
-const bodies = G.parts.filter(part => part.kind === "body").map(part => part.body), owners = new Map();
+const bodies = G.parts.filter(part => part.kind === "bar").map(part => part.body), owners = new Map();
+
+function follow(group, at, turns) {
+  const before = spot(at), place = () => carry(group, before, spot(at), turns ? turnOf(at.body) : 0);
+  if (at.body === null) { renewals.push(place); return; }
+  frames.push(place);
+  owners.set(group, at.body);
+  group.addEventListener("pointerenter", () => pointAt(at.body));
+  group.addEventListener("pointerleave", () => pointAt(null));
+}
 
 /** How each kind of part follows the motion; what changes its shape has its lines drawn anew. */
 const kinds = {
-  rigid(group, _, { at, turns }) {
-    const before = spot(at), follow = () => carry(group, before, spot(at), turns ? turnOf(at.body) : 0);
-    if (at.body === null) { renewals.push(follow); return; }
-    frames.push(follow);
-    owners.set(group, at.body);
-    group.addEventListener("pointerenter", () => pointAt(at.body));
-    group.addEventListener("pointerleave", () => pointAt(null));
-  },
-  body(group, [path], { body, margin }) {
+  body: (group, _, { body }) => follow(group, { body, at: [0, 0], point: null }, true),
+  centre: (group, _, part) => kinds.body(group, _, part),
+  at: (group, _, { at }) => follow(group, at, true),
+  turn: (group, _, { at }) => follow(group, at, false),
+  bar(group, paths, { body, drawn }) {
     group.classList.add("body");
-    kinds.rigid(group, [], { at: { body, at: [0, 0], point: null }, turns: true });
-    if (margin !== null) renewals.push(() => path.setAttribute("d", roundedData(bar(body), margin + .65)));
+    kinds.body(group, paths, { body });
+    if (drawn) renewals.push(() => paths.slice(0, 2).forEach(path => path.setAttribute("d", outlineData(bar(body)))));
   },
   stretch(_, paths, { ends, retreat, length, lines }) {
     frames.push(() => {
@@ -138,7 +135,6 @@ const kinds = {
     });
     frames.push(() => { const [u, v] = along(); move(group, spot(base), Math.atan2(v, u)); });
   },
-  pin(group, _, { at }) { group.remove(); pins.push(at); },
 };
 
 /** A line along a way, long enough for the whole run; it may be hatched, or have teeth. */
@@ -151,18 +147,8 @@ function railData({ about, beyond, off, pattern: { hatch, teeth } }, [low, high]
   return `${line(corners)}Z`;
 }
 
-/** Joints that can be pointed at, and where pins are drawn: all of them with three paths, each pin a point with a round end. */
-const joints = [], pins = [];
-function drawPins() {
-  if (!pins.length) return;
-  const paths = [["pin-edge", 1.7 * PIN + 1.7], ["pin", 1.7 * PIN - 1.7], ["pin-edge", .4 * PIN]].map(([kind, width]) => element("path", { class: kind, "stroke-width": round(width) }, $("pins")));
-  frames.push(() => {
-    let data = "";
-    // A canvas has them as pictures.
-    for (const pin of crowded && !printing ? [] : pins) { const [x, y] = spot(pin); data += `M${round(x)} ${round(y)}h.01`; }
-    for (const path of paths) draw(path, data);
-  });
-}
+/** Joints that can be pointed at. */
+const joints = [];
 /** The joint next to a place in the drawing, if it is near enough to be meant. */
 function jointAt(place) {
   let [nearest, least] = [null, Math.max(1.2 * PIN, 7 * size)];
@@ -173,12 +159,11 @@ const turnedBack = (body, [x, y]) => { const s = pose[body][3], c = pose[body][4
 
 /** Everything, from back to front. */
 function drawMechanism() {
-  for (const { layer, name, svg, kind, ...part } of G.parts) {
-    const group = element("g", {}, $(layer));
-    group.innerHTML = svg;
-    kinds[kind](group, [...group.children], part);
+  for (const part of G.parts) {
+    const group = element("g", {}, $(part.layer)), name = part.kind === "bar" ? G.bodies[part.body].name : part.name;
+    group.innerHTML = part.svg;
+    kinds[part.kind](group, [...group.children], part);
     if (name) group.prepend(element("title", {}, null, name));
   }
   for (const { name, hold, ends: [base, at] } of G.joints) if (hold !== "slider") joints.push({ name, anchor: at.body === null ? base : at });
-  drawPins();
 }
