@@ -155,17 +155,6 @@ impl Dynamics {
         (dynamics, moments)
     }
 
-    /// One row of the equations alone, without forces and torques.
-    pub fn row(&self, row: usize) -> Dynamics {
-        Dynamics {
-            forces: HashMap::new(),
-            torques: HashMap::new(),
-            mass: vec![self.mass[row].clone()],
-            reactions: vec![self.reactions[row].clone()],
-            load: vec![self.load[row]],
-        }
-    }
-
     /// Force that an element exerts on its second node: for a branch from its cutset.
     pub fn force(&self, element: ElementId) -> Option<&Form<Vector>> {
         self.forces.get(&element)
@@ -241,7 +230,7 @@ impl Dynamics {
 }
 
 /// {F}_b = -\[A\]{F}_c (Eq. 9), and the same of torques, from the leaves inwards: what acts on the subtree behind a node passes through its branch.
-fn chord_transformation<D, C: Coefficient>(
+pub(super) fn chord_transformation<D, C: Coefficient>(
     arena: &mut Arena,
     tree: &Tree<D>,
     topology: &Topology<D>,

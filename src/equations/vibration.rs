@@ -21,14 +21,20 @@ pub struct Vibration {
     pub stiffness: Vec<Vec<Expr>>,
     /// {F} \[N\]: external forces, actuators, and what springs exert at q = 0.
     pub force: Vec<Expr>,
+    /// What these are the sums of, for each element that a coordinate moves.
+    pub columns: Vec<Column>,
 }
 
-/// The contribution of one element: its constants, and its force at q = 0.
-struct Share {
-    mass: Expr,
-    damping: Expr,
-    stiffness: Expr,
-    force: Expr,
+/// The contribution of one element: its column of the cutset matrix, its constants, and its force at q = 0.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Column {
+    pub element: ElementId,
+    /// The coordinates in whose cutset it is, with its sign.
+    pub signs: Vec<(usize, i8)>,
+    pub mass: Expr,
+    pub damping: Expr,
+    pub stiffness: Expr,
+    pub force: Expr,
 }
 
 impl Equations {
@@ -45,60 +51,59 @@ impl Equations {
     fn matrices(&mut self) -> Result<Vibration, String> {
         let n = self.coordinates.len();
         let zero = || vec![vec![Expr::ZERO; n]; n];
-        let mut sum = Vibration { mass: zero(), damping: zero(), stiffness: zero(), force: vec![Expr::ZERO; n] };
-        for (element, column) in self.cutset_columns() {
-            let share = self.share(element)?;
-            sum.add(self, &column, &share);
+        let force = vec![Expr::ZERO; n];
+        let mut sum = Vibration { mass: zero(), damping: zero(), stiffness: zero(), force, columns: Vec::new() };
+        for (element, signs) in self.cutset_columns() {
+            let column = self.column(element, signs)?;
+            sum.add(self, &column);
+            sum.columns.push(column);
         }
         Ok(sum)
     }
 
-    /// Columns of the cutset matrix \[A_f\]: for each element the coordinates in whose cutset it is, with its sign.
+    /// The signs in the columns of the cutset matrix \[A_f\].
     fn cutset_columns(&self) -> BTreeMap<ElementId, Vec<(usize, i8)>> {
-        let tree = &self.trees.translation;
-        let rows = Topology::new(&self.system.translation, tree).cutsets(tree);
+        let (record, _) = self.record();
         let mut columns: BTreeMap<ElementId, Vec<(usize, i8)>> = BTreeMap::new();
-        for (&branch, cutset) in tree.branches.iter().zip(rows) {
-            let Some(row) = self.coordinates.iter().position(|coordinate| coordinate.element == branch) else {
-                continue;
-            };
-            for (element, sign) in cutset.into_iter().chain([(branch, 1)]) {
-                columns.entry(element).or_default().push((row, sign));
+        for (row, coordinate) in self.coordinates.iter().enumerate() {
+            for &(edge, sign) in record.cutset(coordinate.element).into_iter().flatten() {
+                columns.entry(record.edges[edge].element).or_default().push((row, sign));
             }
         }
         columns
     }
 
-    fn share(&mut self, element: ElementId) -> Result<Share, String> {
+    fn column(&mut self, element: ElementId, signs: Vec<(usize, i8)>) -> Result<Column, String> {
         let mechanism = &*self.system.mechanism.clone();
         let [position, rate, acceleration] = self.prescribed(element);
-        let mut share = Share { mass: Expr::ZERO, damping: Expr::ZERO, stiffness: Expr::ZERO, force: Expr::ZERO };
+        let zero = Expr::ZERO;
+        let mut own = Column { element, signs, mass: zero, damping: zero, stiffness: zero, force: zero };
         match self.system.element(element).origin {
             Origin::Body(body) => {
-                share.mass = mass(&mut self.system, body);
+                own.mass = mass(&mut self.system, body);
                 let weight = self.system.value(&mechanism.gravity[0]);
                 let arena = &mut self.system.arena;
                 let weight = if mechanism.bodies[body.0].weightless { Expr::ZERO } else { weight };
                 let net = arena.subtract(weight, acceleration);
-                share.force = arena.multiply(share.mass, net);
+                own.force = arena.multiply(own.mass, net);
             }
             Origin::Load(load) => {
                 let load = &mechanism.loads[load.0];
                 match (load.component().linear)(load)? {
                     Some(linear) => {
                         let [stiffness, damping, free] = linear.each_ref().map(|formula| self.formula(formula));
-                        (share.stiffness, share.damping) = (stiffness, damping);
+                        (own.stiffness, own.damping) = (stiffness, damping);
                         let arena = &mut self.system.arena;
                         let short = arena.subtract(free, position);
-                        let push = arena.multiply(share.stiffness, short);
-                        share.force = arena.subtract_product(push, share.damping, rate);
+                        let push = arena.multiply(own.stiffness, short);
+                        own.force = arena.subtract_product(push, own.damping, rate);
                     }
-                    None => share.force = self.outer_force(element, &load.name)?,
+                    None => own.force = self.outer_force(element, &load.name)?,
                 }
             }
             _ => {}
         }
-        Ok(share)
+        Ok(own)
     }
 
     fn outer_force(&mut self, element: ElementId, name: &str) -> Result<Expr, String> {
@@ -139,14 +144,14 @@ impl Equations {
 
 impl Vibration {
     /// += a i a^T, and a F.
-    fn add(&mut self, equations: &mut Equations, column: &[(usize, i8)], share: &Share) {
+    fn add(&mut self, equations: &mut Equations, own: &Column) {
         let arena = &mut equations.system.arena;
-        for &(row, sign) in column {
-            let force = if sign > 0 { share.force } else { arena.negate(share.force) };
+        for &(row, sign) in &own.signs {
+            let force = if sign > 0 { own.force } else { arena.negate(own.force) };
             self.force[row] = arena.add(self.force[row], force);
-            for &(other, opposite) in column {
+            for &(other, opposite) in &own.signs {
                 let matrices = [&mut self.mass, &mut self.damping, &mut self.stiffness];
-                for (matrix, constant) in matrices.into_iter().zip([share.mass, share.damping, share.stiffness]) {
+                for (matrix, constant) in matrices.into_iter().zip([own.mass, own.damping, own.stiffness]) {
                     let entry = if sign == opposite { constant } else { arena.negate(constant) };
                     matrix[row][other] = arena.add(matrix[row][other], entry);
                 }

@@ -1,7 +1,5 @@
 //! Accelerations of mass centres in the coordinates, and which bodies a coordinate moves.
 
-use std::collections::BTreeSet;
-
 use cotree::component::Origin;
 use cotree::expr::Expr;
 use cotree::graph::ElementId;
@@ -22,30 +20,19 @@ const COORDINATES: usize = 8;
 impl Lesson<'_> {
     /// The accelerations of section 8 (b) as components, of the bodies whose mass centres are no coordinates.
     pub fn components(&mut self) -> Vec<Block> {
-        let chords: BTreeSet<ElementId> = self.translation.chords.iter().map(|chord| chord.element).collect();
-        let bodies: Vec<(String, BodyId)> = self
-            .bodies()
-            .into_iter()
-            .filter(|(id, ..)| chords.contains(id))
-            .map(|(_, label, body)| (label, body))
-            .collect();
+        let (mut bodies, chords) = (self.bodies(), &self.equations.trees.translation.chords);
+        bodies.retain(|(id, ..)| chords.contains(id));
         if bodies.is_empty() || bodies.len() > BODIES {
             return Vec::new();
         }
-        let plane = self.letters.has_two_components();
-        let axes = if plane {
-            vec![(Quantity::X, Quantity::Ax), (Quantity::Y, Quantity::Ay)]
-        } else {
-            vec![(Quantity::X, Quantity::Ax)]
-        };
         let (mut positions, mut accelerations) = (Vec::new(), Vec::new());
-        for (_, body) in &bodies {
-            for (position, acceleration) in &axes {
+        for (.., body) in &bodies {
+            for (position, acceleration) in [(Quantity::X, Quantity::Ax), (Quantity::Y, Quantity::Ay)] {
                 let mut of = |quantity| {
                     self.equations.variable(Variable { owner: Owner::Place(Place::Centre(*body)), quantity })
                 };
-                positions.push(of(*position));
-                accelerations.push(of(*acceleration));
+                positions.push(of(position));
+                accelerations.push(of(acceleration));
             }
         }
         let arena = &mut self.equations.system.arena;
@@ -57,10 +44,9 @@ impl Lesson<'_> {
         let (formulas, new) = self.formulas(&accelerations);
         let mut formulas = formulas.into_iter();
         let mut rows = Vec::new();
-        for (label, _) in &bodies {
-            let own: Vec<Tree> = formulas.by_ref().take(axes.len()).collect();
-            let vector = if plane { Tree::Call("", own) } else { own.into_iter().next().unwrap_or_else(Tree::zero) };
-            rows.push((self.letters.acceleration(label), vector));
+        for (_, label, _) in &bodies {
+            let own: Vec<Tree> = formulas.by_ref().take(2).collect();
+            rows.push((self.letters.acceleration(label), self.letters.components(own)));
         }
         let mut blocks = vec![words("With the rates of the arms put in, in the axes of the ground:")];
         blocks.extend(list(rows));

@@ -1,11 +1,10 @@
 //! Incidence matrices, cutset and circuit matrices.
 
 use cotree::component::Origin;
-use cotree::graph::Translation;
+use cotree::equations::{Edge, Row};
 
 use super::parts::kind;
-use super::projection::signed;
-use super::view::{Edge, TopologyRow, View};
+use super::view::{View, sign_of};
 use super::{Lesson, check, folded, heading, words};
 use crate::document::{Block, Piece};
 use crate::name::Name;
@@ -72,7 +71,7 @@ impl Lesson<'_> {
 
     /// One cutset as a sum of node balances: the longest that is not the whole mechanism.
     fn worked_cut(&mut self) -> Vec<Block> {
-        let Some((branch, nodes)) = self.longest_cut() else { return Vec::new() };
+        let Some((row, nodes)) = self.longest_cut() else { return Vec::new() };
         let system = &self.equations.system;
         let view = &self.translation;
         let centres: Vec<&str> = system
@@ -94,24 +93,21 @@ impl Lesson<'_> {
             if centres.is_empty() { "these nodes".to_owned() } else { format!("{} together", shortened(&centres)) };
         let text = format!(
             "Row {} is the sum of the node rows {}{cancel}: the balance of forces of {whose}.",
-            branch.label,
+            view.own(row).label,
             shortened(&names)
         );
-        let cut: TopologyRow = view.cut(branch).into_iter().filter(|(label, _)| *label != branch.label).collect();
-        let sum = signed(Some(&branch.label), &cut, |label| self.letters.force(label));
-        let mut blocks = vec![words(text), Block::Equations(vec![(sum, Tree::zero())])];
+        let mut blocks = vec![words(text), Block::Equations(view.balances([row], |label| self.letters.force(label)))];
         blocks.extend(self.picture_of_cut(&nodes));
         blocks
     }
 
-    fn longest_cut(&self) -> Option<(&Edge<Translation>, std::collections::BTreeSet<usize>)> {
+    fn longest_cut(&self) -> Option<(&Row, std::collections::BTreeSet<usize>)> {
         let view = &self.translation;
-        let is_arm = |edge: &&Edge<Translation>| {
-            matches!(self.equations.system.element(edge.element).origin, Origin::Arm(..) | Origin::GroundVector(_))
-        };
-        let cuts = view.branches.iter().filter(|edge| !is_arm(edge)).map(|branch| (branch, view.beyond(branch).0));
+        let origin = |row: &Row| self.equations.system.element(view.own(row).element).origin;
+        let cuts = view.cutsets.iter().filter(|row| !matches!(origin(row), Origin::Arm(..) | Origin::GroundVector(_)));
+        let cuts = cuts.map(|row| (row, view.beyond(view.own(row))));
         let whole = view.nodes.len().saturating_sub(2); // all nodes but O, or all but O and one on the ground
-        cuts.max_by_key(|(branch, nodes)| (nodes.len() < whole, view.cut(branch).len(), nodes.len()))
+        cuts.max_by_key(|(row, nodes)| (nodes.len() < whole, row.len(), nodes.len()))
     }
 }
 
@@ -134,7 +130,7 @@ pub fn shortened(list: &[&str]) -> String {
 
 fn is_incidence<D>(view: &View<D>) -> bool {
     let is_node = |node: usize| node < view.nodes.len();
-    view.edges().iter().all(|edge| {
+    view.edges.iter().all(|edge| {
         let [a, b] = edge.ends.map(|end| end.index());
         a != b && is_node(a) && is_node(b)
     })
@@ -144,27 +140,23 @@ fn incidence<D>(title: &str, view: &View<D>, letter: Letter) -> Vec<Block> {
     if view.nodes.len() < 2 {
         return Vec::new();
     }
-    let edges = view.edges();
-    let rows = view.nodes.iter().enumerate().skip(1).map(|(node, name)| {
-        let at = |edge: &&Edge<D>| edge.ends.map(|end| i8::from(end.index() == node));
-        (name.clone(), edges.iter().map(at).map(|[from, to]| to - from).collect::<Vec<i8>>())
+    let edges = &view.edges;
+    let rows = (1..view.nodes.len()).map(|node| {
+        let at = |edge: &Edge<D>| edge.ends.map(|end| i8::from(end.index() == node));
+        edges.iter().map(at).map(|[from, to]| to - from).collect::<Vec<i8>>()
     });
-    let rows: Vec<(String, Vec<i8>)> = rows.collect();
     if edges.len() <= WIDEST {
         return table(
             &format!("Incidence of nodes and edges in {title}"),
             title,
             edges.iter().map(|edge| edge.label.clone()).collect(),
-            rows,
+            view.nodes[1..].iter().cloned().zip(rows).collect(),
         );
     }
-    let sums = rows.iter().map(|(_, signs)| {
-        let row: TopologyRow =
-            edges.iter().zip(signs).filter(|(_, sign)| **sign != 0).map(|(e, s)| (e.label.clone(), *s)).collect();
-        (signed(None, &row, letter), Tree::zero())
-    });
+    let rows: Vec<Row> =
+        rows.map(|signs| signs.into_iter().enumerate().filter(|(_, sign)| *sign != 0).collect()).collect();
     let text = format!("{title} is {} x {}; as a list, node by node:", rows.len(), edges.len());
-    std::iter::once(words(text)).chain(list(sums.collect())).collect()
+    std::iter::once(words(text)).chain(list(view.balances(&rows, letter))).collect()
 }
 
 /// Equations; where they are many, the first of them, and the others folded.
@@ -184,30 +176,27 @@ pub fn list(mut rows: Vec<(Tree, Tree)>) -> Vec<Block> {
 }
 
 fn matrix<D>(title: &str, view: &View<D>, letter: Letter) -> Vec<Block> {
-    let chords: Vec<String> = view.chords.iter().map(|chord| chord.label.clone()).collect();
-    let cutsets = view.branches.iter().zip(view.cutsets());
-    if chords.len() > WIDEST || view.branches.len() > 2 * WIDEST {
-        let rows = cutsets.map(|(branch, row)| (signed(Some(&branch.label), &row, letter), Tree::zero()));
-        let text = format!("{title} is {} x {}; as a list of balances:", view.branches.len(), chords.len());
-        return std::iter::once(words(text)).chain(list(rows.collect())).collect();
+    let (branches, chords) = (view.cutsets.len(), view.circuits.len());
+    if chords > WIDEST || branches > 2 * WIDEST {
+        let text = format!("{title} is {branches} x {chords}; as a list of balances:");
+        return std::iter::once(words(text)).chain(list(view.balances(&view.cutsets, letter))).collect();
     }
-    let sign =
-        |row: &TopologyRow, column: &String| row.iter().find(|(label, _)| label == column).map_or(0, |(_, sign)| *sign);
-    let rows = cutsets.map(|(branch, row)| (branch.label.clone(), chords.iter().map(|c| sign(&row, c)).collect()));
-    let caption = format!("The matrix {title}: branches by chords");
-    table(&caption, title, chords.clone(), rows.collect())
+    let signs = |row: &Row| view.circuits.iter().map(|chord| sign_of(row, chord[0].0)).collect();
+    let rows = view.cutsets.iter().map(|row| (view.own(row).label.clone(), signs(row)));
+    let columns = view.circuits.iter().map(|row| view.own(row).label.clone());
+    table(&format!("The matrix {title}: branches by chords"), title, columns.collect(), rows.collect())
 }
 
 /// The paths that chords equal: the longest of each kind where they are many.
 fn circuits<D>(view: &View<D>, letter: Letter, kind: impl Fn(&Edge<D>) -> String) -> Vec<Block> {
-    let mut chords: Vec<&Edge<D>> = view.chords.iter().collect();
-    let row = |chord: &&Edge<D>| (letter(&chord.label), signed(None, &view.path(chord), letter));
+    let mut chords: Vec<&Row> = view.circuits.iter().collect();
+    let row = |chord: &&Row| view.by_others(chord, letter);
     if chords.len() <= 3 * MOST {
         return list(chords.iter().map(row).collect());
     }
-    chords.sort_by_key(|chord| std::cmp::Reverse(view.circuit(chord).len()));
+    chords.sort_by_key(|chord| std::cmp::Reverse(chord.len()));
     let mut kinds = std::collections::BTreeSet::new();
-    let (first, rest): (Vec<_>, Vec<_>) = chords.into_iter().partition(|chord| kinds.insert(kind(chord)));
+    let (first, rest): (Vec<_>, Vec<_>) = chords.into_iter().partition(|chord| kinds.insert(kind(view.own(chord))));
     let text = format!("{} more of these kinds", rest.len());
     let rest = vec![Block::Equations(rest.iter().map(row).collect())];
     vec![Block::Equations(first.iter().map(row).collect()), folded(text, rest)]

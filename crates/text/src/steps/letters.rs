@@ -86,6 +86,11 @@ impl Letters {
         }
     }
 
+    /// A vector by its components; on a line it has one.
+    pub fn components(self, components: Vec<Tree>) -> Tree {
+        if self.plane { Tree::Call("", components) } else { components.into_iter().next().unwrap_or_else(Tree::zero) }
+    }
+
     pub fn has_two_components(self) -> bool {
         self.plane
     }

@@ -1,15 +1,13 @@
 //! Masses on a line (25)-(33): the cutset matrix by kinds of elements, and M, D, K as its products.
 
 use cotree::component::Origin;
-use cotree::equations::Vibration;
+use cotree::equations::{Column, Vibration};
 use cotree::expr::Expr;
 use cotree::graph::ElementId;
-use cotree::mechanism::Formula;
 use nalgebra::DMatrix;
 
 use super::graphs::table;
 use super::numbers::agree;
-use super::view::TopologyRow;
 use super::{Lesson, check, columns, words};
 use crate::document::Block;
 use crate::motion::vibration;
@@ -19,11 +17,10 @@ use crate::tree::Tree;
 /// Wider matrices are not written out.
 const WIDEST: usize = 24;
 
-/// The columns of one kind: its letter, the elements, and their constants.
-struct ElementKind {
+/// The columns of one kind: its letter, and the elements with their constants.
+struct ElementKind<'m> {
     letter: &'static str,
-    title: &'static str,
-    elements: Vec<(String, Expr)>,
+    columns: Vec<(&'m Column, Expr)>,
 }
 
 /// The matrices of a scene on a line; nothing for a scene in the plane.
@@ -33,43 +30,36 @@ pub fn matrices(lesson: &mut Lesson) -> Vec<Block> {
         Some(Err(why)) => return vec![words(format!("There are no matrices D and K (24): {why}."))],
         Some(Ok(matrices)) => matrices,
     };
-    let kinds = kinds(lesson);
-    let rows = rows(lesson);
+    let kinds = kinds(lesson, &matrices);
     let mut blocks = vec![words(
         "On a line the cutset matrix alone gives everything. Its columns sorted by kinds of elements, masses, dampers, springs, other loads (25)-(27); its \
          rows are those of the coordinates:",
     )];
-    for kind in &kinds {
-        let names: Vec<String> = kind.elements.iter().map(|(label, _)| label.clone()).collect();
-        if names.len() <= WIDEST {
-            let sign =
-                |row: &TopologyRow, name: &String| row.iter().find(|(own, _)| own == name).map_or(0, |(_, sign)| *sign);
-            let signs = rows.iter().map(|(own, row)| (own.clone(), names.iter().map(|name| sign(row, name)).collect()));
-            let signs: Vec<(String, Vec<i8>)> = signs.collect();
-            blocks.extend(table(&format!("The part {} of the cutset matrix", kind.title), kind.title, names, signs));
-        }
+    let label = |element: ElementId| lesson.equations.system.element(element).label.clone();
+    for kind in kinds.iter().filter(|kind| kind.columns.len() <= WIDEST) {
+        let title = format!("A_{}", kind.letter);
+        let sign = |row, own: &Column| own.signs.iter().find(|(place, _)| *place == row).map_or(0, |(_, sign)| *sign);
+        let signs = |row| kind.columns.iter().map(|(own, _)| sign(row, own)).collect();
+        let rows = lesson.equations.coordinates.iter().zip(0..).map(|(own, row)| (label(own.element), signs(row)));
+        let names = kind.columns.iter().map(|(own, _)| label(own.element)).collect();
+        blocks.extend(table(&format!("The part {title} of the cutset matrix"), &title, names, rows.collect()));
     }
     blocks.extend(products(&kinds));
     blocks.extend(entries(lesson));
-    let same = agrees(lesson, &kinds, &rows, &matrices);
+    let same = agrees(lesson, &kinds, &matrices);
     blocks.push(check("the three products in numbers are M, D and K, and these are symmetric", same));
-    blocks.extend(floating(lesson, &kinds, &rows, &matrices));
+    blocks.extend(floating(lesson, &kinds, &matrices));
     blocks
 }
 
 /// Whether anything holds the masses to the ground: what K and D make of a shift of all masses together.
-fn floating(
-    lesson: &Lesson,
-    kinds: &[ElementKind],
-    rows: &[(String, TopologyRow)],
-    vibration: &Vibration,
-) -> Option<Block> {
-    let masses = &kinds.iter().find(|kind| kind.letter == "m")?.elements;
-    let n = rows.len();
+fn floating(lesson: &Lesson, kinds: &[ElementKind], vibration: &Vibration) -> Option<Block> {
+    let masses = &kinds.iter().find(|kind| kind.letter == "m")?.columns;
+    let n = vibration.force.len();
     if masses.len() != n || n == 0 || n > WIDEST {
         return None;
     }
-    let shift = signs(rows, masses).transpose().lu().solve(&DMatrix::from_element(n, 1, 1.0))?;
+    let shift = signs(n, masses).transpose().lu().solve(&DMatrix::from_element(n, 1, 1.0))?;
     let held = |matrix: &[Vec<Expr>]| {
         let matrix = numbers(lesson, matrix);
         (&matrix * &shift).amax() > 1e-9 * matrix.amax()
@@ -86,48 +76,19 @@ fn floating(
 }
 
 /// Bodies, dampers, springs, other loads. A spring with a damper is in two.
-fn kinds(lesson: &mut Lesson) -> Vec<ElementKind> {
-    let mut kinds = [("m", "A_m"), ("d", "A_d"), ("k", "A_k"), ("F", "A_F")].map(|(letter, title)| ElementKind {
-        letter,
-        title,
-        elements: Vec::new(),
-    });
-    let mechanism = &*lesson.equations.system.mechanism.clone();
-    for id in (0..lesson.equations.system.elements.len()).map(ElementId) {
-        let element = lesson.equations.system.element(id).clone();
-        let zero = Formula::Number(0.0);
-        match element.origin {
-            Origin::Body(body) => {
-                let mass = mechanism.bodies[body.0].mass.as_ref().unwrap_or(&zero);
-                let mass = lesson.equations.system.value(mass);
-                kinds[0].elements.push((element.label, mass));
-            }
-            Origin::Load(load) => {
-                let part = &mechanism.loads[load.0];
-                let mut other = true;
-                for (place, key) in [(1, "damping"), (2, "stiffness")] {
-                    if *part.formula(key) != zero {
-                        let constant = lesson.equations.system.value(part.formula(key));
-                        kinds[place].elements.push((element.label.clone(), constant));
-                        other = false;
-                    }
-                }
-                if other {
-                    kinds[3].elements.push((element.label, Expr::ONE));
-                }
-            }
+fn kinds<'m>(lesson: &Lesson, vibration: &'m Vibration) -> Vec<ElementKind<'m>> {
+    let mut kinds = ["m", "d", "k", "F"].map(|letter| ElementKind { letter, columns: Vec::new() });
+    for own in &vibration.columns {
+        let laws = [(1, own.damping), (2, own.stiffness)].into_iter().filter(|(_, constant)| *constant != Expr::ZERO);
+        let mut constants: Vec<(usize, Expr)> = laws.collect();
+        match lesson.equations.system.element(own.element).origin {
+            Origin::Body(_) => constants.push((0, own.mass)),
+            Origin::Load(_) if constants.is_empty() => constants.push((3, Expr::ONE)),
             _ => {}
         }
+        constants.into_iter().for_each(|(kind, constant)| kinds[kind].columns.push((own, constant)));
     }
-    kinds.into_iter().filter(|kind| !kind.elements.is_empty()).collect()
-}
-
-/// The cutsets of the coordinates, found from the nodes.
-fn rows(lesson: &Lesson) -> Vec<(String, TopologyRow)> {
-    let view = &lesson.translation;
-    let branch = |id: ElementId| view.branches.iter().find(move |branch| branch.element == id);
-    let own = lesson.equations.coordinates.iter().filter_map(|own| branch(own.element));
-    own.map(|branch| (branch.label.clone(), view.cut(branch))).collect()
+    kinds.into_iter().filter(|kind| !kind.columns.is_empty()).collect()
 }
 
 /// (28) to (33)
@@ -180,26 +141,25 @@ fn numbers(lesson: &Lesson, matrix: &[Vec<Expr>]) -> DMatrix<f64> {
     DMatrix::from_row_slice(matrix.len(), matrix.len(), &lesson.at_start(&matrix.concat()))
 }
 
-/// The columns of some elements in the rows of the cutset matrix.
-fn signs(rows: &[(String, TopologyRow)], elements: &[(String, Expr)]) -> DMatrix<f64> {
-    DMatrix::from_fn(rows.len(), elements.len(), |row, column| {
-        let sign = rows[row].1.iter().find(|(label, _)| *label == elements[column].0);
-        sign.map_or(0.0, |(_, sign)| f64::from(*sign))
-    })
+/// The columns of some elements in the n rows of the cutset matrix.
+fn signs(n: usize, columns: &[(&Column, Expr)]) -> DMatrix<f64> {
+    let mut matrix = DMatrix::zeros(n, columns.len());
+    for (place, (own, _)) in columns.iter().enumerate() {
+        own.signs.iter().for_each(|&(row, sign)| matrix[(row, place)] = f64::from(sign));
+    }
+    matrix
 }
 
 /// The products in numbers.
-fn agrees(lesson: &Lesson, kinds: &[ElementKind], rows: &[(String, TopologyRow)], vibration: &Vibration) -> bool {
-    let n = rows.len();
+fn agrees(lesson: &Lesson, kinds: &[ElementKind], vibration: &Vibration) -> bool {
     [("m", &vibration.mass), ("d", &vibration.damping), ("k", &vibration.stiffness)].into_iter().all(
         |(letter, matrix)| {
             let own = numbers(lesson, matrix);
-            let elements = kinds.iter().find(|kind| kind.letter == letter).map_or(&[][..], |kind| &kind.elements);
-            let a = signs(rows, elements);
-            let constants: Vec<Expr> = elements.iter().map(|(_, constant)| *constant).collect();
-            let constants = lesson.at_start(&constants);
-            let scaled = DMatrix::from_fn(n, elements.len(), |row, column| a[(row, column)] * constants[column]);
-            let product = scaled * a.transpose();
+            let columns = kinds.iter().find(|kind| kind.letter == letter).map_or(&[][..], |kind| &kind.columns);
+            let a = signs(own.nrows(), columns);
+            let constants: Vec<Expr> = columns.iter().map(|(_, constant)| *constant).collect();
+            let constants = DMatrix::from_diagonal(&lesson.at_start(&constants).into());
+            let product = &a * constants * a.transpose();
             agree(product.as_slice(), own.as_slice()) && agree(own.as_slice(), own.transpose().as_slice())
         },
     )

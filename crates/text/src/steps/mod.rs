@@ -77,11 +77,11 @@ impl<'a> Lesson<'a> {
     fn new(mut equations: Equations, source: &'a mut Formulated) -> Self {
         let dynamic = has_masses(&mut equations);
         let (system, trees) = (&equations.system, &equations.trees);
-        let (points, bodies) = (labels::nodes(system), labels::bodies(system));
+        let (points, bodies) = equations.record();
         Lesson {
             letters: Letters::new(system.mechanism.dimension),
-            translation: View::new(system, &system.translation, &trees.translation, system.coupled_points(), points),
-            rotation: View::new(system, &system.rotation, &trees.rotation, system.coupled_bodies(), bodies),
+            translation: View::new(points, &system.translation, &trees.translation, labels::nodes(system)),
+            rotation: View::new(bodies, &system.rotation, &trees.rotation, labels::bodies(system)),
             equations,
             source,
             dynamic,

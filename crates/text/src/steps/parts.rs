@@ -6,6 +6,7 @@ use cotree::columns::counted;
 use cotree::component::{Direction, Element, Known, Origin};
 use cotree::expr::{Expr, Symbol};
 use cotree::graph::ElementId;
+use cotree::mechanism::BodyId;
 
 use super::projection::is_free;
 use super::{Lesson, heading, thinned, words};
@@ -54,16 +55,8 @@ impl Lesson<'_> {
             _ => None,
         });
         if let (Some((body, at)), true) = (at, matches!(element.origin, Origin::Arm(..) | Origin::GroundVector(_))) {
-            let trees = plain(&self.equations, &at);
-            let owner = body.map_or_else(String::new, |body| {
-                format!(" in {}", self.equations.system.mechanism.bodies[body.0].name)
-            });
-            let vector = if self.letters.has_two_components() {
-                Tree::Call("", trees)
-            } else {
-                trees.into_iter().next().unwrap_or_else(Tree::zero)
-            };
-            return (Piece::Row(vec![Piece::Math(vector), Piece::words(owner)]), self.parameters_in(&at));
+            let vector = Piece::Math(self.letters.components(plain(&self.equations, &at)));
+            return (Piece::Row(vec![vector, self.carrier(body)]), self.parameters_in(&at));
         }
         let parameters = self.parameters_of(element.origin);
         let mut pieces = self.axis(element);
@@ -83,11 +76,15 @@ impl Lesson<'_> {
         let Some(&(Direction::Fixed(body, unit), _)) = row.and_then(|row| row.motion.first()) else {
             return Vec::new();
         };
-        let vector = Tree::Call("", plain(&self.equations, &unit));
+        let vector = self.letters.components(plain(&self.equations, &unit));
         let axis = self.letters.direction(Direction::Fixed(body, unit), element, true);
-        let owner = body
-            .map_or_else(String::new, |body| format!(" in {}", self.equations.system.mechanism.bodies[body.0].name));
-        vec![Piece::Math(Tree::Relation("=", Box::new([axis, vector]))), Piece::words(owner)]
+        vec![Piece::Math(Tree::Relation("=", Box::new([axis, vector]))), self.carrier(body)]
+    }
+
+    /// " in rod"
+    fn carrier(&self, body: Option<BodyId>) -> Piece {
+        let bodies = &self.equations.system.mechanism.bodies;
+        Piece::words(body.map_or_else(String::new, |body| format!(" in {}", bodies[body.0].name)))
     }
 
     pub fn parameter(&self, index: usize) -> Tree {
@@ -163,7 +160,7 @@ impl Lesson<'_> {
     }
 
     fn sizes(&self) -> String {
-        let edges = self.translation.edges().len();
+        let edges = self.translation.edges.len();
         let first = format!("T has {edges} edges and {} nodes besides O", self.translation.nodes.len() - 1);
         if self.rotation.nodes.len() < 2 {
             return format!("{first}. Nothing turns: there is no rotational graph, and there are no arms that turn.");
@@ -181,7 +178,7 @@ impl Lesson<'_> {
         };
         format!(
             "{first}; R has {} edges and {}. The points of one body are one node of R: they turn alike.{without}",
-            self.rotation.edges().len(),
+            self.rotation.edges.len(),
             self.rotation.nodes.len() - 1
         )
     }

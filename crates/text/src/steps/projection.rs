@@ -1,12 +1,12 @@
 //! Steps 1 and 2: cutsets on motion spaces, circuits on reaction spaces.
 
-use cotree::component::{Angle, Direction, Element, Held, Known, Origin};
-use cotree::equations::Constraint;
+use cotree::component::{Angle, Direction, Element, Held, Known, Origin, System};
+use cotree::equations::{Constraint, Edge};
 use cotree::expr::Expr;
-use cotree::graph::ElementId;
+use cotree::graph::{ElementId, Translation};
 
 use super::graphs::{list, shortened};
-use super::view::{Edge, TopologyRow, View};
+use super::view::View;
 use super::{Lesson, check, heading, words};
 use crate::document::Block;
 use crate::name::Name;
@@ -55,30 +55,20 @@ impl Lesson<'_> {
 
     /// The cutsets of T, then those of R.
     pub fn cuts(&self) -> Vec<Cut<'_>> {
-        let mut cuts = Vec::new();
-        let mut add = |branch: (&str, ElementId), cutset: TopologyRow, angular: bool, letter: &dyn Fn(&str) -> Tree| {
-            let element = self.equations.system.element(branch.1);
-            let chords = cutset.iter().map(|(label, sign)| (*sign < 0, letter(label))).collect();
-            cuts.push(Cut { element, angular, own: letter(branch.0), chords });
-        };
-        for (branch, cutset) in self.translation.branches.iter().zip(self.translation.cutsets()) {
-            add((&branch.label, branch.element), cutset, false, &|label| self.letters.force(label));
-        }
-        for (branch, cutset) in self.rotation.branches.iter().zip(self.rotation.cutsets()) {
-            add((&branch.label, branch.element), cutset, true, &|label| self.letters.torque(label));
-        }
-        cuts
+        let (letters, system) = (self.letters, &self.equations.system);
+        let forces = cuts(&self.translation, system, false, move |label| letters.force(label));
+        forces.chain(cuts(&self.rotation, system, true, move |label| letters.torque(label))).collect()
     }
 
     /// The cutset of each branch, projected on each direction in which it is free; `sum` adds what is cut.
     fn balances(&self, sum: impl Fn(Vec<(bool, Tree)>) -> Tree) -> Rows {
         let mut rows = Rows::new();
         for cut in self.cuts() {
-            let terms: Vec<_> = std::iter::once((false, cut.own.clone())).chain(cut.chords.iter().cloned()).collect();
+            let balance = sum(cut.terms);
             match &cut.element.translation {
-                _ if cut.angular => rows.extend(is_free(cut.element).then(|| (sum(terms), Tree::zero()))),
+                _ if cut.angular => rows.extend(is_free(cut.element).then(|| (balance, Tree::zero()))),
                 row => rows.extend(row.iter().flat_map(|row| &row.motion).map(|(along, _)| {
-                    (self.letters.projected(sum(terms.clone()), *along, cut.element, true), Tree::zero())
+                    (self.letters.projected(balance.clone(), *along, cut.element, true), Tree::zero())
                 })),
             }
         }
@@ -112,7 +102,7 @@ impl Lesson<'_> {
     /// Through variables of some branches as sums of those of chords.
     pub fn by_chords(&self, is_one: impl Fn(&Cut) -> bool) -> Rows {
         let cuts = self.cuts().into_iter().filter(is_one);
-        cuts.map(|cut| (cut.own.clone(), Tree::sum(cut.others().collect()))).collect()
+        cuts.map(|cut| (cut.own(), Tree::sum(cut.others().collect()))).collect()
     }
 
     /// Step 2: circuits of chords, projected on their reaction spaces; and the displacements of slides.
@@ -162,7 +152,9 @@ impl Lesson<'_> {
             "Couplings: each relation between across variables in the terminal equations is a loop equation, and its reaction is the \
              multiplier. The circuits of its chords give the variables:",
         )];
-        blocks.extend(list(self.coupled()));
+        // A rolling disc's are its own edge's, which Step 3 has anyway.
+        let points = self.translation.of_terms(|label| self.letters.displacement(label));
+        blocks.extend(list(points.chain(self.rotation.of_terms(|label| self.letters.angle(label))).collect()));
         blocks
     }
 
@@ -199,35 +191,34 @@ impl Lesson<'_> {
 
     fn circuit_row(&self, constraint: &Constraint, reduced: bool) -> Option<Tree> {
         let Held::Along(along) = constraint.held else {
-            let chord = self.rotation.chord(constraint.element)?;
-            return Some(signed(Some(&chord.label), &self.rotation.circuit(chord), |label| self.letters.angle(label)));
+            let circuit = self.rotation.circuit(constraint.element)?;
+            return Some(Tree::sum(self.rotation.terms(circuit, |label| self.letters.angle(label))));
         };
-        let chord = self.translation.chord(constraint.element)?;
-        let keeps = |label: &str| !reduced || !self.is_struck(label, along);
-        let circuit: TopologyRow =
-            self.translation.circuit(chord).into_iter().filter(|(label, _)| keeps(label)).collect();
-        let own = keeps(&chord.label).then_some(chord.label.as_str());
-        let sum = signed(own, &circuit, |label| self.letters.displacement(label));
-        let element = self.equations.system.element(constraint.element);
-        Some(self.letters.projected(sum, along, element, is_along(element)))
+        let mut circuit = self.translation.circuit(constraint.element)?.clone();
+        circuit.retain(|(edge, _)| !reduced || !self.is_struck(&self.translation.edges[*edge], along));
+        let sum = Tree::sum(self.translation.terms(&circuit, |label| self.letters.displacement(label)));
+        Some(self.held_part(sum, along, constraint.element))
+    }
+
+    /// The projection of a vector on the direction that a joint or driver holds.
+    pub fn held_part(&self, vector: Tree, along: Direction, id: ElementId) -> Tree {
+        let element = self.equations.system.element(id);
+        // A driver holds its axis, a joint what is across it.
+        self.letters.projected(vector, along, element, matches!(element.origin, Origin::Driver(_)))
     }
 
     /// What is zero in the circuit equations, each once.
     fn struck(&self) -> Rows {
         let mut rows = Rows::new();
         for constraint in self.own_circuits() {
-            let (Held::Along(along), Some(chord)) = (constraint.held, self.translation.chord(constraint.element))
+            let (Held::Along(along), Some(circuit)) = (constraint.held, self.translation.circuit(constraint.element))
             else {
                 continue;
             };
-            let element = self.equations.system.element(constraint.element);
-            let others = self.translation.circuit(chord).into_iter().map(|(label, _)| label);
-            for label in others.chain([chord.label.clone()]).filter(|label| self.is_struck(label, along)) {
-                let vector = self.letters.displacement(&label);
-                let left = match self.is_pin(&label) {
-                    true => vector,
-                    false => self.letters.projected(vector, along, element, is_along(element)),
-                };
+            let edges = circuit[1..].iter().chain(&circuit[..1]).map(|&(edge, _)| &self.translation.edges[edge]);
+            for edge in edges.filter(|edge| self.is_struck(edge, along)) {
+                let vector = self.letters.displacement(&edge.label);
+                let left = if self.is_pin(edge) { vector } else { self.held_part(vector, along, constraint.element) };
                 if !rows.iter().any(|(own, _)| *own == left) {
                     rows.push((left, Tree::zero()));
                 }
@@ -238,10 +229,8 @@ impl Lesson<'_> {
     }
 
     /// Is the displacement of an edge zero along a direction: a pin's, a slide's across its axis, that of an arm beside it?
-    fn is_struck(&self, label: &str, along: Direction) -> bool {
-        let system = &self.equations.system;
-        let Some(element) = system.elements.iter().find(|element| element.label == label) else { return false };
-        let Some(row) = &element.translation else { return false };
+    fn is_struck(&self, edge: &Edge<Translation>, along: Direction) -> bool {
+        let Some(row) = &self.equations.system.element(edge.element).translation else { return false };
         let (carrier, normal) = along.in_body();
         let across = |body: Option<_>, vector: [Expr; 2]| {
             body == carrier && vector.iter().zip(&normal).all(|(a, b)| *a == Expr::ZERO || *b == Expr::ZERO)
@@ -258,58 +247,56 @@ impl Lesson<'_> {
             })
     }
 
-    fn is_pin(&self, label: &str) -> bool {
-        let element = self.equations.system.elements.iter().find(|element| element.label == label);
-        let row = element.and_then(|element| element.translation.as_ref());
+    fn is_pin(&self, edge: &Edge<Translation>) -> bool {
+        let row = self.equations.system.element(edge.element).translation.as_ref();
         row.is_some_and(|row| matches!(row.known, Known::Zero) && row.motion.is_empty())
     }
 
-    /// The across variables of the terms of couplings, but for those that Step 3 has anyway: a rolling disc's.
-    fn coupled(&self) -> Rows {
-        let (displacement, angle) =
-            (|label: &str| self.letters.displacement(label), |label: &str| self.letters.angle(label));
-        let points = self.translation.chords.iter().filter(|chord| chord.is_term);
-        let points = points.map(|chord| by_branches(&self.translation, chord, displacement));
-        let bodies = self.rotation.chords.iter().filter(|chord| chord.is_term);
-        points.chain(bodies.map(|chord| by_branches(&self.rotation, chord, angle))).collect()
-    }
-
     fn slides(&self) -> Rows {
-        let slides = self.translation.chords.iter().filter(|chord| !chord.is_term).filter_map(|chord| {
-            let element = self.equations.system.element(chord.element);
-            let along: Direction = match (element.origin, &element.translation) {
-                (Origin::Joint(_), Some(row)) => row.motion.first().map(|(along, _)| *along)?,
-                _ => return None,
-            };
-            let sum = signed(None, &self.translation.path(chord), |label| self.letters.displacement(label));
-            Some((self.letters.slide(&chord.label), self.letters.projected(sum, along, element, true)))
+        let view = &self.translation;
+        let slides = view.elements(&self.equations.system, |element| matches!(element.origin, Origin::Joint(_)));
+        let slides = slides.filter_map(|circuit| {
+            let element = self.equations.system.element(view.own(circuit).element);
+            let (along, _) = element.translation.as_ref()?.motion.first()?;
+            let (_, sum) = view.by_others(circuit, |label| self.letters.displacement(label));
+            Some((self.letters.slide(&element.label), self.letters.projected(sum, *along, element, true)))
         });
         slides.collect()
     }
 }
 
-/// A cutset in letters: the through variable of its branch, and those of the chords with their signs, true for minus.
+/// The cutset of each branch of a graph.
+fn cuts<'v, D>(
+    view: &'v View<D>,
+    system: &'v System,
+    angular: bool,
+    letter: impl Fn(&str) -> Tree + 'v,
+) -> impl Iterator<Item = Cut<'v>> {
+    let element = |row| system.element(view.own(row).element);
+    view.cutsets.iter().map(move |row| Cut { element: element(row), angular, terms: view.terms(row, &letter) })
+}
+
+/// A cutset in letters.
 pub struct Cut<'l> {
     pub element: &'l Element,
     pub angular: bool,
-    pub own: Tree,
-    chords: Vec<(bool, Tree)>,
+    /// The through variable of its branch, and those of chords, true for minus.
+    terms: Vec<(bool, Tree)>,
 }
 
 impl Cut<'_> {
+    pub fn own(&self) -> Tree {
+        self.terms[0].1.clone()
+    }
+
     /// The branch's variable is the sum of these.
     pub fn others(&self) -> impl Iterator<Item = (bool, Tree)> {
-        self.chords.iter().map(|(minus, tree)| (!minus, tree.clone()))
+        self.terms[1..].iter().map(|(minus, tree)| (!minus, tree.clone()))
     }
 }
 
 pub fn is_free(element: &Element) -> bool {
     element.rotation.as_ref().is_some_and(|row| matches!(row.angle, Angle::Free(_)))
-}
-
-/// Is the direction that a joint holds its axis, and not across it?
-pub fn is_along(element: &Element) -> bool {
-    matches!(element.origin, Origin::Driver(_))
 }
 
 /// The terms of a sum, so that it needs no parentheses.
@@ -325,15 +312,4 @@ pub fn inserted(known: &Rows, terms: impl Iterator<Item = (bool, Tree)>) -> Tree
     let replaced = |tree: Tree| known.iter().find(|(own, _)| *own == tree).map_or(tree, |(_, value)| value.clone());
     let terms = terms.map(|(minus, tree)| (minus, replaced(tree)));
     Tree::sum(terms.filter(|(_, tree)| *tree != Tree::zero()).flat_map(opened).collect())
-}
-
-/// An across variable of a chord as a sum of those of branches.
-pub fn by_branches<D>(view: &View<D>, chord: &Edge<D>, letter: impl Fn(&str) -> Tree) -> (Tree, Tree) {
-    (letter(&chord.label), signed(None, &view.path(chord), &letter))
-}
-
-/// A sum of variables of edges with the signs of a row.
-pub fn signed(own: Option<&str>, row: &TopologyRow, letter: impl Fn(&str) -> Tree) -> Tree {
-    let others = row.iter().map(|(label, sign)| (*sign < 0, letter(label)));
-    Tree::sum(own.map(|label| (false, letter(label))).into_iter().chain(others).collect())
 }

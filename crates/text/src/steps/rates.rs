@@ -2,21 +2,15 @@
 
 use cotree::component::{Direction, Held};
 use cotree::expr::{Expr, Order, Symbol};
+use cotree::graph::ElementId;
 
 use super::numbers::agree;
-use super::projection::{is_along, signed};
+use super::projection::Rows;
 use super::{Lesson, check, heading, words};
 use crate::document::{Block, Piece};
 use crate::motion;
 use crate::name::Name;
 use crate::tree::Tree;
-
-/// Minus the three terms of gamma (21).
-struct Calculus {
-    rates: Expr,
-    mixed: Expr,
-    time: Expr,
-}
 
 impl Lesson<'_> {
     pub fn rates(&mut self) -> Vec<Block> {
@@ -54,45 +48,39 @@ impl Lesson<'_> {
                 "By the graph: the circuit holds for rates and accelerations term by term, with the same factors.",
             )];
         };
-        let Some(chord) = self.translation.chords.iter().find(|chord| chord.element == own.element) else {
+        let Some(circuit) = self.translation.circuit(own.element) else {
             return vec![words(
                 "By the graph: the circuits of the coupled chords hold for velocities and accelerations, with the same factors.",
             )];
         };
-        let element = self.equations.system.element(own.element);
-        let circuit = self.translation.circuit(chord);
+        let label = &self.translation.own(circuit).label;
         let row = |letter: &dyn Fn(&str) -> Tree| {
-            self.letters.projected(signed(Some(&chord.label), &circuit, letter), along, element, is_along(element))
+            let sum = Tree::sum(self.translation.terms(circuit, letter));
+            (self.held_part(sum, along, own.element), Tree::zero())
         };
-        let rows = vec![
-            (row(&|label| self.letters.velocity(label)), Tree::zero()),
-            (row(&|label| self.letters.acceleration(label)), Tree::zero()),
-        ];
+        let mut rows = vec![row(&|label| self.letters.velocity(label)), row(&|label| self.letters.acceleration(label))];
         let text = match self.turns(index) {
             true => format!(
                 "By the graph, for {}, whose axis turns: the circuit holds for velocities and accelerations, with the arms' rates of section 5; the \
                  slide enters its own loop, Coriolis term included, because its axis turns:",
-                chord.label
+                label
             ),
             false => format!(
                 "By the graph, for {}: the circuit holds for velocities and accelerations, and the axis does not turn, so the arms' rates of \
                  section 5 are simply projected:",
-                chord.label
+                label
             ),
         };
-        let mut rows = rows;
-        rows.extend(if self.turns(index) { self.slide(&chord.label, along) } else { Vec::new() });
+        rows.extend(if self.turns(index) { self.slide(own.element, along) } else { Rows::new() });
         vec![words(text), Block::Equations(rows)]
     }
 
     /// n.v = omega s, n.a = alpha s + 2 omega s' of a slide r = s u
-    fn slide(&self, label: &str, along: Direction) -> Vec<(Tree, Tree)> {
-        let Some(element) = self.equations.system.elements.iter().find(|element| element.label == label) else {
-            return Vec::new();
-        };
-        let slides = element.translation.as_ref().is_some_and(|row| !row.motion.is_empty());
-        if !slides {
-            return Vec::new();
+    fn slide(&self, id: ElementId, along: Direction) -> Rows {
+        let element = self.equations.system.element(id);
+        let label = &element.label;
+        if element.translation.as_ref().is_none_or(|row| row.motion.is_empty()) {
+            return Rows::new();
         }
         let name = |letter: &str| Tree::Name(Name::word(letter));
         let (s, rate) = (self.letters.slide(label), self.letters.rate_of_slide(label));
@@ -112,10 +100,13 @@ impl Lesson<'_> {
         let minus = |factors: Vec<Tree>| Tree::Sum(vec![(true, Tree::product(factors))]);
         let (mut names, mut exprs) = (Vec::new(), Vec::new());
         for (left, expr) in [
-            (minus(vec![matrix("qq"), speeds(), speeds()]), terms.rates),
-            (minus(vec![Tree::Number(2.0), matrix("qt"), speeds()]), terms.mixed),
-            (minus(vec![matrix("tt")]), terms.time),
-        ] {
+            minus(vec![matrix("qq"), speeds(), speeds()]),
+            minus(vec![Tree::Number(2.0), matrix("qt"), speeds()]),
+            minus(vec![matrix("tt")]),
+        ]
+        .into_iter()
+        .zip(terms)
+        {
             if expr != Expr::ZERO {
                 names.push(left);
                 exprs.push(expr);
@@ -132,8 +123,8 @@ impl Lesson<'_> {
         blocks
     }
 
-    /// The terms of gamma from derivatives of Phi alone.
-    fn calculus(&mut self, index: usize) -> Calculus {
+    /// The terms of gamma (21) by the rates, by rates and time, and by time, from derivatives of Phi alone.
+    fn calculus(&mut self, index: usize) -> [Expr; 3] {
         let value = self.equations.constraints[index].value;
         let n = self.equations.coordinates.len();
         let along = |lesson: &mut Self, expr: Expr| {
@@ -153,7 +144,7 @@ impl Lesson<'_> {
         let time = self.by_time(time);
         let arena = &mut self.equations.system.arena;
         let twice = arena.constant(-2.0);
-        Calculus { rates: arena.negate(second), mixed: arena.multiply(twice, mixed), time: arena.negate(time) }
+        [arena.negate(second), arena.multiply(twice, mixed), arena.negate(time)]
     }
 
     /// The partial derivative by time, through inputs and the drivers that follow them.
@@ -188,7 +179,7 @@ impl Lesson<'_> {
             }
             graph.extend([own.time_rate, own.gamma]);
             calculus.push(self.by_time(own.value));
-            calculus.push(self.equations.system.arena.sum([terms.rates, terms.mixed, terms.time]));
+            calculus.push(self.equations.system.arena.sum(terms));
         }
         agree(&values.of(&self.equations, &graph), &values.of(&self.equations, &calculus))
     }

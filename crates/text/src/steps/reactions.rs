@@ -8,7 +8,7 @@ use cotree::mechanism::{BodyId, Coordinates, Mechanism, Owner, Place, Quantity, 
 
 use super::graphs::list;
 use super::numbers::{Values, agree, short};
-use super::projection::{Cut, Rows, inserted, is_along, is_free};
+use super::projection::{Cut, Rows, inserted, is_free};
 use super::{Lesson, check, heading, words};
 use crate::document::{Block, Piece};
 use crate::motion::{self, dynamics};
@@ -66,7 +66,7 @@ impl Lesson<'_> {
         let joints = self.cuts().into_iter().filter(|cut| matches!(cut.element.origin, Origin::Joint(_)) && holds(cut));
         let both = joints.flat_map(|cut| {
             let [whole, with] = [Tree::sum(cut.others().collect()), inserted(&known, cut.others())];
-            [(cut.own.clone(), whole), (cut.own, with)]
+            [(cut.own(), whole), (cut.own(), with)]
         });
         both.collect()
     }
@@ -81,9 +81,7 @@ impl Lesson<'_> {
                 let element = self.equations.system.element(own.element);
                 let lambda = Tree::Name(Name::entry("lambda", &[row]));
                 let left = match own.held {
-                    Held::Along(along) => {
-                        self.letters.projected(self.letters.force(&element.label), along, element, is_along(element))
-                    }
+                    Held::Along(along) => self.held_part(self.letters.force(&element.label), along, own.element),
                     _ => self.letters.torque(&element.label),
                 };
                 (left, lambda)

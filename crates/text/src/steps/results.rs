@@ -91,18 +91,10 @@ impl Lesson<'_> {
 
     /// Are the coefficients of the multipliers in the cutset equations those of the loop equations?
     fn transposed(&mut self, loops: &[usize]) -> bool {
+        let (n, values) = (self.equations.constraints.len(), self.moving());
         let reactions = self.equations.dynamics().reactions.clone();
-        let values = self.moving();
-        let (mut cutsets, mut circuits) = (Vec::new(), Vec::new());
-        for (row, entries) in reactions.iter().enumerate() {
-            for index in loops {
-                let own = entries.iter().find(|(own, _)| own == index).map_or(Expr::ZERO, |(_, entry)| *entry);
-                let jacobian = &self.equations.constraints[*index].jacobian;
-                let other = jacobian.iter().find(|(own, _)| *own == row).map_or(Expr::ZERO, |(_, entry)| *entry);
-                cutsets.push(own);
-                circuits.push(other);
-            }
-        }
-        agree(&values.of(&self.equations, &cutsets), &values.of(&self.equations, &circuits))
+        let cutsets = dense(&reactions, n, |exprs| values.of(&self.equations, exprs)).select_columns(loops);
+        let circuits = values.jacobian(&self.equations, loops).transpose();
+        agree(cutsets.as_slice(), circuits.as_slice())
     }
 }

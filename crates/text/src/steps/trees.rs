@@ -2,14 +2,15 @@
 
 use std::collections::BTreeMap;
 
-use cotree::component::Origin;
+use cotree::component::{Element, Origin};
+use cotree::equations::Edge;
 use cotree::graph::{ElementId, Tree as SpanningTree};
 use cotree::tree::Trees;
 use cotree_draw::graph::GraphDrawing;
 
 use super::graphs::shortened;
 use super::projection::is_free;
-use super::view::{Edge, View};
+use super::view::View;
 use super::{Lesson, check, heading, words};
 use crate::document::{Block, Piece};
 use crate::name::Name;
@@ -68,13 +69,13 @@ impl Lesson<'_> {
         blocks.push(self.coordinates());
         blocks.push(words(self.weights(recommended)));
         let spans = |branches: usize, nodes: usize| branches + 1 == nodes;
-        let holds = spans(self.translation.branches.len(), self.translation.nodes.len())
-            && spans(self.rotation.branches.len(), self.rotation.nodes.len());
+        let holds = spans(self.translation.cutsets.len(), self.translation.nodes.len())
+            && spans(self.rotation.cutsets.len(), self.rotation.nodes.len());
         let text = format!(
             "{} branches for {} nodes in T, {} for {} in R",
-            self.translation.branches.len(),
+            self.translation.cutsets.len(),
             self.translation.nodes.len(),
-            self.rotation.branches.len(),
+            self.rotation.cutsets.len(),
             self.rotation.nodes.len()
         );
         blocks.push(check(&text, holds));
@@ -127,8 +128,9 @@ impl Lesson<'_> {
 
     /// The numbers of unknowns against those of the recommended trees, which no others have fewer than.
     fn weights(&self, recommended: bool) -> String {
-        let t: usize = self.translation.branches.iter().map(|branch| self.translational(branch.element).unknowns).sum();
-        let r: usize = self.rotation.branches.iter().map(|branch| self.rotational(branch.element).unknowns).sum();
+        let coordinates = &self.equations.coordinates;
+        let r = coordinates.iter().filter(|own| own.angular).count();
+        let t = coordinates.len() - r;
         let least = Trees::recommended(&self.equations.system);
         let t_least: usize = least.translation.branches.iter().map(|&id| self.translational(id).unknowns).sum();
         let r_least: usize = least.rotation.branches.iter().map(|&id| self.rotational(id).unknowns).sum();
@@ -136,16 +138,14 @@ impl Lesson<'_> {
             std::cmp::Ordering::Greater => format!("Tables 2 and 3 would give {t_least} + {r_least}"),
             _ => "no pair of trees has fewer coordinates (minimum-weight spanning trees)".to_owned(),
         };
-        let is_pin = |edge: &&Edge<_>| {
-            let element = self.equations.system.element(edge.element);
+        let is_pin = |element: &Element| {
             matches!(element.origin, Origin::Joint(_))
                 && element.translation.as_ref().is_some_and(|row| row.motion.is_empty() && row.reaction.len() == 2)
         };
-        let refused: Vec<&str> =
-            self.translation.chords.iter().filter(is_pin).map(|edge| edge.label.as_str()).collect();
-        let tie = match (refused.as_slice(), recommended, self.letters.has_two_components()) {
+        let refused = self.translation.elements(&self.equations.system, is_pin).next().is_some();
+        let tie = match (refused, recommended, self.letters.has_two_components()) {
             (.., false) => "",
-            ([], ..) => " All revolute joints were taken: no tie about where to cut a loop.",
+            (false, ..) => " All revolute joints were taken: no tie about where to cut a loop.",
             (_, true, _) => {
                 " Revolute joints were taken breadth first from the ground, so that loops are cut in their middle."
             }
@@ -166,7 +166,7 @@ fn table<D>(title: &str, view: &View<D>, order: Vec<ElementId>, facts: &dyn Fn(E
         return vec![words("Nothing turns: there is no rotational tree.")];
     }
     let edges: BTreeMap<ElementId, &Edge<D>> =
-        view.edges().into_iter().filter(|edge| !edge.is_term).map(|edge| (edge.element, edge)).collect();
+        view.edges.iter().filter(|edge| edge.term.is_none()).map(|edge| (edge.element, edge)).collect();
     let mut class: Vec<usize> = (0..view.nodes.len()).collect();
     let mut pieces = class.len();
     let mut decisions: Vec<Decision> = Vec::new();
@@ -177,7 +177,7 @@ fn table<D>(title: &str, view: &View<D>, order: Vec<ElementId>, facts: &dyn Fn(E
         let reason = match branch {
             true if own.is_fixed => "always".to_owned(),
             true => format!("joins {} to {}", piece(view, &class, b), piece(view, &class, a)),
-            false => refusal(view, edge, &own),
+            false => refusal(view, id, &own),
         };
         if branch {
             pieces -= 1;
@@ -253,10 +253,13 @@ fn piece<D>(view: &View<D>, class: &[usize], own: usize) -> String {
     }
 }
 
-fn refusal<D>(view: &View<D>, edge: &Edge<D>, own: &Facts) -> String {
-    let circuit = view.circuit(edge);
-    let others: Vec<&str> = circuit.iter().map(|(label, _)| label.as_str()).collect();
-    let with = if others.is_empty() { "itself".to_owned() } else { shortened(&others) };
-    let cut = if own.holds && !others.is_empty() { ": the loop is cut here" } else { "" };
-    format!("closes a loop with {with}{cut}")
+fn refusal<D>(view: &View<D>, id: ElementId, own: &Facts) -> String {
+    let circuit = view.circuit(id).map(|row| view.labels(row)).unwrap_or_default();
+    match circuit.as_slice() {
+        [] | [_] => "closes a loop with itself".to_owned(),
+        [_, others @ ..] => {
+            let cut = if own.holds { ": the loop is cut here" } else { "" };
+            format!("closes a loop with {}{cut}", shortened(others))
+        }
+    }
 }

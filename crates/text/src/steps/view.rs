@@ -1,71 +1,63 @@
-//! A graph with its tree, the edges of couplings among the chords.
+//! The record of a graph and its tree in letters.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
 
-use cotree::component::{CoupledEdge, System};
+use cotree::component::{Element, System};
+use cotree::equations::{Edge, Record, Row};
 use cotree::graph::{ElementId, LinearGraph, Node, Topology, Tree as SpanningTree};
 
+use super::projection::Rows;
 use crate::document::Piece;
 use crate::name::Name;
 use crate::tree::Tree;
-
-/// A row of a cutset or circuit matrix: labels of edges with their signs.
-pub type TopologyRow = Vec<(String, i8)>;
-
-#[derive(Clone, Debug)]
-pub struct Edge<D> {
-    pub label: String,
-    pub element: ElementId,
-    pub ends: [Node<D>; 2],
-    pub is_term: bool,
-}
 
 #[derive(Clone, Debug)]
 pub struct View<D> {
     /// Short names of the nodes, the datum's first.
     pub nodes: Vec<String>,
-    pub branches: Vec<Edge<D>>,
-    pub chords: Vec<Edge<D>>,
+    pub edges: Vec<Edge<D>>,
+    /// A row for each branch, which is its first edge.
+    pub cutsets: Vec<Row>,
+    /// A row for each chord, which is its first edge.
+    pub circuits: Vec<Row>,
     topology: Topology<D>,
 }
 
 impl<D> View<D> {
-    pub fn new(
-        system: &System,
-        graph: &LinearGraph<D>,
-        tree: &SpanningTree<D>,
-        coupled: Vec<CoupledEdge<D>>,
-        nodes: Vec<String>,
-    ) -> Self {
-        let topology = Topology::new(graph, tree);
-        let edge = |&element: &ElementId| Edge {
-            label: system.element(element).label.clone(),
-            element,
-            ends: topology.ends(element),
-            is_term: false,
-        };
-        let branches = tree.branches.iter().map(edge).collect();
-        let own: Vec<Edge<D>> = tree.chords.iter().map(edge).collect();
-        let terms = coupled.into_iter().map(|own| Edge {
-            label: own.label,
-            element: own.element,
-            ends: own.ends,
-            is_term: true,
-        });
-        let chords = own.into_iter().chain(terms).collect();
-        View { nodes, branches, chords, topology }
+    pub fn new(record: Record<D>, graph: &LinearGraph<D>, tree: &SpanningTree<D>, nodes: Vec<String>) -> Self {
+        let Record { edges, cutsets, circuits } = record;
+        View { nodes, edges, cutsets, circuits, topology: Topology::new(graph, tree) }
     }
 
-    /// Elements in their order, then the terms of couplings.
-    pub fn edges(&self) -> Vec<&Edge<D>> {
-        let mut edges: Vec<&Edge<D>> = self.branches.iter().chain(&self.chords).collect();
-        edges.sort_by_key(|edge| (edge.is_term, edge.element));
-        edges
+    /// The branch or chord of a row.
+    pub fn own(&self, row: &Row) -> &Edge<D> {
+        &self.edges[row[0].0]
+    }
+
+    /// The labels of a row's edges, its own first.
+    pub fn labels(&self, row: &Row) -> Vec<&str> {
+        row.iter().map(|&(place, _)| self.edges[place].label.as_str()).collect()
+    }
+
+    /// The terms of a row's sum, which is zero.
+    pub fn terms(&self, row: &[(usize, i8)], letter: impl Fn(&str) -> Tree) -> Vec<(bool, Tree)> {
+        row.iter().map(|&(place, sign)| (sign < 0, letter(&self.edges[place].label))).collect()
+    }
+
+    /// The variable of a row's own edge by those of the others.
+    pub fn by_others(&self, row: &Row, letter: impl Fn(&str) -> Tree) -> (Tree, Tree) {
+        let others = self.terms(&row[1..], &letter).into_iter().map(|(minus, tree)| (!minus, tree));
+        (letter(&self.own(row).label), Tree::sum(others.collect()))
+    }
+
+    /// Some rows as equations.
+    pub fn balances<'r>(&self, rows: impl IntoIterator<Item = &'r Row>, letter: impl Fn(&str) -> Tree) -> Rows {
+        rows.into_iter().map(|row| (Tree::sum(self.terms(row, &letter)), Tree::zero())).collect()
     }
 
     /// The nodes of an element; those of each term of a coupling behind the term's label.
     pub fn ends(&self, element: ElementId) -> Piece {
-        let edges: Vec<&Edge<D>> = self.edges().into_iter().filter(|edge| edge.element == element).collect();
+        let edges: Vec<&Edge<D>> = self.edges.iter().filter(|edge| edge.element == element).collect();
         let mut pieces = Vec::new();
         for edge in &edges {
             let [a, b] = edge.ends.map(|node| self.nodes[node.index()].as_str());
@@ -77,99 +69,74 @@ impl<D> View<D> {
         if pieces.is_empty() { Piece::words("-") } else { Piece::Row(pieces) }
     }
 
-    /// The chord that an element is itself.
-    pub fn chord(&self, element: ElementId) -> Option<&Edge<D>> {
-        self.chords.iter().find(|chord| !chord.is_term && chord.element == element)
+    /// The label of a term of a coupling.
+    pub fn term(&self, element: ElementId, term: usize) -> Option<&str> {
+        let own = self.edges.iter().find(|edge| (edge.element, edge.term) == (element, Some(term)));
+        own.map(|edge| edge.label.as_str())
     }
 
-    /// The row of \[B\] of a chord.
-    pub fn circuit(&self, chord: &Edge<D>) -> TopologyRow {
-        let row = self.topology.circuit_between(chord.ends);
-        let label = |element: ElementId| self.branches.iter().find(|branch| branch.element == element);
-        row.into_iter().filter_map(|(element, sign)| Some((label(element)?.label.clone(), sign))).collect()
+    /// The circuit of the chord that an element is itself.
+    pub fn circuit(&self, element: ElementId) -> Option<&Row> {
+        let is_own = |edge: &Edge<D>| edge.element == element && edge.term.is_none();
+        self.circuits.iter().find(|row| is_own(self.own(row)))
     }
 
-    /// The path along branches that a chord's displacement equals: minus its circuit.
-    pub fn path(&self, chord: &Edge<D>) -> TopologyRow {
-        self.circuit(chord).into_iter().map(|(label, sign)| (label, -sign)).collect()
+    /// The circuits of chords that are elements of some kind.
+    pub fn elements<'v>(
+        &'v self,
+        system: &'v System,
+        is_one: impl Fn(&Element) -> bool + 'v,
+    ) -> impl Iterator<Item = &'v Row> {
+        let own = |row: &Row| Some(self.own(row)).filter(|chord| chord.term.is_none());
+        self.circuits.iter().filter(move |row| own(row).is_some_and(|chord| is_one(system.element(chord.element))))
     }
 
-    /// The nodes along the tree from the first node of a chord to its second.
-    pub fn walk(&self, chord: &Edge<D>) -> Vec<usize> {
-        let edges = self.topology.outward().map(|(node, parent, ..)| (node.index(), parent.index()));
-        let before: HashMap<usize, usize> = edges.collect();
-        let [mut walk, mut back] = chord.ends.map(|end| {
-            let nodes = std::iter::successors(Some(end.index()), |node| before.get(node).copied());
-            nodes.collect::<Vec<usize>>()
-        });
-        // Both lead to the datum: what they share beyond the node where they meet is no part of the walk.
-        while let ([.., a, _], [.., b, _]) = (walk.as_slice(), back.as_slice())
-            && a == b
-        {
-            walk.pop();
-            back.pop();
+    /// The across variables of the terms of couplings.
+    pub fn of_terms(&self, letter: impl Fn(&str) -> Tree) -> impl Iterator<Item = (Tree, Tree)> {
+        let terms = self.circuits.iter().filter(|row| self.own(row).term.is_some());
+        terms.map(move |row| self.by_others(row, &letter))
+    }
+
+    /// The nodes along a circuit, from the first node of its chord to the second.
+    pub fn walk(&self, circuit: &Row) -> Vec<usize> {
+        let mut left: Vec<[usize; 2]> =
+            circuit[1..].iter().map(|&(edge, _)| self.edges[edge].ends.map(Node::index)).collect();
+        let mut walk = vec![self.own(circuit).ends[0].index()];
+        while let Some(next) = left.iter().position(|ends| walk.last().is_some_and(|at| ends.contains(at))) {
+            let [a, b] = left.swap_remove(next);
+            walk.push(if walk.last() == Some(&a) { b } else { a });
         }
-        walk.extend(back.into_iter().rev().skip(1));
         walk
     }
 
-    /// The rows of \[A\], one for each branch.
-    pub fn cutsets(&self) -> Vec<TopologyRow> {
-        let circuits: Vec<TopologyRow> = self.chords.iter().map(|chord| self.circuit(chord)).collect();
-        let sign =
-            |row: &TopologyRow, branch: &Edge<D>| row.iter().find(|(label, _)| *label == branch.label).map(|(_, s)| -s);
-        let row = |branch: &Edge<D>| {
-            let signs = self.chords.iter().zip(&circuits);
-            signs.filter_map(|(chord, circuit)| Some((chord.label.clone(), sign(circuit, branch)?))).collect()
-        };
-        self.branches.iter().map(row).collect()
-    }
-
-    /// The nodes that a branch holds to the datum, and +1 if it points towards them.
-    pub fn beyond(&self, branch: &Edge<D>) -> (BTreeSet<usize>, i8) {
-        let (mut nodes, mut towards) = (BTreeSet::new(), 1);
-        for (node, parent, own, sign) in self.topology.outward() {
-            if own == branch.element {
-                towards = sign;
-            }
+    /// The nodes that a branch holds to the datum.
+    pub fn beyond(&self, branch: &Edge<D>) -> BTreeSet<usize> {
+        let mut nodes = BTreeSet::new();
+        for (node, parent, own, _) in self.topology.outward() {
             if own == branch.element || nodes.contains(&parent.index()) {
                 nodes.insert(node.index());
             }
         }
-        (nodes, towards)
-    }
-
-    /// The edges between the nodes beyond a branch and the rest, with their signs; the branch has +1. Found from the nodes, not from circuits.
-    pub fn cut(&self, branch: &Edge<D>) -> TopologyRow {
-        let (inside, towards) = self.beyond(branch);
-        let sign = |edge: &Edge<D>| {
-            let [from, to] = edge.ends.map(|node| i8::from(inside.contains(&node.index())));
-            towards * (to - from)
-        };
-        let signs = self.edges().into_iter().map(|edge| (edge.label.clone(), sign(edge)));
-        signs.filter(|(_, sign)| *sign != 0).collect()
+        nodes
     }
 
     /// The edges with both ends among some nodes.
     pub fn inside(&self, nodes: &BTreeSet<usize>) -> Vec<&str> {
         let both = |edge: &&Edge<D>| edge.ends.iter().all(|node| nodes.contains(&node.index()));
-        self.edges().into_iter().filter(both).map(|edge| edge.label.as_str()).collect()
+        self.edges.iter().filter(both).map(|edge| edge.label.as_str()).collect()
     }
 
     /// Is the product of all cutsets, found from the nodes, with all circuits zero?
     pub fn is_orthogonal(&self) -> bool {
-        let cuts: Vec<TopologyRow> = self.branches.iter().map(|branch| self.cut(branch)).collect();
-        self.chords.iter().all(|chord| {
-            let circuit: Vec<(String, i8)> =
-                self.circuit(chord).into_iter().chain([(chord.label.clone(), 1)]).collect();
-            cuts.iter().all(|cut| {
-                let product = circuit.iter().map(|(label, sign)| {
-                    sign * cut.iter().find(|(own, _)| own == label).map_or(0, |(_, other)| *other)
-                });
-                product.sum::<i8>() == 0
-            })
-        })
+        let product =
+            |cut: &Row, circuit: &Row| -> i8 { circuit.iter().map(|&(edge, sign)| sign * sign_of(cut, edge)).sum() };
+        self.circuits.iter().all(|circuit| self.cutsets.iter().all(|cut| product(cut, circuit) == 0))
     }
+}
+
+/// The sign of an edge in a row.
+pub fn sign_of(row: &Row, edge: usize) -> i8 {
+    row.iter().find(|(own, _)| *own == edge).map_or(0, |(_, sign)| *sign)
 }
 
 /// From a node to a node.

@@ -34,17 +34,6 @@ pub fn tree(equations: &Equations, letters: Letters, formula: &Formula) -> Tree 
     }
 }
 
-/// A law times a tree.
-pub fn times(law: Tree, tree: Tree) -> Tree {
-    match law {
-        Tree::Sum(mut only) if only.len() == 1 => {
-            let (minus, inner) = only.remove(0);
-            Tree::Sum(vec![(minus, Tree::product(vec![inner, tree]))])
-        }
-        law => Tree::product(vec![law, tree]),
-    }
-}
-
 /// |r| and its rate, theta and omega of the load's own edge; other variables by their names.
 fn variable(equations: &Equations, letters: Letters, own: Variable) -> Tree {
     let label = match own.owner {

@@ -6,45 +6,26 @@ mod law;
 use cotree::component::{Angle, Direction, Element, Force, Known, Origin, Resistance, Torque};
 use cotree::equations::Equations;
 use cotree::expr::Expr;
-use cotree::graph::ElementId;
-use cotree::mechanism::{BodyId, Owner, Quantity, Variable};
+use cotree::graph::{ElementId, Rotation, Translation};
+use cotree::mechanism::{BodyId, Formula, Owner, Quantity, Variable};
 
 use super::labels::number;
 use super::letters::Letters;
 use super::parts::kind;
+use super::projection::{Rows, is_free};
+use super::view::View;
 use super::{Lesson, heading, thinned, words};
 use crate::document::{Block, Piece};
 use crate::name::Name;
 use crate::tree::{Tree, plain};
 
-/// A right side; it may contain formulas of the scene.
-enum Side {
-    Tree(Tree),
-    /// Formulas times trees; a formula alone has none.
-    Sum(Vec<(Expr, Option<Tree>)>),
-    Components([Expr; 2]),
-    Turned(Tree, [Expr; 2]),
+/// What writes the terminal equations of an element.
+struct Terminal<'l> {
+    equations: &'l mut Equations,
+    letters: Letters,
+    translation: &'l View<Translation>,
+    rotation: &'l View<Rotation>,
 }
-
-impl Side {
-    fn formula(expr: Expr) -> Side {
-        Side::Sum(vec![(expr, None)])
-    }
-
-    fn times(expr: Expr, tree: Tree) -> Side {
-        Side::Sum(vec![(expr, Some(tree))])
-    }
-
-    fn formulas(&self) -> Vec<Expr> {
-        match self {
-            Side::Tree(_) => Vec::new(),
-            Side::Sum(terms) => terms.iter().map(|(expr, _)| *expr).collect(),
-            Side::Components(pair) | Side::Turned(_, pair) => pair.to_vec(),
-        }
-    }
-}
-
-type Rows = Vec<(Tree, Side)>;
 
 impl Lesson<'_> {
     /// Section 5: what each element says by itself.
@@ -74,26 +55,25 @@ impl Lesson<'_> {
     fn gravity(&mut self) -> Option<Block> {
         let mechanism = &*self.equations.system.mechanism.clone();
         let gravity = mechanism.gravity.each_ref().map(|component| self.equations.system.value(component));
-        let [x, y] = <[Tree; 2]>::try_from(plain(&self.equations, &gravity)).ok()?;
+        let vector = self.letters.components(plain(&self.equations, &gravity));
         let acts = self.dynamic && gravity != [Expr::ZERO; 2];
-        acts.then(|| Block::Equations(vec![(self.letters.gravity(), pair(self.letters, [x, y]))]))
+        acts.then(|| Block::Equations(vec![(self.letters.gravity(), vector)]))
     }
 
     /// The terminal equations of one element, forces and torques only if there are masses.
-    pub fn says(&mut self, id: ElementId) -> Vec<(Tree, Tree)> {
-        let (letters, dynamic) = (self.letters, self.dynamic);
-        let equations = &mut self.equations;
-        let element = equations.system.element(id).clone();
-        let mut rows = Vec::new();
-        translation(equations, letters, &element, &mut rows);
-        rotation(letters, &element, &mut rows);
-        coupling::relation(equations, letters, id, &mut rows);
-        if dynamic {
-            force_equations(equations, letters, &element, &mut rows);
-            torque_equations(equations, letters, id, &mut rows);
-            coupling::loads(equations, letters, id, &mut rows);
+    pub fn says(&mut self, id: ElementId) -> Rows {
+        let element = self.equations.system.element(id).clone();
+        let Lesson { equations, letters, translation, rotation, .. } = self;
+        let mut terminal = Terminal { equations, letters: *letters, translation, rotation };
+        let mut rows = terminal.displacement(&element);
+        rows.extend(terminal.angle(&element));
+        rows.extend(terminal.relation(id, &element));
+        if self.dynamic {
+            rows.extend(terminal.force(&element));
+            rows.extend(terminal.torque(&element));
+            rows.extend(terminal.loads(id, &element));
         }
-        resolve(equations, rows)
+        rows
     }
 
     /// What an element leaves unknown: r or s, F or lambda, theta, T.
@@ -125,9 +105,9 @@ impl Lesson<'_> {
     /// Two variables for each edge and direction against terminal, cutset and circuit equations.
     fn count_of_equations(&self) -> String {
         let directions = if self.letters.has_two_components() { 2 } else { 1 };
-        let (t, r) = (self.translation.edges().len(), self.rotation.edges().len());
-        let (t_cut, r_cut) = (directions * self.translation.branches.len(), self.rotation.branches.len());
-        let (t_loop, r_loop) = (directions * self.translation.chords.len(), self.rotation.chords.len());
+        let (t, r) = (self.translation.edges.len(), self.rotation.edges.len());
+        let (t_cut, r_cut) = (directions * self.translation.cutsets.len(), self.rotation.cutsets.len());
+        let (t_loop, r_loop) = (directions * self.translation.circuits.len(), self.rotation.circuits.len());
         let (unknowns, own) = (2 * directions * t + 2 * r, directions * t + r);
         let all = own + t_cut + r_cut + t_loop + r_loop;
         let verdict = if all == unknowns { "as many" } else { "NOT as many" };
@@ -139,171 +119,193 @@ impl Lesson<'_> {
     }
 }
 
-fn translation(equations: &mut Equations, letters: Letters, element: &Element, rows: &mut Rows) {
-    let Some(row) = &element.translation else { return };
-    let own = letters.displacement(&element.label);
-    let slide = row.motion.first().and_then(|(along, _)| match *along {
-        Direction::Fixed(body, axis) => Some((letters.direction(*along, element, true), body, axis)),
-        Direction::X | Direction::Y => None,
-    });
-    match (&row.known, element.origin, slide) {
-        (Known::Zero, Origin::Joint(_), Some((axis_name, body, axis))) => {
-            let slide = Tree::product(vec![letters.slide(&element.label), axis_name.clone()]);
-            rows.push((own, Side::Tree(slide)));
-            rows.push((axis_name, turned(equations, letters, body, axis)));
-        }
-        (Known::Zero, Origin::Joint(_), None) => rows.push((own, Side::Tree(Tree::zero()))),
-        (Known::Zero, ..) => {}
-        // A rolling disc: along the line, and a radius beside it.
-        (Known::Fixed(body, at), Origin::Joint(_), Some((axis_name, of, axis))) => {
-            let beside = Tree::Name(Name::edge("h", &element.label, true));
-            let slide = Tree::product(vec![letters.slide(&element.label), axis_name.clone()]);
-            rows.push((own, Side::Tree(Tree::Sum(vec![(false, slide), (false, beside.clone())]))));
-            rows.push((axis_name, turned(equations, letters, of, axis)));
-            rows.push((beside, turned(equations, letters, *body, *at)));
-        }
-        (Known::Fixed(body, at), ..) => rows.push((own, turned(equations, letters, *body, *at))),
-        (Known::Given([x, y]), ..) => rows.push((own, components(letters, [x.value, y.value]))),
-        (Known::Along(of, axis, signal), ..) => {
-            let axis_name = Tree::Name(Name::edge("u", &element.label, true));
-            rows.push((own, Side::times(signal.value, axis_name.clone())));
-            rows.push((axis_name, turned(equations, letters, *of, *axis)));
-        }
-    }
-}
-
-fn force_equations(equations: &mut Equations, letters: Letters, element: &Element, rows: &mut Rows) {
-    let Some(row) = &element.translation else { return };
-    let own = letters.force(&element.label);
-    match &row.through {
-        // The free direction of a rolling disc belongs to its coupling.
-        Force::None if element.coupling.is_some() => {}
-        Force::None => {
-            for (along, _) in &row.motion {
-                let projected = letters.projected(own.clone(), *along, element, true);
-                rows.push((projected, Side::Tree(Tree::zero())));
+impl Terminal<'_> {
+    fn displacement(&mut self, element: &Element) -> Rows {
+        let Some(row) = &element.translation else { return Rows::new() };
+        let own = self.letters.displacement(&element.label);
+        let axis = row.motion.first().map(|(along, _)| *along).and_then(|along| match along {
+            Direction::Fixed(body, axis) => {
+                Some((self.letters.direction(along, element, true), self.turned(body, axis)))
+            }
+            Direction::X | Direction::Y => None,
+        });
+        let slide = |axis: &Tree| Tree::product(vec![self.letters.slide(&element.label), axis.clone()]);
+        match (&row.known, axis) {
+            (Known::Zero, Some(axis)) => vec![(own, slide(&axis.0)), axis],
+            (Known::Zero, None) if matches!(element.origin, Origin::Joint(_)) => vec![(own, Tree::zero())],
+            (Known::Zero, None) => Rows::new(),
+            // A rolling disc: along the line, and a radius beside it.
+            (Known::Fixed(body, at), Some(axis)) => {
+                let beside = Tree::Name(Name::edge("h", &element.label, true));
+                let both = Tree::Sum(vec![(false, slide(&axis.0)), (false, beside.clone())]);
+                vec![(own, both), axis, (beside, self.turned(*body, *at))]
+            }
+            (Known::Fixed(body, at), None) => vec![(own, self.turned(*body, *at))],
+            (Known::Given([x, y]), _) => vec![(own, self.components([x.value, y.value]))],
+            (Known::Along(body, axis, signal), _) => {
+                let name = Tree::Name(Name::edge("u", &element.label, true));
+                vec![(own, self.times(signal.value, name.clone())), (name, self.turned(*body, *axis))]
             }
         }
-        Force::Inertia(body) => {
-            let mass = value_name(equations, *body, "mass");
-            rows.push((own, Side::Tree(inertia_force(equations, letters, element, *body, mass))));
+    }
+
+    fn force(&mut self, element: &Element) -> Rows {
+        let Some(row) = &element.translation else { return Rows::new() };
+        let own = self.letters.force(&element.label);
+        let along = |along: &Direction| self.letters.projected(own.clone(), *along, element, true);
+        let mut motion = row.motion.iter().map(|(direction, _)| along(direction));
+        let right = match &row.through {
+            // The free direction of a rolling disc belongs to its coupling.
+            Force::None if element.coupling.is_some() => return Rows::new(),
+            Force::None => return motion.map(|projected| (projected, Tree::zero())).collect(),
+            Force::Inertia(body) => self.inertia_force(element, *body),
+            Force::Resistance(law) => {
+                let speed = self.letters.rate_of_slide(&element.label);
+                let projected = motion.next().unwrap_or(own);
+                return vec![(projected, self.resisting(element, *law, speed, Quantity::V))];
+            }
+            Force::World(vector) => {
+                self.letters.components(vector.iter().map(|component| self.law(component)).collect())
+            }
+            Force::InBody(body, vector) => {
+                let vector = self.letters.components(vector.iter().map(|component| self.law(component)).collect());
+                Tree::product(vec![Tree::Call("R", vec![self.angle_of(*body)]), vector])
+            }
+            Force::Line(law) if self.letters.has_two_components() => {
+                sum(vec![(self.law(law), Some(self.unit(&element.label)))])
+            }
+            Force::Line(law) => self.law(law),
+        };
+        vec![(own, right)]
+    }
+
+    /// -m (a - g); a body that opts out of gravity has no g.
+    fn inertia_force(&mut self, element: &Element, body: BodyId) -> Tree {
+        let mass = self.value_name(body, "mass");
+        let system = &mut self.equations.system;
+        let mechanism = &*system.mechanism.clone();
+        let weightless = mechanism.bodies[body.0].weightless
+            || mechanism.gravity.each_ref().map(|component| system.value(component)) == [Expr::ZERO; 2];
+        let acceleration = self.letters.acceleration(&element.label);
+        match weightless {
+            _ if mass == Tree::zero() => mass,
+            true => Tree::Sum(vec![(true, Tree::product(vec![mass, acceleration]))]),
+            false => Tree::product(vec![mass, Tree::sum(vec![(true, acceleration), (false, self.letters.gravity())])]),
         }
-        Force::Resistance(law) => {
-            if let Some((along, _)) = row.motion.first() {
-                let speed = letters.rate_of_slide(&element.label);
-                let side = resisting(equations, element, *law, speed, Quantity::V);
-                rows.push((letters.projected(own, *along, element, true), side));
+    }
+
+    /// The direction from one end of an element to the other.
+    fn unit(&self, label: &str) -> Tree {
+        let size = Tree::Call("abs", vec![self.letters.displacement(label)]);
+        Tree::Quotient(Box::new([self.letters.displacement(label), size]))
+    }
+
+    fn angle(&self, element: &Element) -> Option<(Tree, Tree)> {
+        let value = match element.rotation.as_ref()?.angle {
+            Angle::Free(_) => return None,
+            Angle::Constant(value) => value,
+            Angle::Given(signal) => signal.value,
+        };
+        Some((self.letters.angle(&element.label), self.formula(value)))
+    }
+
+    fn torque(&mut self, element: &Element) -> Option<(Tree, Tree)> {
+        let right = match &element.rotation.as_ref()?.through {
+            Torque::None if is_free(element) && element.coupling.is_none() => Tree::zero(),
+            Torque::None => return None,
+            Torque::Inertia(body) => self.inertia_torque(element, *body),
+            Torque::Resistance(law) => {
+                self.resisting(element, *law, self.letters.omega(&element.label), Quantity::Omega)
+            }
+            Torque::Law(law) => self.law(law),
+        };
+        Some((self.letters.torque(&element.label), right))
+    }
+
+    /// -I alpha - k . sum r x F over the edges that turn with the body (6).
+    fn inertia_torque(&mut self, element: &Element, body: BodyId) -> Tree {
+        let inertia = self.value_name(body, "inertia");
+        let mut terms = Vec::new();
+        if inertia != Tree::zero() {
+            terms.push((true, Tree::product(vec![inertia, self.letters.alpha(&element.label)])));
+        }
+        let carried = self.translation.edges.iter().filter(|edge| edge.carrier == Some(body));
+        let moments = carried.map(|edge| {
+            let moment = [self.letters.displacement(&edge.label), self.letters.force(&edge.label)];
+            (false, Tree::Relation("x", Box::new(moment)))
+        });
+        let moments: Vec<(bool, Tree)> = moments.collect();
+        if !moments.is_empty() {
+            terms.push((true, self.letters.out_of_plane(Tree::Sum(moments))));
+        }
+        Tree::sum(terms)
+    }
+
+    /// -c v; with friction the whole law of the joint's velocity.
+    fn resisting(&mut self, element: &Element, law: Resistance, speed: Tree, quantity: Quantity) -> Tree {
+        match (law.damper(), element.origin) {
+            (None, Origin::Joint(joint)) => {
+                let velocity = self.equations.variable(Variable { owner: Owner::Joint(joint), quantity });
+                let resisting = law.at(&mut self.equations.system.arena, velocity);
+                self.formula(resisting)
+            }
+            (damper, _) => {
+                let minus = self.equations.system.arena.negate(damper.unwrap_or(Expr::ZERO));
+                self.times(minus, speed)
             }
         }
-        Force::World(vector) => {
-            let vector = vector.each_ref().map(|component| law::tree(equations, letters, component));
-            rows.push((own, Side::Tree(pair(letters, vector))));
-        }
-        Force::InBody(body, vector) => {
-            let vector = vector.each_ref().map(|component| law::tree(equations, letters, component));
-            let turn = Tree::Call("R", vec![angle_of(equations, letters, *body)]);
-            rows.push((own, Side::Tree(Tree::product(vec![turn, pair(letters, vector)]))));
-        }
-        Force::Line(law) => {
-            let law = law::tree(equations, letters, law);
-            let side = match letters.has_two_components() {
-                true => law::times(law, unit(letters, &element.label)),
-                false => law,
-            };
-            rows.push((own, Side::Tree(side)));
-        }
     }
-}
 
-/// -m (a - g); a body that opts out of gravity has no g.
-fn inertia_force(equations: &mut Equations, letters: Letters, element: &Element, body: BodyId, mass: Tree) -> Tree {
-    let mechanism = &*equations.system.mechanism.clone();
-    let gravity = mechanism.gravity.each_ref().map(|component| equations.system.value(component));
-    let weightless = mechanism.bodies[body.0].weightless || gravity == [Expr::ZERO; 2];
-    let acceleration = letters.acceleration(&element.label);
-    match weightless {
-        _ if mass == Tree::zero() => mass,
-        true => Tree::Sum(vec![(true, Tree::product(vec![mass, acceleration]))]),
-        false => Tree::product(vec![mass, Tree::sum(vec![(true, acceleration), (false, letters.gravity())])]),
+    fn law(&self, law: &Formula) -> Tree {
+        law::tree(self.equations, self.letters, law)
     }
-}
 
-/// The direction from one end of an element to the other.
-fn unit(letters: Letters, label: &str) -> Tree {
-    let size = Tree::Call("abs", vec![letters.displacement(label)]);
-    Tree::Quotient(Box::new([letters.displacement(label), size]))
-}
-
-fn rotation(letters: Letters, element: &Element, rows: &mut Rows) {
-    let Some(row) = &element.rotation else { return };
-    match &row.angle {
-        Angle::Free(_) => {}
-        Angle::Constant(value) => rows.push((letters.angle(&element.label), Side::formula(*value))),
-        Angle::Given(signal) => rows.push((letters.angle(&element.label), Side::formula(signal.value))),
+    fn formula(&self, expr: Expr) -> Tree {
+        plain(self.equations, &[expr]).pop().unwrap_or_else(Tree::zero)
     }
-}
 
-fn torque_equations(equations: &mut Equations, letters: Letters, id: ElementId, rows: &mut Rows) {
-    let element = equations.system.element(id).clone();
-    let Some(row) = &element.rotation else { return };
-    let own = letters.torque(&element.label);
-    match &row.through {
-        Torque::None if matches!(row.angle, Angle::Free(_)) && element.coupling.is_none() => {
-            rows.push((own, Side::Tree(Tree::zero())));
-        }
-        Torque::None => {}
-        Torque::Inertia(body) => {
-            let inertia = value_name(equations, *body, "inertia");
-            let alpha = letters.alpha(&element.label);
-            let mut terms = vec![(true, Tree::product(vec![inertia.clone(), alpha]))];
-            terms.retain(|_| inertia != Tree::zero());
-            let moments = carried(equations, id, *body).into_iter().map(|other| {
-                let moment = [letters.displacement(&other), letters.force(&other)];
-                (false, Tree::Relation("x", Box::new(moment)))
-            });
-            let moments: Vec<(bool, Tree)> = moments.collect();
-            if !moments.is_empty() {
-                terms.push((true, letters.out_of_plane(Tree::Sum(moments))));
+    fn times(&self, factor: Expr, tree: Tree) -> Tree {
+        sum(vec![(self.formula(factor), Some(tree))])
+    }
+
+    /// R(theta) (x, y); the ground does not turn, nor does anything on a line.
+    fn turned(&self, body: Option<BodyId>, at: [Expr; 2]) -> Tree {
+        match body {
+            Some(body) if self.letters.has_two_components() => {
+                Tree::product(vec![Tree::Call("R", vec![self.angle_of(body)]), self.components(at)])
             }
-            rows.push((own, Side::Tree(Tree::sum(terms))));
-        }
-        Torque::Resistance(law) => {
-            let omega = letters.omega(&element.label);
-            let side = resisting(equations, &element, *law, omega, Quantity::Omega);
-            rows.push((own, side));
-        }
-        Torque::Law(law) => {
-            let law = law::tree(equations, letters, law);
-            rows.push((own, Side::Tree(law)));
+            _ => self.components(at),
         }
     }
-}
 
-/// -c v; with friction the whole law of the joint's velocity.
-fn resisting(equations: &mut Equations, element: &Element, law: Resistance, speed: Tree, quantity: Quantity) -> Side {
-    match (law.damper(), element.origin) {
-        (None, Origin::Joint(joint)) => {
-            let velocity = equations.variable(Variable { owner: Owner::Joint(joint), quantity });
-            Side::formula(law.at(&mut equations.system.arena, velocity))
-        }
-        (damper, _) => {
-            let minus = equations.system.arena.negate(damper.unwrap_or(Expr::ZERO));
-            Side::times(minus, speed)
+    fn components(&self, vector: [Expr; 2]) -> Tree {
+        self.letters.components(vector.map(|component| self.formula(component)).into())
+    }
+
+    /// The symbol of a body's mass or inertia.
+    fn value_name(&mut self, body: BodyId, word: &str) -> Tree {
+        let own = &self.equations.system.mechanism.clone().bodies[body.0];
+        let (formula, letter) = if word == "mass" { (&own.mass, "m") } else { (&own.inertia, "I") };
+        match formula {
+            Some(formula) => {
+                let value = self.equations.system.value(formula);
+                self.formula(value)
+            }
+            // A body that does not turn needs no inertia: its symbol stands, and goes with its angular acceleration.
+            None => {
+                let system = &self.equations.system;
+                let number = system.find(Origin::Body(body)).map(|id| number(system, id));
+                Tree::Name(Name::symbol(&format!("{letter}_{}", number.unwrap_or_default())))
+            }
         }
     }
-}
 
-/// The edges whose forces turn a body (6): its arms, what slides along an axis fixed in it, and couplings along such an axis.
-fn carried(equations: &Equations, own: ElementId, body: BodyId) -> Vec<String> {
-    let system = &equations.system;
-    let is_carried = |element: &Element| match (element.origin, &element.translation) {
-        (Origin::Arm(of, _), _) => of == body,
-        (Origin::Joint(_) | Origin::Driver(_), Some(row)) => row.carrier() == Some(body),
-        _ => false,
-    };
-    let others = system.elements.iter().enumerate().filter(|(index, _)| *index != own.0);
-    let edges = others.filter(|(_, element)| is_carried(element)).map(|(_, element)| element.label.clone());
-    edges.chain(coupling::carried(system, body)).collect()
+    /// theta of the edge of a body.
+    fn angle_of(&self, body: BodyId) -> Tree {
+        let system = &self.equations.system;
+        let id = system.find(Origin::Body(body));
+        self.letters.angle(id.map_or("", |id| &system.element(id).label))
+    }
 }
 
 /// v = omega k x r, a = alpha k x r - omega^2 r
@@ -313,66 +315,6 @@ fn turning() -> Vec<(Tree, Tree)> {
     let across = |rate: &Tree| Tree::Relation("x", Box::new([Tree::product(vec![rate.clone(), k.clone()]), r.clone()]));
     let square = Tree::product(vec![Tree::power(omega.clone(), Tree::Number(2.0)), r.clone()]);
     vec![(v, across(&omega)), (a, Tree::Sum(vec![(false, across(&alpha)), (true, square)]))]
-}
-
-/// R(theta) (x, y); the ground does not turn, nor does anything on a line.
-fn turned(equations: &Equations, letters: Letters, body: Option<BodyId>, at: [Expr; 2]) -> Side {
-    match body {
-        Some(body) if letters.has_two_components() => {
-            Side::Turned(Tree::Call("R", vec![angle_of(equations, letters, body)]), at)
-        }
-        _ => components(letters, at),
-    }
-}
-
-fn pair(letters: Letters, [x, y]: [Tree; 2]) -> Tree {
-    if letters.has_two_components() { Tree::Call("", vec![x, y]) } else { x }
-}
-
-fn components(letters: Letters, vector: [Expr; 2]) -> Side {
-    if letters.has_two_components() { Side::Components(vector) } else { Side::formula(vector[0]) }
-}
-
-/// The symbol of a body's mass or inertia.
-fn value_name(equations: &mut Equations, body: BodyId, word: &str) -> Tree {
-    let own = &equations.system.mechanism.clone().bodies[body.0];
-    let formula = if word == "mass" { &own.mass } else { &own.inertia };
-    match formula {
-        Some(formula) => {
-            let value = equations.system.value(formula);
-            plain(equations, &[value]).pop().unwrap_or_else(Tree::zero)
-        }
-        // A body that does not turn needs no inertia: its symbol stands, and goes with its angular acceleration.
-        None => {
-            let letter = if word == "mass" { "m" } else { "I" };
-            let number = equations.system.find(Origin::Body(body)).map(|id| number(&equations.system, id));
-            Tree::Name(Name::symbol(&format!("{letter}_{}", number.unwrap_or_default())))
-        }
-    }
-}
-
-/// theta of the edge of a body.
-fn angle_of(equations: &Equations, letters: Letters, body: BodyId) -> Tree {
-    let id = equations.system.find(Origin::Body(body));
-    letters.angle(id.map_or("", |id| equations.system.element(id).label.as_str()))
-}
-
-/// Replaces expressions by formulas; abbreviations follow.
-fn resolve(equations: &mut Equations, rows: Rows) -> Vec<(Tree, Tree)> {
-    let roots: Vec<Expr> = rows.iter().flat_map(|(_, side)| side.formulas()).collect();
-    let mut found = plain(equations, &roots).into_iter();
-    let mut next = || found.next().unwrap_or_else(Tree::zero);
-    let mut lines = Vec::new();
-    for (left, side) in rows {
-        let right = match side {
-            Side::Tree(tree) => tree,
-            Side::Sum(terms) => sum(terms.into_iter().map(|(_, tree)| (next(), tree)).collect()),
-            Side::Components(_) => Tree::Call("", vec![next(), next()]),
-            Side::Turned(turn, _) => Tree::product(vec![turn, Tree::Call("", vec![next(), next()])]),
-        };
-        lines.push((left, right));
-    }
-    lines
 }
 
 /// Products with their signs in front; ones and zeros are left out.

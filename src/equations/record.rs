@@ -1,0 +1,121 @@
+//! What the trees make of both graphs, as data to be printed: which edges the cutset of each branch cuts, and which the circuit of each chord
+//! passes. The cutsets come from the transformation that gives \[M\] and {Q} their forces, with a load of one in each chord.
+
+use std::collections::HashMap;
+
+use super::Equations;
+use super::couplings;
+use super::dynamics::chord_transformation;
+use super::form::Form;
+use crate::component::{CoupledEdge, Element, Port, System, TranslationalRow};
+use crate::expr::{Arena, Expr, Node as Operation, Symbol};
+use crate::graph::{ElementId, LinearGraph, Node, Rotation, Topology, Translation, Tree};
+use crate::mechanism::BodyId;
+
+/// An edge of a graph: an element's own, or a term of a coupling, which is a chord in every tree.
+#[derive(Clone, Debug)]
+pub struct Edge<D> {
+    pub label: String,
+    pub element: ElementId,
+    pub term: Option<usize>,
+    /// From, to.
+    pub ends: [Node<D>; 2],
+    /// The body that its displacement turns with, whose torque has its r x F (Eq. 6).
+    pub carrier: Option<BodyId>,
+}
+
+/// Edges by their places, with their signs. The first is the branch or chord to which the row belongs, with +1.
+pub type Row = Vec<(usize, i8)>;
+
+/// One graph with its tree.
+#[derive(Clone, Debug)]
+pub struct Record<D> {
+    /// Elements in their order, then the terms of couplings.
+    pub edges: Vec<Edge<D>>,
+    /// \[1 | A\] (Eq. 8), a row for each branch: the sum of the through variables is zero.
+    pub cutsets: Vec<Row>,
+    /// \[B | 1\] (Eq. 12), a row for each chord: the sum of the across variables is zero.
+    pub circuits: Vec<Row>,
+}
+
+impl Equations {
+    /// What Steps 1 and 2 take from the graphs.
+    pub fn record(&self) -> (Record<Translation>, Record<Rotation>) {
+        let (system, trees, (translation, rotation)) = (&self.system, &self.trees, self.topologies());
+        (
+            Record::new(system, &system.translation, (&trees.translation, &translation), system.coupled_points()),
+            Record::new(system, &system.rotation, (&trees.rotation, &rotation), system.coupled_bodies()),
+        )
+    }
+}
+
+impl<D> Record<D> {
+    fn new(
+        system: &System,
+        graph: &LinearGraph<D>,
+        (tree, topology): (&Tree<D>, &Topology<D>),
+        terms: Vec<CoupledEdge<D>>,
+    ) -> Self {
+        let edge = |label: &str, element, term, ends| {
+            let (label, carrier) = (label.to_owned(), carrier(system.element(element), term));
+            Edge { label, element, term, ends, carrier }
+        };
+        let own = graph.edges().map(|(id, ends)| edge(&system.element(id).label, id, None, ends));
+        let mut edges: Vec<Edge<D>> = own.collect();
+        let places: HashMap<ElementId, usize> = edges.iter().map(|edge| edge.element).zip(0..).collect();
+        let mut chords: Vec<usize> = tree.chords.iter().map(|chord| places[chord]).collect();
+        chords.extend(edges.len()..edges.len() + terms.len());
+        edges.extend(terms.iter().map(|own| edge(&own.label, own.element, Some(own.term), own.ends)));
+        let circuit = |&chord: &usize| {
+            let branches = topology.circuit_between(edges[chord].ends).into_iter();
+            std::iter::once((chord, 1)).chain(branches.map(|(branch, sign)| (places[&branch], sign))).collect()
+        };
+        let circuits = chords.iter().map(circuit).collect();
+        let cutsets = cutsets((tree, topology), &places, &edges, &chords);
+        Record { edges, cutsets, circuits }
+    }
+}
+
+impl<D> Record<D> {
+    /// The cutset of a branch.
+    pub fn cutset(&self, branch: ElementId) -> Option<&Row> {
+        self.cutsets.iter().find(|row| self.edges[row[0].0].element == branch)
+    }
+}
+
+/// The branches' through variables for a load of one in each chord, which has the load's place among the edges as its key.
+fn cutsets<D>(
+    (tree, topology): (&Tree<D>, &Topology<D>),
+    places: &HashMap<ElementId, usize>,
+    edges: &[Edge<D>],
+    chords: &[usize],
+) -> Vec<Row> {
+    let arena = &mut Arena::default();
+    let (mut through, mut coupled) = (HashMap::new(), HashMap::new());
+    for &chord in chords {
+        let (edge, load) = (&edges[chord], arena.symbol(Symbol::Reaction(chord)));
+        let load = Form::term(arena, load, &Expr::ONE);
+        match edge.term {
+            None => drop(through.insert(edge.element, load)),
+            Some(_) => couplings::add(arena, &mut coupled, edge.ends.map(Node::index), &load),
+        }
+    }
+    chord_transformation(arena, tree, topology, &coupled, &mut through);
+    let row = |branch: &ElementId| {
+        let others = through[branch].terms().filter_map(|(load, &factor)| match arena.node(load) {
+            Operation::Symbol(Symbol::Reaction(chord)) => Some((chord, if factor == Expr::ONE { -1 } else { 1 })),
+            _ => None,
+        });
+        std::iter::once((places[branch], 1)).chain(others).collect()
+    };
+    tree.branches.iter().map(row).collect()
+}
+
+/// The body that an edge of the translational graph turns with.
+fn carrier(element: &Element, term: Option<usize>) -> Option<BodyId> {
+    let Some(term) = term else { return element.translation.as_ref().and_then(TranslationalRow::carrier) };
+    match element.coupling.as_ref()?.terms.get(term)?.port {
+        Port::Along(_, direction) => direction.carrier(),
+        Port::Angle(_) | Port::Length(_) | Port::Curve(..) => None,
+    }
+}
