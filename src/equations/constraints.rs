@@ -2,11 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use super::Equations;
 use super::couplings::{self, CoupledChord};
 use super::form::{Coefficient, Form};
 use super::kinematics::{Kinematics, known_angle, project};
 use super::vector::Scalar;
-use crate::component::{Angle, Held, System};
+use crate::component::{Angle, Direction, Held, System};
 use crate::expr::{Arena, Expr, Node, Order, Symbol};
 use crate::graph::{ElementId, Rotation, Translation, Tree};
 
@@ -46,6 +47,19 @@ impl Constraint {
     /// A trivial row without followers: it does not constrain the motion.
     pub fn says_nothing(&self) -> bool {
         self.is_trivial() && self.followers.is_empty()
+    }
+}
+
+impl Equations {
+    /// Does an element's terminal equation (Table 1) alone say that its displacement is zero along a direction?
+    pub fn is_zero(&mut self, id: ElementId, along: Direction) -> bool {
+        let Equations { system, kinematics, .. } = self;
+        let Some(row) = system.element(id).translation.clone() else { return false };
+        let (_, axis) = kinematics.direction(system, along);
+        let mut parts = vec![kinematics.known(system, &row.known).position];
+        parts.extend(row.motion.iter().map(|(free, _)| kinematics.direction(system, *free).1));
+        let arena = &mut system.arena;
+        parts.iter().all(|part| part.dot(arena, &axis).total(arena, &kinematics.frames).is_zero())
     }
 }
 

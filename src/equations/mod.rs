@@ -26,10 +26,10 @@ pub use couplings::CoupledChord;
 pub use dynamics::Dynamics;
 use dynamics::{Laws, Sums};
 use kinematics::Kinematics;
-pub use record::{Edge, Record, Row};
+pub use record::{Edge, EdgeRow, GraphRecord};
 pub use shares::Share;
 pub use vector::FrameId;
-pub use vibration::{Column, Vibration};
+pub use vibration::{ElementColumn, Vibration};
 
 use crate::component::{Angle, CoordinateName, System};
 use crate::expr::{Expr, Order, Symbol};

@@ -1,7 +1,7 @@
 //! What the trees make of both graphs, as data to be printed: which edges the cutset of each branch cuts, and which the circuit of each chord
 //! passes. The cutsets come from the transformation that gives \[M\] and {Q} their forces, with a load of one in each chord.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use super::Equations;
 use super::couplings;
@@ -25,35 +25,35 @@ pub struct Edge<D> {
 }
 
 /// Edges by their places, with their signs. The first is the branch or chord to which the row belongs, with +1.
-pub type Row = Vec<(usize, i8)>;
+pub type EdgeRow = Vec<(usize, i8)>;
 
 /// One graph with its tree.
 #[derive(Clone, Debug)]
-pub struct Record<D> {
+pub struct GraphRecord<D> {
     /// Elements in their order, then the terms of couplings.
     pub edges: Vec<Edge<D>>,
     /// \[1 | A\] (Eq. 8), a row for each branch: the sum of the through variables is zero.
-    pub cutsets: Vec<Row>,
+    pub cutsets: Vec<EdgeRow>,
     /// \[B | 1\] (Eq. 12), a row for each chord: the sum of the across variables is zero.
-    pub circuits: Vec<Row>,
+    pub circuits: Vec<EdgeRow>,
+    topology: Topology<D>,
 }
 
 impl Equations {
     /// What Steps 1 and 2 take from the graphs.
-    pub fn record(&self) -> (Record<Translation>, Record<Rotation>) {
+    pub fn record(&self) -> (GraphRecord<Translation>, GraphRecord<Rotation>) {
         let (system, trees, (translation, rotation)) = (&self.system, &self.trees, self.topologies());
         (
-            Record::new(system, &system.translation, (&trees.translation, &translation), system.coupled_points()),
-            Record::new(system, &system.rotation, (&trees.rotation, &rotation), system.coupled_bodies()),
+            GraphRecord::new(system, (&system.translation, &trees.translation, translation), system.coupled_points()),
+            GraphRecord::new(system, (&system.rotation, &trees.rotation, rotation), system.coupled_bodies()),
         )
     }
 }
 
-impl<D> Record<D> {
+impl<D> GraphRecord<D> {
     fn new(
         system: &System,
-        graph: &LinearGraph<D>,
-        (tree, topology): (&Tree<D>, &Topology<D>),
+        (graph, tree, topology): (&LinearGraph<D>, &Tree<D>, Topology<D>),
         terms: Vec<CoupledEdge<D>>,
     ) -> Self {
         let edge = |label: &str, element, term, ends| {
@@ -71,15 +71,35 @@ impl<D> Record<D> {
             std::iter::once((chord, 1)).chain(branches.map(|(branch, sign)| (places[&branch], sign))).collect()
         };
         let circuits = chords.iter().map(circuit).collect();
-        let cutsets = cutsets((tree, topology), &places, &edges, &chords);
-        Record { edges, cutsets, circuits }
+        let cutsets = cutsets((tree, &topology), &places, &edges, &chords);
+        GraphRecord { edges, cutsets, circuits, topology }
     }
-}
 
-impl<D> Record<D> {
+    /// The branch or chord of a row.
+    pub fn own(&self, row: &EdgeRow) -> &Edge<D> {
+        &self.edges[row[0].0]
+    }
+
     /// The cutset of a branch.
-    pub fn cutset(&self, branch: ElementId) -> Option<&Row> {
-        self.cutsets.iter().find(|row| self.edges[row[0].0].element == branch)
+    pub fn cutset(&self, branch: ElementId) -> Option<&EdgeRow> {
+        self.cutsets.iter().find(|row| self.own(row).element == branch)
+    }
+
+    /// The circuit of the chord that an element is itself.
+    pub fn circuit(&self, chord: ElementId) -> Option<&EdgeRow> {
+        let is_own = |edge: &Edge<D>| edge.element == chord && edge.term.is_none();
+        self.circuits.iter().find(|row| is_own(self.own(row)))
+    }
+
+    /// The nodes that a branch holds to the datum.
+    pub fn beyond(&self, branch: ElementId) -> BTreeSet<usize> {
+        let mut nodes = BTreeSet::new();
+        for (node, parent, own, _) in self.topology.outward() {
+            if own == branch || nodes.contains(&parent.index()) {
+                nodes.insert(node.index());
+            }
+        }
+        nodes
     }
 }
 
@@ -89,7 +109,7 @@ fn cutsets<D>(
     places: &HashMap<ElementId, usize>,
     edges: &[Edge<D>],
     chords: &[usize],
-) -> Vec<Row> {
+) -> Vec<EdgeRow> {
     let arena = &mut Arena::default();
     let (mut through, mut coupled) = (HashMap::new(), HashMap::new());
     for &chord in chords {

@@ -3,11 +3,11 @@
 
 use std::collections::BTreeMap;
 
-use super::Equations;
 use super::inertias::mass;
+use super::{Equations, GraphRecord};
 use crate::component::{Force, Known, Origin};
 use crate::expr::{Expr, Symbol};
-use crate::graph::{ElementId, Topology};
+use crate::graph::{ElementId, Translation};
 use crate::mechanism::Dimension;
 
 /// The matrices of Eq. (24), n x n by rows, and the forces {F}.
@@ -22,12 +22,12 @@ pub struct Vibration {
     /// {F} \[N\]: external forces, actuators, and what springs exert at q = 0.
     pub force: Vec<Expr>,
     /// What these are the sums of, for each element that a coordinate moves.
-    pub columns: Vec<Column>,
+    pub columns: Vec<ElementColumn>,
 }
 
 /// The contribution of one element: its column of the cutset matrix, its constants, and its force at q = 0.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Column {
+pub struct ElementColumn {
     pub element: ElementId,
     /// The coordinates in whose cutset it is, with its sign.
     pub signs: Vec<(usize, i8)>,
@@ -53,8 +53,9 @@ impl Equations {
         let zero = || vec![vec![Expr::ZERO; n]; n];
         let force = vec![Expr::ZERO; n];
         let mut sum = Vibration { mass: zero(), damping: zero(), stiffness: zero(), force, columns: Vec::new() };
-        for (element, signs) in self.cutset_columns() {
-            let column = self.column(element, signs)?;
+        let (record, _) = self.record();
+        for (element, signs) in self.cutset_columns(&record) {
+            let column = self.column(element, signs, &record)?;
             sum.add(self, &column);
             sum.columns.push(column);
         }
@@ -62,8 +63,7 @@ impl Equations {
     }
 
     /// The signs in the columns of the cutset matrix \[A_f\].
-    fn cutset_columns(&self) -> BTreeMap<ElementId, Vec<(usize, i8)>> {
-        let (record, _) = self.record();
+    fn cutset_columns(&self, record: &GraphRecord<Translation>) -> BTreeMap<ElementId, Vec<(usize, i8)>> {
         let mut columns: BTreeMap<ElementId, Vec<(usize, i8)>> = BTreeMap::new();
         for (row, coordinate) in self.coordinates.iter().enumerate() {
             for &(edge, sign) in record.cutset(coordinate.element).into_iter().flatten() {
@@ -73,11 +73,16 @@ impl Equations {
         columns
     }
 
-    fn column(&mut self, element: ElementId, signs: Vec<(usize, i8)>) -> Result<Column, String> {
+    fn column(
+        &mut self,
+        element: ElementId,
+        signs: Vec<(usize, i8)>,
+        record: &GraphRecord<Translation>,
+    ) -> Result<ElementColumn, String> {
         let mechanism = &*self.system.mechanism.clone();
-        let [position, rate, acceleration] = self.prescribed(element);
+        let [position, rate, acceleration] = self.prescribed(element, record);
         let zero = Expr::ZERO;
-        let mut own = Column { element, signs, mass: zero, damping: zero, stiffness: zero, force: zero };
+        let mut own = ElementColumn { element, signs, mass: zero, damping: zero, stiffness: zero, force: zero };
         match self.system.element(element).origin {
             Origin::Body(body) => {
                 own.mass = mass(&mut self.system, body);
@@ -119,15 +124,11 @@ impl Equations {
 
     /// The part of an element's displacement that no coordinate changes, and its rate and acceleration: what arms, ground vectors and drivers
     /// prescribe, -\[B\]{r} of its circuit. A branch has none: its displacement is a coordinate.
-    fn prescribed(&mut self, element: ElementId) -> [Expr; 3] {
-        let tree = &self.trees.translation;
+    fn prescribed(&mut self, element: ElementId, record: &GraphRecord<Translation>) -> [Expr; 3] {
         let mut sums = [Expr::ZERO; 3];
-        if tree.branches.contains(&element) {
-            return sums;
-        }
-        let circuit = Topology::new(&self.system.translation, tree).circuit(element);
-        for (other, sign) in circuit {
-            let known = self.system.element(other).translation.as_ref().map(|row| row.known.clone());
+        for &(edge, sign) in record.circuit(element).into_iter().flat_map(|circuit| &circuit[1..]) {
+            let known =
+                self.system.element(record.edges[edge].element).translation.as_ref().map(|row| row.known.clone());
             let own = match known {
                 Some(Known::Fixed(_, [x, _])) => [x, Expr::ZERO, Expr::ZERO],
                 Some(Known::Given([x, _])) => [x.value, x.rate, x.acceleration],
@@ -144,7 +145,7 @@ impl Equations {
 
 impl Vibration {
     /// += a i a^T, and a F.
-    fn add(&mut self, equations: &mut Equations, own: &Column) {
+    fn add(&mut self, equations: &mut Equations, own: &ElementColumn) {
         let arena = &mut equations.system.arena;
         for &(row, sign) in &own.signs {
             let force = if sign > 0 { own.force } else { arena.negate(own.force) };

@@ -1,7 +1,7 @@
 //! Incidence matrices, cutset and circuit matrices.
 
 use cotree::component::Origin;
-use cotree::equations::{Edge, Row};
+use cotree::equations::{Edge, EdgeRow};
 
 use super::parts::kind;
 use super::view::{View, sign_of};
@@ -93,7 +93,7 @@ impl Lesson<'_> {
             if centres.is_empty() { "these nodes".to_owned() } else { format!("{} together", shortened(&centres)) };
         let text = format!(
             "Row {} is the sum of the node rows {}{cancel}: the balance of forces of {whose}.",
-            view.own(row).label,
+            view.record.own(row).label,
             shortened(&names)
         );
         let mut blocks = vec![words(text), Block::Equations(view.balances([row], |label| self.letters.force(label)))];
@@ -101,11 +101,12 @@ impl Lesson<'_> {
         blocks
     }
 
-    fn longest_cut(&self) -> Option<(&Row, std::collections::BTreeSet<usize>)> {
+    fn longest_cut(&self) -> Option<(&EdgeRow, std::collections::BTreeSet<usize>)> {
         let view = &self.translation;
-        let origin = |row: &Row| self.equations.system.element(view.own(row).element).origin;
-        let cuts = view.cutsets.iter().filter(|row| !matches!(origin(row), Origin::Arm(..) | Origin::GroundVector(_)));
-        let cuts = cuts.map(|row| (row, view.beyond(view.own(row))));
+        let origin = |row: &EdgeRow| self.equations.system.element(view.record.own(row).element).origin;
+        let cuts =
+            view.record.cutsets.iter().filter(|row| !matches!(origin(row), Origin::Arm(..) | Origin::GroundVector(_)));
+        let cuts = cuts.map(|row| (row, view.record.beyond(view.record.own(row).element)));
         let whole = view.nodes.len().saturating_sub(2); // all nodes but O, or all but O and one on the ground
         cuts.max_by_key(|(row, nodes)| (nodes.len() < whole, row.len(), nodes.len()))
     }
@@ -130,7 +131,7 @@ pub fn shortened(list: &[&str]) -> String {
 
 fn is_incidence<D>(view: &View<D>) -> bool {
     let is_node = |node: usize| node < view.nodes.len();
-    view.edges.iter().all(|edge| {
+    view.record.edges.iter().all(|edge| {
         let [a, b] = edge.ends.map(|end| end.index());
         a != b && is_node(a) && is_node(b)
     })
@@ -140,7 +141,7 @@ fn incidence<D>(title: &str, view: &View<D>, letter: Letter) -> Vec<Block> {
     if view.nodes.len() < 2 {
         return Vec::new();
     }
-    let edges = &view.edges;
+    let edges = &view.record.edges;
     let rows = (1..view.nodes.len()).map(|node| {
         let at = |edge: &Edge<D>| edge.ends.map(|end| i8::from(end.index() == node));
         edges.iter().map(at).map(|[from, to]| to - from).collect::<Vec<i8>>()
@@ -153,7 +154,7 @@ fn incidence<D>(title: &str, view: &View<D>, letter: Letter) -> Vec<Block> {
             view.nodes[1..].iter().cloned().zip(rows).collect(),
         );
     }
-    let rows: Vec<Row> =
+    let rows: Vec<EdgeRow> =
         rows.map(|signs| signs.into_iter().enumerate().filter(|(_, sign)| *sign != 0).collect()).collect();
     let text = format!("{title} is {} x {}; as a list, node by node:", rows.len(), edges.len());
     std::iter::once(words(text)).chain(list(view.balances(&rows, letter))).collect()
@@ -176,27 +177,28 @@ pub fn list(mut rows: Vec<(Tree, Tree)>) -> Vec<Block> {
 }
 
 fn matrix<D>(title: &str, view: &View<D>, letter: Letter) -> Vec<Block> {
-    let (branches, chords) = (view.cutsets.len(), view.circuits.len());
+    let (branches, chords) = (view.record.cutsets.len(), view.record.circuits.len());
     if chords > WIDEST || branches > 2 * WIDEST {
         let text = format!("{title} is {branches} x {chords}; as a list of balances:");
-        return std::iter::once(words(text)).chain(list(view.balances(&view.cutsets, letter))).collect();
+        return std::iter::once(words(text)).chain(list(view.balances(&view.record.cutsets, letter))).collect();
     }
-    let signs = |row: &Row| view.circuits.iter().map(|chord| sign_of(row, chord[0].0)).collect();
-    let rows = view.cutsets.iter().map(|row| (view.own(row).label.clone(), signs(row)));
-    let columns = view.circuits.iter().map(|row| view.own(row).label.clone());
+    let signs = |row: &EdgeRow| view.record.circuits.iter().map(|chord| sign_of(row, chord[0].0)).collect();
+    let rows = view.record.cutsets.iter().map(|row| (view.record.own(row).label.clone(), signs(row)));
+    let columns = view.record.circuits.iter().map(|row| view.record.own(row).label.clone());
     table(&format!("The matrix {title}: branches by chords"), title, columns.collect(), rows.collect())
 }
 
 /// The paths that chords equal: the longest of each kind where they are many.
 fn circuits<D>(view: &View<D>, letter: Letter, kind: impl Fn(&Edge<D>) -> String) -> Vec<Block> {
-    let mut chords: Vec<&Row> = view.circuits.iter().collect();
-    let row = |chord: &&Row| view.by_others(chord, letter);
+    let mut chords: Vec<&EdgeRow> = view.record.circuits.iter().collect();
+    let row = |chord: &&EdgeRow| view.by_others(chord, letter);
     if chords.len() <= 3 * MOST {
         return list(chords.iter().map(row).collect());
     }
     chords.sort_by_key(|chord| std::cmp::Reverse(chord.len()));
     let mut kinds = std::collections::BTreeSet::new();
-    let (first, rest): (Vec<_>, Vec<_>) = chords.into_iter().partition(|chord| kinds.insert(kind(view.own(chord))));
+    let (first, rest): (Vec<_>, Vec<_>) =
+        chords.into_iter().partition(|chord| kinds.insert(kind(view.record.own(chord))));
     let text = format!("{} more of these kinds", rest.len());
     let rest = vec![Block::Equations(rest.iter().map(row).collect())];
     vec![Block::Equations(first.iter().map(row).collect()), folded(text, rest)]

@@ -1,7 +1,7 @@
 //! Masses on a line (25)-(33): the cutset matrix by kinds of elements, and M, D, K as its products.
 
 use cotree::component::Origin;
-use cotree::equations::{Column, Vibration};
+use cotree::equations::{ElementColumn, Vibration};
 use cotree::expr::Expr;
 use cotree::graph::ElementId;
 use nalgebra::DMatrix;
@@ -20,7 +20,7 @@ const WIDEST: usize = 24;
 /// The columns of one kind: its letter, and the elements with their constants.
 struct ElementKind<'m> {
     letter: &'static str,
-    columns: Vec<(&'m Column, Expr)>,
+    columns: Vec<(&'m ElementColumn, Expr)>,
 }
 
 /// The matrices of a scene on a line; nothing for a scene in the plane.
@@ -38,7 +38,8 @@ pub fn matrices(lesson: &mut Lesson) -> Vec<Block> {
     let label = |element: ElementId| lesson.equations.system.element(element).label.clone();
     for kind in kinds.iter().filter(|kind| kind.columns.len() <= WIDEST) {
         let title = format!("A_{}", kind.letter);
-        let sign = |row, own: &Column| own.signs.iter().find(|(place, _)| *place == row).map_or(0, |(_, sign)| *sign);
+        let sign =
+            |row, own: &ElementColumn| own.signs.iter().find(|(place, _)| *place == row).map_or(0, |(_, sign)| *sign);
         let signs = |row| kind.columns.iter().map(|(own, _)| sign(row, own)).collect();
         let rows = lesson.equations.coordinates.iter().zip(0..).map(|(own, row)| (label(own.element), signs(row)));
         let names = kind.columns.iter().map(|(own, _)| label(own.element)).collect();
@@ -142,7 +143,7 @@ fn numbers(lesson: &Lesson, matrix: &[Vec<Expr>]) -> DMatrix<f64> {
 }
 
 /// The columns of some elements in the n rows of the cutset matrix.
-fn signs(n: usize, columns: &[(&Column, Expr)]) -> DMatrix<f64> {
+fn signs(n: usize, columns: &[(&ElementColumn, Expr)]) -> DMatrix<f64> {
     let mut matrix = DMatrix::zeros(n, columns.len());
     for (place, (own, _)) in columns.iter().enumerate() {
         own.signs.iter().for_each(|&(row, sign)| matrix[(row, place)] = f64::from(sign));

@@ -76,12 +76,12 @@ pub fn steps(formulated: &mut Formulated, prose: Prose) -> String {
 impl<'a> Lesson<'a> {
     fn new(mut equations: Equations, source: &'a mut Formulated) -> Self {
         let dynamic = has_masses(&mut equations);
-        let (system, trees) = (&equations.system, &equations.trees);
+        let system = &equations.system;
         let (points, bodies) = equations.record();
         Lesson {
             letters: Letters::new(system.mechanism.dimension),
-            translation: View::new(points, &system.translation, &trees.translation, labels::nodes(system)),
-            rotation: View::new(bodies, &system.rotation, &trees.rotation, labels::bodies(system)),
+            translation: View { nodes: labels::nodes(system), record: points },
+            rotation: View { nodes: labels::bodies(system), record: bodies },
             equations,
             source,
             dynamic,

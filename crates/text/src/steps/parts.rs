@@ -160,7 +160,7 @@ impl Lesson<'_> {
     }
 
     fn sizes(&self) -> String {
-        let edges = self.translation.edges.len();
+        let edges = self.translation.record.edges.len();
         let first = format!("T has {edges} edges and {} nodes besides O", self.translation.nodes.len() - 1);
         if self.rotation.nodes.len() < 2 {
             return format!("{first}. Nothing turns: there is no rotational graph, and there are no arms that turn.");
@@ -178,7 +178,7 @@ impl Lesson<'_> {
         };
         format!(
             "{first}; R has {} edges and {}. The points of one body are one node of R: they turn alike.{without}",
-            self.rotation.edges.len(),
+            self.rotation.record.edges.len(),
             self.rotation.nodes.len() - 1
         )
     }

@@ -59,8 +59,8 @@ impl Lesson<'_> {
     /// The circuit of the first loop equation.
     pub fn picture_of_circuit(&mut self) -> Vec<Block> {
         let Some(element) = self.equations.loops().next().map(|(_, own)| own.element) else { return Vec::new() };
-        let Some(circuit) = self.translation.circuit(element) else { return Vec::new() };
-        let (label, walk) = (self.translation.own(circuit).label.clone(), self.translation.walk(circuit));
+        let Some(circuit) = self.translation.record.circuit(element) else { return Vec::new() };
+        let (label, walk) = (self.translation.record.own(circuit).label.clone(), self.translation.walk(circuit));
         let places = self.equations.system.places();
         let corners = positions(self.source, walk.into_iter().map(|node| places[node]));
         let picture = self.marked(vec![Mark::Circuit(corners)]);

@@ -1,7 +1,7 @@
 //! Steps 1 and 2: cutsets on motion spaces, circuits on reaction spaces.
 
 use cotree::component::{Angle, Direction, Element, Held, Known, Origin, System};
-use cotree::equations::{Constraint, Edge};
+use cotree::equations::Edge;
 use cotree::expr::Expr;
 use cotree::graph::{ElementId, Translation};
 
@@ -118,14 +118,7 @@ impl Lesson<'_> {
                 "A chord gives one equation for each direction that it holds, and the reaction in that direction is its multiplier: m = {}.",
                 loops.len()
             )));
-            blocks.extend(list(self.held(false)));
-            let struck = self.struck();
-            if !struck.is_empty() {
-                blocks.push(words("What is zero is struck:"));
-                blocks.push(Block::Equations(struck));
-                blocks.push(words("and there remains"));
-                blocks.extend(list(self.held(true)));
-            }
+            blocks.extend(self.own_circuits());
             blocks.extend(self.couplings());
             blocks.push(words("In the coordinates (19):"));
             let names = (0..loops.len()).map(|row| Tree::Name(Name::entry("Phi", &[row]))).collect();
@@ -177,27 +170,57 @@ impl Lesson<'_> {
         blocks
     }
 
-    /// The loop equations that are circuits of one chord.
-    fn own_circuits(&self) -> impl Iterator<Item = &Constraint> {
-        self.equations.loops().map(|(_, own)| own).filter(|own| own.coupled.is_empty())
+    /// The loop equations that are circuits of one chord, then without what is zero.
+    fn own_circuits(&mut self) -> Vec<Block> {
+        let own = self.equations.loops().filter(|(_, own)| own.coupled.is_empty());
+        let own: Vec<(ElementId, Held)> = own.map(|(_, own)| (own.element, own.held)).collect();
+        let struck: Vec<Vec<usize>> = own.iter().map(|own| self.struck(*own)).collect();
+        let mut blocks = list(own.iter().filter_map(|own| self.circuit_row(*own, &[])).collect());
+        let mut zeros = Rows::new();
+        for row in own.iter().zip(&struck).flat_map(|(own, edges)| self.zeros(*own, edges)) {
+            if !zeros.contains(&row) {
+                zeros.push(row);
+            }
+        }
+        if !zeros.is_empty() {
+            zeros.truncate(24);
+            blocks.extend([words("What is zero is struck:"), Block::Equations(zeros), words("and there remains")]);
+            let rest = own.iter().zip(&struck).filter_map(|(own, edges)| self.circuit_row(*own, edges));
+            blocks.extend(list(rest.collect()));
+        }
+        blocks
     }
 
-    /// The circuit equations; of the reduced ones what is zero is left out.
-    fn held(&self, reduced: bool) -> Rows {
-        self.own_circuits()
-            .filter_map(|constraint| Some((self.circuit_row(constraint, reduced)?, Tree::zero())))
-            .collect()
-    }
-
-    fn circuit_row(&self, constraint: &Constraint, reduced: bool) -> Option<Tree> {
-        let Held::Along(along) = constraint.held else {
-            let circuit = self.rotation.circuit(constraint.element)?;
-            return Some(Tree::sum(self.rotation.terms(circuit, |label| self.letters.angle(label))));
+    /// The edges of a circuit whose displacements are zero where it is projected, by their terminal equations: branches, then the chord.
+    fn struck(&mut self, (chord, held): (ElementId, Held)) -> Vec<usize> {
+        let (Held::Along(along), Some(circuit)) = (held, self.translation.record.circuit(chord)) else {
+            return Vec::new();
         };
-        let mut circuit = self.translation.circuit(constraint.element)?.clone();
-        circuit.retain(|(edge, _)| !reduced || !self.is_struck(&self.translation.edges[*edge], along));
+        let edges = circuit[1..].iter().chain(&circuit[..1]).map(|(edge, _)| *edge);
+        edges.filter(|edge| self.equations.is_zero(self.translation.record.edges[*edge].element, along)).collect()
+    }
+
+    /// What is zero in a circuit equation.
+    fn zeros(&self, (chord, held): (ElementId, Held), edges: &[usize]) -> Rows {
+        let Held::Along(along) = held else { return Rows::new() };
+        let left = |edge: &Edge<Translation>| {
+            let vector = self.letters.displacement(&edge.label);
+            if self.is_pin(edge) { vector } else { self.held_part(vector, along, chord) }
+        };
+        edges.iter().map(|edge| (left(&self.translation.record.edges[*edge]), Tree::zero())).collect()
+    }
+
+    /// The circuit of a chord, projected on what it holds, without some edges.
+    fn circuit_row(&self, (chord, held): (ElementId, Held), without: &[usize]) -> Option<(Tree, Tree)> {
+        let Held::Along(along) = held else {
+            let circuit = self.rotation.record.circuit(chord)?;
+            let sum = Tree::sum(self.rotation.terms(circuit, |label| self.letters.angle(label)));
+            return Some((sum, Tree::zero()));
+        };
+        let mut circuit = self.translation.record.circuit(chord)?.clone();
+        circuit.retain(|(edge, _)| !without.contains(edge));
         let sum = Tree::sum(self.translation.terms(&circuit, |label| self.letters.displacement(label)));
-        Some(self.held_part(sum, along, constraint.element))
+        Some((self.held_part(sum, along, chord), Tree::zero()))
     }
 
     /// The projection of a vector on the direction that a joint or driver holds.
@@ -205,46 +228,6 @@ impl Lesson<'_> {
         let element = self.equations.system.element(id);
         // A driver holds its axis, a joint what is across it.
         self.letters.projected(vector, along, element, matches!(element.origin, Origin::Driver(_)))
-    }
-
-    /// What is zero in the circuit equations, each once.
-    fn struck(&self) -> Rows {
-        let mut rows = Rows::new();
-        for constraint in self.own_circuits() {
-            let (Held::Along(along), Some(circuit)) = (constraint.held, self.translation.circuit(constraint.element))
-            else {
-                continue;
-            };
-            let edges = circuit[1..].iter().chain(&circuit[..1]).map(|&(edge, _)| &self.translation.edges[edge]);
-            for edge in edges.filter(|edge| self.is_struck(edge, along)) {
-                let vector = self.letters.displacement(&edge.label);
-                let left = if self.is_pin(edge) { vector } else { self.held_part(vector, along, constraint.element) };
-                if !rows.iter().any(|(own, _)| *own == left) {
-                    rows.push((left, Tree::zero()));
-                }
-            }
-        }
-        rows.truncate(24);
-        rows
-    }
-
-    /// Is the displacement of an edge zero along a direction: a pin's, a slide's across its axis, that of an arm beside it?
-    fn is_struck(&self, edge: &Edge<Translation>, along: Direction) -> bool {
-        let Some(row) = &self.equations.system.element(edge.element).translation else { return false };
-        let (carrier, normal) = along.in_body();
-        let across = |body: Option<_>, vector: [Expr; 2]| {
-            body == carrier && vector.iter().zip(&normal).all(|(a, b)| *a == Expr::ZERO || *b == Expr::ZERO)
-        };
-        let known = match row.known {
-            Known::Zero => true,
-            Known::Fixed(body, at) => across(body, at),
-            Known::Along(..) | Known::Given(_) => false,
-        };
-        known
-            && row.motion.iter().all(|(direction, _)| {
-                let (body, unit) = direction.in_body();
-                across(body, unit)
-            })
     }
 
     fn is_pin(&self, edge: &Edge<Translation>) -> bool {
@@ -256,7 +239,7 @@ impl Lesson<'_> {
         let view = &self.translation;
         let slides = view.elements(&self.equations.system, |element| matches!(element.origin, Origin::Joint(_)));
         let slides = slides.filter_map(|circuit| {
-            let element = self.equations.system.element(view.own(circuit).element);
+            let element = self.equations.system.element(view.record.own(circuit).element);
             let (along, _) = element.translation.as_ref()?.motion.first()?;
             let (_, sum) = view.by_others(circuit, |label| self.letters.displacement(label));
             Some((self.letters.slide(&element.label), self.letters.projected(sum, *along, element, true)))
@@ -272,8 +255,8 @@ fn cuts<'v, D>(
     angular: bool,
     letter: impl Fn(&str) -> Tree + 'v,
 ) -> impl Iterator<Item = Cut<'v>> {
-    let element = |row| system.element(view.own(row).element);
-    view.cutsets.iter().map(move |row| Cut { element: element(row), angular, terms: view.terms(row, &letter) })
+    let element = |row| system.element(view.record.own(row).element);
+    view.record.cutsets.iter().map(move |row| Cut { element: element(row), angular, terms: view.terms(row, &letter) })
 }
 
 /// A cutset in letters.

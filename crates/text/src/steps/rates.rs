@@ -48,12 +48,12 @@ impl Lesson<'_> {
                 "By the graph: the circuit holds for rates and accelerations term by term, with the same factors.",
             )];
         };
-        let Some(circuit) = self.translation.circuit(own.element) else {
+        let Some(circuit) = self.translation.record.circuit(own.element) else {
             return vec![words(
                 "By the graph: the circuits of the coupled chords hold for velocities and accelerations, with the same factors.",
             )];
         };
-        let label = &self.translation.own(circuit).label;
+        let label = &self.translation.record.own(circuit).label;
         let row = |letter: &dyn Fn(&str) -> Tree| {
             let sum = Tree::sum(self.translation.terms(circuit, letter));
             (self.held_part(sum, along, own.element), Tree::zero())

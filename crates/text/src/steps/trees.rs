@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use cotree::component::{Element, Origin};
+use cotree::component::{Element, Origin, System};
 use cotree::equations::Edge;
 use cotree::graph::{ElementId, Tree as SpanningTree};
 use cotree::tree::Trees;
@@ -35,6 +35,23 @@ struct Facts {
     holds: bool,
 }
 
+impl Facts {
+    fn of_points(element: &Element) -> Facts {
+        let row = element.translation.as_ref();
+        Facts {
+            rank: row.map_or(u8::MAX, |row| row.priority),
+            unknowns: row.map_or(0, |row| row.motion.len()),
+            is_fixed: matches!(element.origin, Origin::Arm(..) | Origin::GroundVector(_)),
+            holds: row.is_some_and(|row| !row.reaction.is_empty()),
+        }
+    }
+
+    fn of_bodies(element: &Element) -> Facts {
+        let (rank, free) = (element.rotation.as_ref().map_or(u8::MAX, |row| row.priority), is_free(element));
+        Facts { rank, unknowns: usize::from(free), is_fixed: false, holds: !free }
+    }
+}
+
 impl Lesson<'_> {
     pub fn trees(&mut self) -> Vec<Block> {
         let mut graphs = GraphDrawing::new(self.source);
@@ -48,60 +65,34 @@ impl Lesson<'_> {
                  few unknowns go first; an edge that would close a path is a chord.",
             ),
         ];
-        let recommended = Trees::recommended(&self.equations.system) == self.equations.trees;
+        let (system, trees) = (&self.equations.system, &self.equations.trees);
+        let least = Trees::recommended(system);
+        let recommended = least == *trees;
         if !recommended {
             blocks.push(words(
                 "The scene chose these trees itself (`[coordinates]`): what it names comes first, in its order; Tables 2 and 3 are \
                  not asked.",
             ));
         }
-        let (translation, rotation) = Trees::order(&self.equations.system);
-        let trees = self.equations.trees.clone();
-        let facts = |id: ElementId| self.translational(id);
-        blocks.extend(table(
-            "T (Table 2)",
-            &self.translation,
-            ordered(translation, &trees.translation, recommended),
-            &facts,
-        ));
-        let facts = |id: ElementId| self.rotational(id);
-        blocks.extend(table("R (Table 3)", &self.rotation, ordered(rotation, &trees.rotation, recommended), &facts));
+        let (points, bodies) = Trees::order(system);
+        let points = ordered(points, &trees.translation, recommended);
+        blocks.extend(table("T (Table 2)", (system, &self.translation), points, Facts::of_points));
+        let bodies = ordered(bodies, &trees.rotation, recommended);
+        blocks.extend(table("R (Table 3)", (system, &self.rotation), bodies, Facts::of_bodies));
         blocks.push(self.coordinates());
-        blocks.push(words(self.weights(recommended)));
+        blocks.push(words(self.weights(&least)));
         let spans = |branches: usize, nodes: usize| branches + 1 == nodes;
-        let holds = spans(self.translation.cutsets.len(), self.translation.nodes.len())
-            && spans(self.rotation.cutsets.len(), self.rotation.nodes.len());
+        let holds = spans(self.translation.record.cutsets.len(), self.translation.nodes.len())
+            && spans(self.rotation.record.cutsets.len(), self.rotation.nodes.len());
         let text = format!(
             "{} branches for {} nodes in T, {} for {} in R",
-            self.translation.cutsets.len(),
+            self.translation.record.cutsets.len(),
             self.translation.nodes.len(),
-            self.rotation.cutsets.len(),
+            self.rotation.record.cutsets.len(),
             self.rotation.nodes.len()
         );
         blocks.push(check(&text, holds));
         blocks
-    }
-
-    fn translational(&self, id: ElementId) -> Facts {
-        let element = self.equations.system.element(id);
-        let row = element.translation.as_ref();
-        Facts {
-            rank: row.map_or(u8::MAX, |row| row.priority),
-            unknowns: row.map_or(0, |row| row.motion.len()),
-            is_fixed: matches!(element.origin, Origin::Arm(..) | Origin::GroundVector(_)),
-            holds: row.is_some_and(|row| !row.reaction.is_empty()),
-        }
-    }
-
-    fn rotational(&self, id: ElementId) -> Facts {
-        let element = self.equations.system.element(id);
-        let (row, free) = (element.rotation.as_ref(), is_free(element));
-        Facts {
-            rank: row.map_or(u8::MAX, |row| row.priority),
-            unknowns: usize::from(free),
-            is_fixed: false,
-            holds: !free,
-        }
     }
 
     /// {q} = {theta_1, theta_2}
@@ -127,13 +118,14 @@ impl Lesson<'_> {
     }
 
     /// The numbers of unknowns against those of the recommended trees, which no others have fewer than.
-    fn weights(&self, recommended: bool) -> String {
+    fn weights(&self, least: &Trees) -> String {
         let coordinates = &self.equations.coordinates;
         let r = coordinates.iter().filter(|own| own.angular).count();
         let t = coordinates.len() - r;
-        let least = Trees::recommended(&self.equations.system);
-        let t_least: usize = least.translation.branches.iter().map(|&id| self.translational(id).unknowns).sum();
-        let r_least: usize = least.rotation.branches.iter().map(|&id| self.rotational(id).unknowns).sum();
+        let unknowns =
+            |id: &ElementId, facts: fn(&Element) -> Facts| facts(self.equations.system.element(*id)).unknowns;
+        let t_least: usize = least.translation.branches.iter().map(|id| unknowns(id, Facts::of_points)).sum();
+        let r_least: usize = least.rotation.branches.iter().map(|id| unknowns(id, Facts::of_bodies)).sum();
         let verdict = match (t + r).cmp(&(t_least + r_least)) {
             std::cmp::Ordering::Greater => format!("Tables 2 and 3 would give {t_least} + {r_least}"),
             _ => "no pair of trees has fewer coordinates (minimum-weight spanning trees)".to_owned(),
@@ -143,7 +135,7 @@ impl Lesson<'_> {
                 && element.translation.as_ref().is_some_and(|row| row.motion.is_empty() && row.reaction.len() == 2)
         };
         let refused = self.translation.elements(&self.equations.system, is_pin).next().is_some();
-        let tie = match (refused, recommended, self.letters.has_two_components()) {
+        let tie = match (refused, *least == self.equations.trees, self.letters.has_two_components()) {
             (.., false) => "",
             (false, ..) => " All revolute joints were taken: no tie about where to cut a loop.",
             (_, true, _) => {
@@ -161,17 +153,22 @@ fn ordered<D>(table: Vec<ElementId>, tree: &SpanningTree<D>, recommended: bool) 
 }
 
 /// Kruskal's algorithm once more, with a reason for each edge.
-fn table<D>(title: &str, view: &View<D>, order: Vec<ElementId>, facts: &dyn Fn(ElementId) -> Facts) -> Vec<Block> {
+fn table<D>(
+    title: &str,
+    (system, view): (&System, &View<D>),
+    order: Vec<ElementId>,
+    facts: fn(&Element) -> Facts,
+) -> Vec<Block> {
     if view.nodes.len() < 2 {
         return vec![words("Nothing turns: there is no rotational tree.")];
     }
     let edges: BTreeMap<ElementId, &Edge<D>> =
-        view.edges.iter().filter(|edge| edge.term.is_none()).map(|edge| (edge.element, edge)).collect();
+        view.record.edges.iter().filter(|edge| edge.term.is_none()).map(|edge| (edge.element, edge)).collect();
     let mut class: Vec<usize> = (0..view.nodes.len()).collect();
     let mut pieces = class.len();
     let mut decisions: Vec<Decision> = Vec::new();
     for (id, edge) in order.iter().filter_map(|id| Some((*id, *edges.get(id)?))) {
-        let own = facts(id);
+        let own = facts(system.element(id));
         let [a, b] = edge.ends.map(|node| class[node.index()]);
         let branch = a != b;
         let reason = match branch {
@@ -254,7 +251,7 @@ fn piece<D>(view: &View<D>, class: &[usize], own: usize) -> String {
 }
 
 fn refusal<D>(view: &View<D>, id: ElementId, own: &Facts) -> String {
-    let circuit = view.circuit(id).map(|row| view.labels(row)).unwrap_or_default();
+    let circuit = view.record.circuit(id).map(|row| view.labels(row)).unwrap_or_default();
     match circuit.as_slice() {
         [] | [_] => "closes a loop with itself".to_owned(),
         [_, others @ ..] => {

@@ -105,9 +105,10 @@ impl Lesson<'_> {
     /// Two variables for each edge and direction against terminal, cutset and circuit equations.
     fn count_of_equations(&self) -> String {
         let directions = if self.letters.has_two_components() { 2 } else { 1 };
-        let (t, r) = (self.translation.edges.len(), self.rotation.edges.len());
-        let (t_cut, r_cut) = (directions * self.translation.cutsets.len(), self.rotation.cutsets.len());
-        let (t_loop, r_loop) = (directions * self.translation.circuits.len(), self.rotation.circuits.len());
+        let (t, r) = (self.translation.record.edges.len(), self.rotation.record.edges.len());
+        let (t_cut, r_cut) = (directions * self.translation.record.cutsets.len(), self.rotation.record.cutsets.len());
+        let (t_loop, r_loop) =
+            (directions * self.translation.record.circuits.len(), self.rotation.record.circuits.len());
         let (unknowns, own) = (2 * directions * t + 2 * r, directions * t + r);
         let all = own + t_cut + r_cut + t_loop + r_loop;
         let verdict = if all == unknowns { "as many" } else { "NOT as many" };
@@ -229,7 +230,7 @@ impl Terminal<'_> {
         if inertia != Tree::zero() {
             terms.push((true, Tree::product(vec![inertia, self.letters.alpha(&element.label)])));
         }
-        let carried = self.translation.edges.iter().filter(|edge| edge.carrier == Some(body));
+        let carried = self.translation.record.edges.iter().filter(|edge| edge.carrier == Some(body));
         let moments = carried.map(|edge| {
             let moment = [self.letters.displacement(&edge.label), self.letters.force(&edge.label)];
             (false, Tree::Relation("x", Box::new(moment)))
