@@ -47,9 +47,9 @@ pub(super) const BELT: Component = Component {
 };
 
 fn placed(placed: &mut Placed<'_>) {
-    let [first, second] = ["first_radius", "second_radius"].map(|key| placed.length(key));
-    let open = first.over(second);
-    let ratio = if placed.is("run", "crossed") { open.negated() } else { open };
+    let [first, second] = ["first_radius", "second_radius"].map(|key| placed.part.key(key));
+    let open = first / second;
+    let ratio = if is_crossed(placed.part) { -open } else { open };
     gear::place_wheels(placed, ratio);
 }
 

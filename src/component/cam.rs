@@ -15,7 +15,7 @@ use super::frame::Placed;
 use super::key::{BODY_AND_POINT, Form, Key, Range};
 use super::{Bearing, Component, Coupling, Curve, Direction, Icon, Port, Rows, System, Term};
 use crate::expr::Expr;
-use crate::mechanism::measure::{ANGLE, ANYTHING, LENGTH};
+use crate::mechanism::measure::{ANGLE, LENGTH};
 use crate::mechanism::{JointId, Part, Quantity as Q};
 use crate::scene::{Joint, Quantity, Vector};
 use geometry::{Contact, Geometry};
@@ -86,14 +86,12 @@ pub(super) const CAM: Component = Component {
 
 /// In a mirror a turning follower touches on the other side, and a face that has the follower on its left points the other way.
 fn placed(placed: &mut Placed<'_>) {
-    let [_, follower] = placed.ends();
-    placed.curve("law");
-    if placed.joint("guide").is_some_and(|guide| guide.text("type").is_some_and(|kind| kind.text == "revolute")) {
+    if placed.turns {
         placed.side("side", SIDES);
     }
-    placed.axis("face", &follower);
+    placed.axis("face", placed.part.between[1]);
     let frame = placed.frame;
-    placed.with_both("face", &ANYTHING, |face| face.map(|component| frame.signed(component)));
+    placed.vector("face", |face| face.map(|component| frame.signed(component)));
 }
 
 fn rows(part: &Part, system: &mut System) -> Rows {

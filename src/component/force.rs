@@ -1,6 +1,6 @@
 //! External force (F): datum -> point; F = F(r, v, t).
 
-use super::frame::Placed;
+use super::frame::{Placed, ZERO};
 use super::key::{Form, Key, ON_POINT, TWO_COMPONENTS};
 use super::{Component, Force, Icon, Rows, System, TranslationalRow};
 use crate::graph::TNode;
@@ -31,13 +31,13 @@ pub(super) const APPLIED_FORCE: Component = Component {
 /// In the world's axes it keeps them on a body that carries the part, so the part must not be turned against that.
 fn placed(placed: &mut Placed<'_>) {
     let frame = placed.frame;
-    if placed.is("frame", "body") {
-        placed.with_both("vector", &FORCE, |force| frame.mirrored(force));
-    } else if frame.on_body && (frame.mirror || frame.angle.is_some()) {
+    if in_body(placed.part) {
+        placed.vector("vector", |force| frame.mirrored(force));
+    } else if frame.on.is_some() && (frame.mirror || frame.angle != ZERO) {
         let why = "its components, which are in the world's axes";
         placed.refuse("vector", why, "give the force in the body's frame: `frame = \"body\"`");
     } else {
-        placed.with_both("vector", &FORCE, |force| frame.direction(force));
+        placed.vector("vector", |force| frame.direction(force));
     }
 }
 

@@ -3,312 +3,209 @@
 //! another is s times that in the part, plus the part's angle if the first end alone is its ground, minus it if the second alone is. Every component
 //! says what that makes of its keys, so that none can be forgotten; where its ends are is the business of names.
 
-use super::Component;
-use crate::diagnostic::span::Span;
-use crate::mechanism::measure::{ANGLE, ANYTHING, LENGTH, Wanted};
-use crate::scene::document::{Content, Node};
-use crate::scene::expression::substituted;
-use crate::scene::key::Form;
-use crate::scene::operand::Operand;
-use crate::scene::part::Part;
-use crate::scene::quantity::{Quantity, Value};
+use crate::expr::Unary;
+use crate::mechanism::{BodyId, Formula, Motion, Part, Place, Value};
+use crate::scene::constant::number;
 
-/// How the ground of a part lies in that of the scene, or in a body.
-#[derive(Debug)]
-pub struct Frame<'a> {
+pub(super) const ZERO: Formula = Formula::Number(0.0);
+
+/// How the ground of a part lies in that of the scene, or in a body: a place p of the part is at + R(angle) F p there, with F = diag(-1, 1) in a mirror.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Frame {
     /// Are left and right exchanged?
     pub mirror: bool,
     /// By how much it is turned then.
-    pub angle: Option<Operand>,
+    pub angle: Formula,
     /// Where its origin is.
-    pub at: Option<[Operand; 2]>,
-    /// Is it in a body?
-    pub on_body: bool,
-    /// The joints of the part.
-    pub joints: &'a [Part],
+    pub at: [Formula; 2],
+    /// The body that it is fixed to, if that is not the ground.
+    pub on: Option<BodyId>,
+    /// The point that its origin is.
+    pub origin: Place,
 }
 
-/// Is this the name of the ground or of one of its points?
-fn is_ground(name: &str) -> bool {
-    name == "ground" || name.starts_with("ground.")
+impl Default for Frame {
+    fn default() -> Frame {
+        Frame { mirror: false, angle: ZERO, at: [ZERO, ZERO], on: None, origin: Place::Origin }
+    }
 }
 
-impl Frame<'_> {
+impl Frame {
+    /// This frame of a part of a part, in what the other frame lies in.
+    pub fn within(self, outer: &Frame) -> Frame {
+        Frame {
+            mirror: self.mirror != outer.mirror,
+            angle: sum(outer.signed(self.angle), outer.angle.clone()),
+            at: outer.place(self.at),
+            ..outer.clone()
+        }
+    }
+
+    /// Is it elsewhere than the frame that it is fixed to?
+    pub fn is_moved(&self) -> bool {
+        self.mirror || [&self.angle, &self.at[0], &self.at[1]].into_iter().any(|value| *value != ZERO)
+    }
+
+    /// Does the scene see anything otherwise than the part?
+    pub fn is_placed(&self) -> bool {
+        self.is_moved() || self.on.is_some()
+    }
+
     /// A value that a mirror makes its opposite.
-    pub fn signed(&self, operand: Operand) -> Operand {
-        if self.mirror { operand.negated() } else { operand }
+    pub fn signed(&self, value: Formula) -> Formula {
+        match number(&value) {
+            _ if !self.mirror => value,
+            // Adding zero makes a negative zero positive.
+            Some(number) => Formula::Number(0.0 - number),
+            None => -value,
+        }
     }
 
     /// The same of a vector in the axes of a body of the part.
-    pub fn mirrored(&self, [x, y]: [Operand; 2]) -> [Operand; 2] {
+    pub fn mirrored(&self, [x, y]: [Formula; 2]) -> [Formula; 2] {
         [self.signed(x), y]
     }
 
     /// A vector in the part's axes.
-    pub fn direction(&self, vector: [Operand; 2]) -> [Operand; 2] {
-        let [x, y] = self.mirrored(vector);
-        let Some(angle) = &self.angle else { return [x, y] };
-        let (sine, cosine) = (angle.of_function("sin"), angle.of_function("cos"));
-        [
-            cosine.clone().times(x.clone()).plus(sine.clone().times(y.clone()).negated()),
-            sine.times(x).plus(cosine.times(y)),
-        ]
+    pub fn direction(&self, vector: [Formula; 2]) -> [Formula; 2] {
+        turned(self.mirrored(vector), self.angle.clone())
     }
 
     /// A vector in the scene's axes, in the part's.
-    pub fn direction_back(&self, [x, y]: [Operand; 2]) -> [Operand; 2] {
-        let Some(angle) = &self.angle else { return self.mirrored([x, y]) };
-        let (sine, cosine) = (angle.of_function("sin"), angle.of_function("cos"));
-        self.mirrored([
-            cosine.clone().times(x.clone()).plus(sine.clone().times(y.clone())),
-            cosine.times(y).plus(sine.times(x).negated()),
-        ])
+    pub fn direction_back(&self, vector: [Formula; 2]) -> [Formula; 2] {
+        self.mirrored(turned(vector, -self.angle.clone()))
     }
 
     /// A place in the part's ground.
-    pub fn place(&self, place: [Operand; 2]) -> [Operand; 2] {
-        let [x, y] = self.direction(place);
-        match self.at.clone() {
-            Some([at_x, at_y]) => [at_x.plus(x), at_y.plus(y)],
-            None => [x, y],
-        }
+    pub fn place(&self, place: [Formula; 2]) -> [Formula; 2] {
+        let ([x, y], [at_x, at_y]) = (self.direction(place), self.at.clone());
+        [sum(at_x, x), sum(at_y, y)]
     }
 
     /// What is added to the angle of the second of two ends against the first.
-    pub fn turned(&self, ends: [&str; 2]) -> Option<Operand> {
-        match ends.map(is_ground) {
+    pub fn turned(&self, ends: [Option<BodyId>; 2]) -> Formula {
+        match ends.map(|end| end == self.on) {
             [true, false] => self.angle.clone(),
-            [false, true] => self.angle.clone().map(Operand::negated),
-            _ => None,
+            [false, true] => -self.angle.clone(),
+            _ => ZERO,
         }
-    }
-
-    /// What is added to the angle that an element calls its own.
-    pub fn turned_of(&self, element: &Part, component: &Component) -> Option<Operand> {
-        let [first, second] = self.ends(element, component);
-        self.turned([&first, &second])
-    }
-
-    fn joint(&self, name: &str) -> Option<&Part> {
-        self.joints.iter().find(|joint| joint.name.text == name)
-    }
-
-    /// Between which ends an element's angle is: its own, those of the joint that it moves, the shaft's if it is a cam, or the ground and a body.
-    fn ends(&self, element: &Part, component: &Component) -> [String; 2] {
-        let of_joint = |key: &str| Some(self.joint(&element.text(key)?.text)?.between()?.map(|end| end.text));
-        let own = element.between().map(|pair| pair.map(|end| end.text));
-        let other = component.keys.iter().find(|key| matches!(key.form, Form::OtherJoint));
-        if let (Some([cam, _]), Some([a, b])) = (&own, other.and_then(|key| of_joint(key.name))) {
-            return if body_of(&a) == body_of(cam) { [b, a] } else { [a, b] };
-        }
-        let on = || Some(["ground".to_owned(), element.text("on")?.text]);
-        own.or_else(|| of_joint("joint")).or_else(on).unwrap_or_default()
     }
 }
 
-fn body_of(name: &str) -> &str {
-    name.split('.').next().unwrap_or_default()
+/// A sum without zeros.
+pub(crate) fn sum(a: Formula, b: Formula) -> Formula {
+    if a == ZERO { b } else { a + b }
 }
 
-/// Why an element cannot be placed: what of it, where that is written, and what to do instead.
-pub(crate) type Refusal = (&'static str, Span, &'static str);
+/// A difference without zeros.
+pub(crate) fn minus(a: Formula, b: Formula) -> Formula {
+    if a == ZERO { -b } else { a - b }
+}
+
+/// A product without zeros.
+pub(super) fn times(a: Formula, b: Formula) -> Formula {
+    if a == ZERO || b == ZERO { ZERO } else { a * b }
+}
+
+fn turned([x, y]: [Formula; 2], angle: Formula) -> [Formula; 2] {
+    if angle == ZERO {
+        return [x, y];
+    }
+    let (sine, cosine) = (angle.clone().of(Unary::Sin), angle.of(Unary::Cos));
+    [minus(times(cosine.clone(), x.clone()), times(sine.clone(), y.clone())), sum(times(sine, x), times(cosine, y))]
+}
+
+/// Why an element cannot be placed: the key that cannot follow, what of it, and what to do instead.
+pub(crate) type Refusal = (&'static str, &'static str, &'static str);
 
 /// An element that is being placed.
 pub struct Placed<'a> {
-    pub frame: &'a Frame<'a>,
-    component: &'static Component,
-    element: &'a mut Part,
-    refused: Vec<Refusal>,
-}
-
-impl Component {
-    /// Makes an element of a part what the scene sees of it.
-    pub fn place(&'static self, element: &mut Part, frame: &Frame) -> Vec<Refusal> {
-        let mut placed = Placed { frame, component: self, element, refused: Vec::new() };
-        (self.placed)(&mut placed);
-        placed.refused
-    }
+    pub frame: &'a Frame,
+    pub part: &'a mut Part,
+    /// What is added to the angle that it calls its own.
+    pub turned: Formula,
+    /// Does what its curve moves turn?
+    pub turns: bool,
+    pub refused: Vec<Refusal>,
 }
 
 /// For components that count nothing from the ground, and have neither a left nor a sense of rotation.
 pub(super) fn anywhere(_: &mut Placed<'_>) {}
 
 impl Placed<'_> {
-    /// Its two ends.
-    pub fn ends(&self) -> [String; 2] {
-        self.frame.ends(self.element, self.component)
+    /// What is added to the angle of one of its two ends against the body from which it counts.
+    pub fn turned_on_carrier(&self, end: usize) -> Formula {
+        self.frame.turned([self.part.place("carrier").body(), self.part.between[end].body()])
     }
 
-    /// The body from which it counts, if that is a third one.
-    pub fn carrier(&self) -> String {
-        self.element.text("carrier").map_or("ground".to_owned(), |carrier| carrier.text)
-    }
-
-    /// What is added to the angle of one end against another; zero if it is none.
-    pub fn turned(&self, ends: [&str; 2]) -> Operand {
-        self.frame.turned(ends).unwrap_or(Operand::Number(0.0))
-    }
-
-    /// A direction in the axes of one of its ends.
-    pub fn axis(&mut self, key: &str, of: &str) {
+    /// A direction in the axes of a body.
+    pub fn axis(&mut self, key: &'static str, of: Place) {
         let frame = self.frame;
-        let map = |axis| if is_ground(of) { frame.direction(axis) } else { frame.mirrored(axis) };
-        self.with_both(key, &ANYTHING, map);
+        self.vector(key, |axis| if of.body() == frame.on { frame.direction(axis) } else { frame.mirrored(axis) });
     }
 
     /// The angle of its second end against its first.
-    pub fn angle(&mut self, key: &str) {
-        let turned = self.frame.turned_of(self.element, self.component);
-        self.with(key, &ANGLE, |frame, angle| sum(frame.signed(angle), turned));
+    pub fn angle(&mut self, key: &'static str) {
+        let turned = self.turned.clone();
+        self.number(key, |frame, angle| sum(turned, frame.signed(angle)));
     }
 
     /// A value that a mirror makes its opposite.
-    pub fn sign(&mut self, key: &str, wanted: &Wanted) {
-        self.with(key, wanted, |frame, value| frame.signed(value));
-    }
-
-    /// More of a value that may be absent.
-    pub fn add(&mut self, key: &str, wanted: &Wanted, more: Operand) {
-        self.with(key, wanted, |_, value| value.plus(more));
+    pub fn sign(&mut self, key: &'static str) {
+        self.number(key, |frame, value| frame.signed(value));
     }
 
     /// One of two words, of which a mirror makes the other; the first if it is absent.
-    pub fn side(&mut self, key: &str, words: [&str; 2]) {
-        if self.frame.mirror && self.element.get(key).is_none() {
-            self.put(key, Node::from(words[1]));
+    pub fn side(&mut self, key: &'static str, words: [&'static str; 2]) {
+        if self.frame.mirror && self.part.choice(key).is_none() {
+            self.part.set(key, Value::Choice(words[1]));
         } else {
             self.exchange(key, words);
         }
     }
 
     /// Two words that a mirror exchanges, if one of them is there.
-    pub fn exchange(&mut self, key: &str, words: [&str; 2]) {
-        let place = words.iter().position(|word| self.is(key, word));
+    pub fn exchange(&mut self, key: &'static str, words: [&'static str; 2]) {
+        let place = words.iter().position(|word| self.part.choice(key) == Some(word));
         if let Some(place) = place.filter(|_| self.frame.mirror) {
-            self.put(key, Node::from(words[1 - place]));
+            self.part.set(key, Value::Choice(words[1 - place]));
         }
     }
 
-    /// The joint that a key names.
-    pub fn joint(&self, key: &str) -> Option<&Part> {
-        self.frame.joint(&self.element.text(key)?.text)
-    }
-
-    pub fn is(&self, key: &str, word: &str) -> bool {
-        self.element.text(key).is_some_and(|text| text.text == word)
-    }
-
-    /// What a key says; zero if it is absent.
-    pub fn operand(&self, key: &str, wanted: &Wanted) -> Operand {
-        self.element.get(key).and_then(|node| quantity(node, wanted)).unwrap_or(Operand::Number(0.0))
-    }
-
-    /// A length that is to be a factor of the angle by which the part is turned; zero if it is absent.
-    pub fn length(&self, key: &str) -> Operand {
-        let length = self.operand(key, &LENGTH);
-        if self.frame.angle.as_ref().is_some_and(Operand::is_text) { length.in_metres() } else { length }
-    }
-
-    /// A value by a map; one that is not there, or is no such value, stays so unless the map makes it another than zero.
-    pub fn with(&mut self, key: &str, wanted: &Wanted, map: impl FnOnce(&Frame, Operand) -> Operand) {
-        let Some(node) = self.element.get(key) else {
-            let made = map(self.frame, Operand::Number(0.0));
-            if made != Operand::Number(0.0) && made != Operand::Number(-0.0) {
-                let span = self.element.name.span;
-                self.put(key, Node::from(made.at(span)));
-            }
-            return;
-        };
-        if let Some(value) = quantity(node, wanted) {
-            let made = map(self.frame, value.clone());
-            if made != value {
-                let span = node.span;
-                self.put(key, Node::from(made.at(span)));
-            }
+    /// A value by a map; one that is not there stays so unless the map makes it another than zero.
+    pub fn number(&mut self, key: &'static str, map: impl FnOnce(&Frame, Formula) -> Formula) {
+        let value = self.part.key(key);
+        let made = map(self.frame, value.clone());
+        if made != value {
+            self.part.set(key, Value::Formula(made));
         }
     }
 
     /// Two components by a map.
-    pub fn with_both(&mut self, key: &str, wanted: &Wanted, map: impl FnOnce([Operand; 2]) -> [Operand; 2]) {
-        if let Some(node) = self.element.get_mut(key) {
-            change_both(node, wanted, map);
+    pub fn vector(&mut self, key: &'static str, map: impl FnOnce([Formula; 2]) -> [Formula; 2]) {
+        if self.part.value(key).is_some() {
+            self.part.set(key, Value::Vector(map(self.part.vector(key))));
         }
     }
 
     /// A prescribed angle: one that integrates an input begins where it is, and turns the way that the input says.
-    pub fn motion(&mut self, key: &str) {
-        let turned = self.frame.turned_of(self.element, self.component);
-        let Some(Node { kind: Content::Table(entries), .. }) = self.element.get(key) else { return self.angle(key) };
-        if turned.is_none() && !self.frame.mirror {
-            return;
-        }
-        let text = |name: &str| entries.iter().find(|(key, _)| key.text == name).and_then(|(_, node)| node.text());
-        match (text("input"), text("as")) {
-            (Some(input), Some(word)) if word.text == "position" => {
-                self.put(key, Node::from(Operand::Text(input.text).at(input.span)));
-                self.angle(key);
+    pub fn motion(&mut self, key: &'static str) {
+        let turned = self.turned.clone();
+        match self.part.value(key).cloned() {
+            Some(Value::Motion(Motion::Given(angle))) => {
+                let angle = sum(turned, self.frame.signed(angle));
+                self.part.set(key, Value::Motion(Motion::Given(angle)));
             }
-            _ => self.refuse(
+            Some(_) if self.frame.mirror || turned != ZERO => self.refuse(
                 key,
                 "its motion, which integrates an input",
                 "let the input be the angle itself: `as = \"position\"`",
             ),
+            _ => {}
         }
     }
 
-    /// A law of the element's own angle that repeats every turn.
-    pub fn curve(&mut self, key: &str) {
-        let turned = self.frame.turned_of(self.element, self.component);
-        let Some(node) = self.element.get(key) else { return };
-        let Content::Text(text) = &node.kind else { return };
-        if turned.is_none() && !self.frame.mirror {
-            return;
-        }
-        let own = self.frame.signed(sum(Operand::Text("angle".to_owned()), turned.map(Operand::negated)));
-        let within = within_a_turn(&own.text());
-        let text = substituted(text, |name| (name == "angle").then(|| within.clone()));
-        self.put(key, Node::from(Quantity { value: Value::Text(text), span: node.span }));
+    pub fn refuse(&mut self, key: &'static str, why: &'static str, help: &'static str) {
+        self.refused.push((key, why, help));
     }
-
-    pub fn refuse(&mut self, key: &str, why: &'static str, help: &'static str) {
-        let span = self.element.get(key).map_or(self.element.name.span, |node| node.span);
-        self.refused.push((why, span, help));
-    }
-
-    fn put(&mut self, key: &str, node: Node) {
-        match self.element.get_mut(key) {
-            Some(old) => *old = node,
-            None => self.element.insert(key, node),
-        }
-    }
-}
-
-/// The angle from 0 to 2 pi, as a text.
-pub(crate) fn within_a_turn(angle: &str) -> String {
-    format!("({angle} - 2*pi*floor({angle}/(2*pi)))")
-}
-
-pub(crate) fn sum(value: Operand, more: Option<Operand>) -> Operand {
-    match more {
-        Some(more) => more.plus(value),
-        None => value,
-    }
-}
-
-/// What a node says, if it is a quantity.
-fn quantity(node: &Node, wanted: &Wanted) -> Option<Operand> {
-    match &node.kind {
-        Content::Number(number) => Some(Operand::Number(*number)),
-        Content::Text(text) => Operand::of(&Quantity::from(text.as_str()), wanted),
-        _ => None,
-    }
-}
-
-/// Two quantities in a list by a map of both.
-pub(crate) fn change_both(node: &mut Node, wanted: &Wanted, map: impl FnOnce([Operand; 2]) -> [Operand; 2]) {
-    let Content::Array(items) = &mut node.kind else { return };
-    let [x, y] = &mut items[..] else { return };
-    let (Some(a), Some(b)) = (quantity(x, wanted), quantity(y, wanted)) else { return };
-    let [a, b] = map([a, b]);
-    (*x, *y) = (Node::from(a.at(x.span)), Node::from(b.at(y.span)));
 }

@@ -1,13 +1,12 @@
 //! Gear pair (g): theta_b = ratio theta_a + angle, both angles relative to the carrier. The reaction is the torque on b; a gets
 //! -ratio times as much and the carrier the rest.
 
-use super::frame::Placed;
+use super::frame::{Placed, minus, sum, times};
 use super::key::{BETWEEN_WHEELS, CARRIER_BODY, Form, Key, Range};
 use super::{Component, Coupling, Icon, Port, Rows, System, Term};
 use crate::expr::Expr;
 use crate::mechanism::measure::{ANGLE, NUMBER};
-use crate::mechanism::{Part, Quantity as Q};
-use crate::scene::operand::Operand;
+use crate::mechanism::{Formula, Part, Quantity as Q};
 use crate::scene::{Joint, Quantity};
 
 pub(super) const GEAR: Component = Component {
@@ -34,16 +33,15 @@ pub(super) const GEAR: Component = Component {
 };
 
 fn placed(placed: &mut Placed<'_>) {
-    let ratio = placed.operand("ratio", &NUMBER);
+    let ratio = placed.part.key("ratio");
     place_wheels(placed, ratio);
 }
 
 /// With the angles of both wheels against the carrier, the constant between them changes.
-pub(super) fn place_wheels(placed: &mut Placed<'_>, ratio: Operand) {
-    let ([first, second], carrier) = (placed.ends(), placed.carrier());
-    let [of_first, of_second] = [&first, &second].map(|wheel| placed.turned([&carrier, wheel]));
-    let turned = of_second.plus(ratio.times(of_first).negated());
-    placed.with("angle", &ANGLE, |frame, angle| frame.signed(angle).plus(turned));
+pub(super) fn place_wheels(placed: &mut Placed<'_>, ratio: Formula) {
+    let [of_first, of_second] = [0, 1].map(|wheel| placed.turned_on_carrier(wheel));
+    let turned = minus(of_second, times(ratio, of_first));
+    placed.number("angle", |frame, angle| sum(frame.signed(angle), turned));
 }
 
 fn rows(part: &Part, system: &mut System) -> Rows {
@@ -53,7 +51,7 @@ fn rows(part: &Part, system: &mut System) -> Rows {
 }
 
 /// theta_b - ratio theta_a = offset, both angles relative to the carrier.
-pub(super) fn wheels(system: &mut System, part: &Part, ratio: Expr, offset: &crate::mechanism::Formula) -> Coupling {
+pub(super) fn wheels(system: &mut System, part: &Part, ratio: Expr, offset: &Formula) -> Coupling {
     let carrier = system.r_node(part.place("carrier").body());
     let [first, second] = part.bodies().map(|body| system.r_node(body));
     let minus_ratio = system.arena.negate(ratio);

@@ -47,7 +47,7 @@ pub use cam::Phase;
 pub use cam::Profile;
 pub use coupled::CoupledEdge;
 pub use element::*;
-pub(crate) use frame::{Frame, Placed, change_both, sum, within_a_turn};
+pub(crate) use frame::{Frame, Placed, minus, sum};
 pub use icon::{Glyph, Icon, RoundGlyph, Stroke};
 pub use implied::{Implied, Measured};
 pub use reference::{examples, reference};

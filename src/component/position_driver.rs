@@ -27,7 +27,7 @@ pub(super) const POSITION_DRIVER: Component = Component {
 
 /// The world does not follow a body.
 fn placed(placed: &mut Placed<'_>) {
-    if placed.frame.on_body {
+    if placed.frame.on.is_some() {
         return placed.refuse(
             "position",
             "its motion, which is in the world's axes",
@@ -35,7 +35,7 @@ fn placed(placed: &mut Placed<'_>) {
         );
     }
     let frame = placed.frame;
-    placed.with_both("position", &LENGTH, |place| frame.place(place));
+    placed.vector("position", |place| frame.place(place));
 }
 
 fn rows(part: &Part, system: &mut System) -> Rows {

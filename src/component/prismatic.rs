@@ -21,8 +21,7 @@ pub(super) const PRISMATIC: Component = Component {
 
 /// The axis is the first body's, the angle the second's against it.
 fn placed(placed: &mut Placed<'_>) {
-    let [first, _] = placed.ends();
-    placed.axis("axis", &first);
+    placed.axis("axis", placed.part.between[0]);
     placed.angle("angle");
 }
 

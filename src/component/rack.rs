@@ -1,13 +1,12 @@
 //! Rack and pinion (k): s = radius theta + displacement, with s along an axis fixed in the carrier and theta the pinion's angle
 //! relative to the carrier. The reaction is the force on the rack; the pinion gets -radius times as much torque.
 
-use super::frame::Placed;
+use super::frame::{Placed, minus, times};
 use super::key::{AXIS_OF_CARRIER, BODY_AND_POINT, CARRIER_POINT, DISPLACEMENT, Form, Key, Range};
 use super::{Component, Coupling, Direction, Icon, Port, Rows, System, Term};
 use crate::expr::Expr;
 use crate::mechanism::measure::LENGTH;
-use crate::mechanism::{Part, Quantity as Q};
-use crate::scene::operand::Operand;
+use crate::mechanism::{Formula, Part, Quantity as Q};
 use crate::scene::{Joint, Quantity, Vector};
 
 pub(super) const RACK: Component = Component {
@@ -36,18 +35,17 @@ pub(super) const RACK: Component = Component {
 };
 
 fn placed(placed: &mut Placed<'_>) {
-    let radius = placed.length("radius");
+    let radius = placed.part.key("radius");
     place_slide(placed, "radius", radius);
 }
 
 /// In a mirror the teeth or the thread of a slide are on the other side: its factor gets the other sign. What the turn of the part adds to the angle, the
 /// displacement at the angle zero takes back.
-pub(super) fn place_slide(placed: &mut Placed<'_>, key: &str, factor: Operand) {
-    let ([first, _], carrier) = (placed.ends(), placed.carrier());
-    placed.axis("axis", &carrier);
-    placed.sign(key, &LENGTH);
-    let turned = placed.frame.signed(factor).times(placed.turned([&carrier, &first]));
-    placed.add("displacement", &LENGTH, turned.negated());
+pub(super) fn place_slide(placed: &mut Placed<'_>, key: &'static str, factor: Formula) {
+    placed.axis("axis", placed.part.place("carrier"));
+    placed.sign(key);
+    let turned = times(placed.frame.signed(factor), placed.turned_on_carrier(0));
+    placed.number("displacement", |_, displacement| minus(displacement, turned));
 }
 
 fn rows(part: &Part, system: &mut System) -> Rows {

@@ -2,7 +2,7 @@
 //! and n = k x u fixed in the first body; and s + radius theta = displacement. On the right of the line n and radius theta have the other sign. The normal force is the reaction of the edge,
 //! the tangential force that of the coupling: with the torque radius x force it acts at the contact.
 
-use super::frame::Placed;
+use super::frame::{Placed, sum, times};
 use super::key::{AXIS, BETWEEN_POINTS, DISPLACEMENT, Form, Key, Range};
 use super::{
     Component, CoordinateName, Coupling, Direction, Force, Icon, Known, Port, RotationalRow, Rows, System, Term,
@@ -46,13 +46,12 @@ pub(super) const ROLLING: Component = Component {
 
 /// In a mirror the disc is on the other side of its line, where it turns the other way as it rolls.
 fn placed(placed: &mut Placed<'_>) {
-    let [first, second] = placed.ends();
-    placed.axis("axis", &first);
+    placed.axis("axis", placed.part.between[0]);
     placed.side("side", SIDES);
-    let radius = placed.length("radius");
-    let radius = if placed.is("side", "right") { radius.negated() } else { radius };
-    let turned = radius.times(placed.turned([&first, &second]));
-    placed.add("displacement", &LENGTH, turned);
+    let radius = placed.part.key("radius");
+    let radius = if is_on_the_right(placed.part) { negate(radius) } else { radius };
+    let turned = times(radius, placed.turned.clone());
+    placed.number("displacement", |_, displacement| sum(displacement, turned));
 }
 
 fn rows(part: &Part, system: &mut System) -> Rows {

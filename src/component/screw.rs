@@ -5,8 +5,7 @@ use super::frame::Placed;
 use super::key::{AXIS_OF_CARRIER, BODY_AND_POINT, CARRIER_POINT, DISPLACEMENT, Form, Key, Range};
 use super::{Component, Icon, Rows, Stroke, System, rack};
 use crate::mechanism::measure::LENGTH;
-use crate::mechanism::{Part, Quantity as Q};
-use crate::scene::operand::Operand;
+use crate::mechanism::{Formula, Part, Quantity as Q};
 use crate::scene::{Joint, Quantity, Vector};
 
 pub(super) const SCREW: Component = Component {
@@ -31,8 +30,8 @@ pub(super) const SCREW: Component = Component {
 };
 
 fn placed(placed: &mut Placed<'_>) {
-    let lead = placed.length("lead");
-    rack::place_slide(placed, "lead", lead.over(Operand::Number(std::f64::consts::TAU)));
+    let lead = placed.part.key("lead");
+    rack::place_slide(placed, "lead", lead / Formula::Number(std::f64::consts::TAU));
 }
 
 fn rows(part: &Part, system: &mut System) -> Rows {

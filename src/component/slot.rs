@@ -20,8 +20,7 @@ pub(super) const SLOT: Component = Component {
 };
 
 fn placed(placed: &mut Placed<'_>) {
-    let [first, _] = placed.ends();
-    placed.axis("axis", &first);
+    placed.axis("axis", placed.part.between[0]);
 }
 
 fn rows(part: &Part, system: &mut System) -> Rows {

@@ -23,7 +23,7 @@ pub(super) const APPLIED_TORQUE: Component = Component {
 };
 
 fn placed(placed: &mut Placed<'_>) {
-    placed.sign("value", &TORQUE);
+    placed.sign("value");
 }
 
 impl Load {

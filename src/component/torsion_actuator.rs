@@ -23,7 +23,7 @@ pub(super) const TORSION_ACTUATOR: Component = Component {
 };
 
 fn placed(placed: &mut Placed<'_>) {
-    placed.sign("torque", &TORQUE);
+    placed.sign("torque");
 }
 
 impl Load {

@@ -64,6 +64,14 @@ impl Part {
         self.values.iter().find(|(own, _)| *own == key).map(|(_, value)| value)
     }
 
+    /// Makes a key say this.
+    pub fn set(&mut self, key: &'static str, value: Value) {
+        match self.values.iter_mut().find(|(own, _)| *own == key) {
+            Some((_, old)) => *old = value,
+            None => self.values.push((key, value)),
+        }
+    }
+
     /// The number of a key; zero if it is absent.
     pub fn formula(&self, key: &str) -> &Formula {
         if let Some(Value::Formula(formula)) = self.value(key) { formula } else { &ZERO }

@@ -29,6 +29,7 @@ impl Resolver<'_> {
         let resolve = |point: &written::Point| {
             let what = format!("point `ground.{}`", point.name.text);
             let at = self.vector(&point.at, &what, &LENGTH, Context::Constant);
+            let at = self.placements[point.within].frame.place(at);
             Point { name: point.name.text.clone(), at, span: point.name.span }
         };
         scene.ground.iter().map(resolve).collect()
@@ -42,12 +43,12 @@ impl Resolver<'_> {
                     .help("give at least one: `[bodies.crank]` with `mass`, `inertia` and `points`"),
             );
         }
-        scene.bodies.iter().map(|body| self.body_of_part(body)).collect()
+        scene.bodies.iter().map(|body| self.within(body.within, |resolver| resolver.body_of_part(body))).collect()
     }
 
     fn body_of_part(&mut self, written: &Part) -> Body {
         let (name, span) = (written.name.text.clone(), written.name.span);
-        let called = format!("body `{name}`");
+        let (called, frame) = (format!("body `{name}`"), self.frame());
         let mut body = Body { name, points: self.points_of(written), span, ..Body::default() };
         let Some(fields) = Fields::open(&written.node, &called, span, &names(KEYS), self.faults) else {
             body.mass = Some(UNKNOWN);
@@ -72,7 +73,8 @@ impl Resolver<'_> {
         }
         let shape = fields.get("shape").and_then(|node| self.shape(node, &fields, &body, centre.is_some()));
         let solid_centre = shape.as_ref().map(|shape| shape.solid.centre.clone());
-        let centre = centre.or(solid_centre).unwrap_or(ORIGIN);
+        let mirrored = |at| frame.mirrored(at);
+        let centre = mirrored(centre.or(solid_centre).unwrap_or(ORIGIN));
         let from_centre = |[x, y]: [Formula; 2]| [x - centre[0].clone(), y - centre[1].clone()];
         if shape.is_none() && fields.get("shape").is_some() {
             body.mass = body.mass.or(Some(UNKNOWN));
@@ -81,10 +83,10 @@ impl Resolver<'_> {
             body.mass = body.mass.or(shape.mass);
             let turning = body.mass.clone().map(|mass| mass * shape.solid.gyration);
             body.inertia = body.inertia.or(turning);
-            body.outline = Some(shape.solid.outline.map(from_centre));
+            body.outline = Some(shape.solid.outline.map(|at| from_centre(mirrored(at))));
         }
         for point in &mut body.points {
-            point.at = from_centre(std::mem::replace(&mut point.at, ORIGIN));
+            point.at = from_centre(mirrored(std::mem::replace(&mut point.at, ORIGIN)));
         }
         body
     }
@@ -96,7 +98,13 @@ impl Resolver<'_> {
             let what = format!("point `{}.{}`", body.name.text, name.text);
             let written = self.faults.vector(node, &what);
             let at = written.map(|at| self.vector(&at, &what, &LENGTH, Context::Constant));
-            Point { name: name.text.clone(), at: at.unwrap_or([UNKNOWN, UNKNOWN]), span: name.span }
+            let at = at.unwrap_or([UNKNOWN, UNKNOWN]);
+            let at = match body.carried.iter().find(|(carried, _)| *carried == name.text) {
+                // All points of the body are mirrored when its shape is known.
+                Some((_, part)) => self.frame().mirrored(self.placements[*part].frame.place(at)),
+                None => at,
+            };
+            Point { name: name.text.clone(), at, span: name.span }
         };
         entries.iter().map(point).collect()
     }

@@ -2,11 +2,11 @@
 
 use std::collections::HashMap;
 
-use super::Resolver;
 use super::lower::Context;
+use super::{Resolver, UNKNOWN};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Span;
-use crate::mechanism::{Class, Formula, Initial, Owner, Place, Variable};
+use crate::mechanism::{Class, Initial, Owner, Place, Variable};
 use crate::scene::model;
 
 impl Resolver<'_> {
@@ -26,16 +26,34 @@ impl Resolver<'_> {
                 fault.also.push(first);
                 self.faults.push(fault);
             }
-            values.push(initial);
+            values.push((line, initial));
         }
-        values
+        let place = |(line, initial): &(&model::Initial, Initial)| {
+            self.within(line.within, |resolver| resolver.placed_initial(line, initial, &values))
+        };
+        values.iter().map(place).collect()
     }
 
-    /// Where the bodies of parts begin, but for those that begin at zero.
-    pub(super) fn begins(&mut self) -> Vec<Initial> {
-        let scene = self.scene;
-        let begins = scene.begins.iter().filter_map(|line| self.one_initial(line));
-        begins.filter(|begin| begin.value != Formula::Number(0.0)).collect()
+    /// An initial value of a part as a value of the scene, among all of them.
+    fn placed_initial(
+        &mut self,
+        line: &model::Initial,
+        initial: &Initial,
+        all: &[(&model::Initial, Initial)],
+    ) -> Initial {
+        let other = |quantity| {
+            let variable = Variable { quantity, ..initial.variable };
+            let is_other = |(own, other): &&(&model::Initial, Initial)| {
+                other.variable == variable && (own.known, own.within) == (line.known, line.within)
+            };
+            all.iter().find(is_other).map(|(_, other)| other.value.clone())
+        };
+        let value = self.seen_initial(initial, other).unwrap_or_else(|help| {
+            let what = format!("the initial value of `{}`", line.variable.text);
+            self.refuse_place(&what, line.value.span, help);
+            UNKNOWN
+        });
+        Initial { value, ..initial.clone() }
     }
 
     fn one_initial(&mut self, line: &model::Initial) -> Option<Initial> {

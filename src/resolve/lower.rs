@@ -14,9 +14,8 @@ use crate::diagnostic::suggest;
 use crate::expr::{Binary, Function, Unary};
 use crate::mechanism::{Class, Formula, JointId, LoadId, Owner, Quantity, Variable};
 use crate::scene::constant;
-use crate::scene::dimension::{self, Known, LENGTH, SECOND};
+use crate::scene::dimension::{self, Known, SECOND};
 use crate::scene::expression::{self, Tree, TreeKind};
-use crate::scene::operand::METRE;
 use crate::scene::unit::{Exponents, from_exponents};
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -203,8 +202,7 @@ impl Resolver<'_> {
                     self.not_constant(&format!("the time `{name}`"), tree, site)
                 }
                 ("t" | "time", _) => Some((Formula::Time, Known::moving(Some(SECOND)))),
-                (_, Some(own)) => Some(formula_of(own)),
-                (METRE, _) => Some((Formula::Number(1.0), Known::constant(LENGTH.exponents))),
+                (_, Some(own)) => self.seen_there(own, tree, site),
                 _ if name.contains('.') => self.lower_variable(name, tree, site),
                 _ => self.unknown_name(name, tree, site),
             },
@@ -230,9 +228,18 @@ impl Resolver<'_> {
             return self.not_constant(&format!("the variable `{name}`"), tree, site);
         }
         match refusal(variable, site, &format!("`{name}`")) {
-            None => Some(formula_of(variable)),
+            None => self.seen_there(variable, tree, site),
             Some((code, message, help)) => self.refuse(code, message, help, (tree, site)),
         }
+    }
+
+    fn seen_there(&mut self, variable: Variable, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
+        let seen = self.seen(variable);
+        if seen.is_none() {
+            let help = "let it depend on variables of joints and springs only";
+            self.refuse_place(site.what, site.text.part(tree.start, tree.end), help);
+        }
+        Some((seen?, Known::moving(variable.quantity.measure().exponents)))
     }
 
     /// What a signal is given by; what may not stand there may not come with it.
@@ -344,10 +351,6 @@ fn refusal(variable: Variable, site: Site<'_>, called: &str) -> Option<(&'static
     };
     let help = "a load may use positions and velocities of the scene, forces along springs and actuators, torques of loads, the time `t`, parameters and inputs";
     Some(("scene::load_depends", format!("{what} depends on {called}, {refused}"), help))
-}
-
-fn formula_of(variable: Variable) -> (Formula, Known) {
-    (Formula::Variable(variable), Known::moving(variable.quantity.measure().exponents))
 }
 
 fn unit_name(exponents: Exponents) -> String {

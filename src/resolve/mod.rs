@@ -17,6 +17,7 @@ mod order;
 mod outputs;
 mod parameters;
 mod parts;
+mod placed;
 mod places;
 mod reuse;
 mod settings;
@@ -36,6 +37,7 @@ use crate::diagnostic::fault::{Fault, Faults, Sink};
 use crate::diagnostic::span::{Source, Span, Text};
 use crate::diagnostic::suggest;
 use crate::mechanism::{Bound, Dimension, Formula, Input, InputId, Mechanism, Units, Variable};
+use crate::scene::model::Within;
 use crate::scene::unit::Exponents;
 use crate::scene::{Resolved, Scene};
 
@@ -90,6 +92,7 @@ impl Scene {
         let display = resolver.display();
         let (parameters, calculated) = resolver.parameters();
         let inputs = resolver.inputs();
+        resolver.place_parts();
         resolver.signals();
         let mut mechanism = Mechanism {
             name: self.name.text.clone(),
@@ -153,6 +156,10 @@ struct Resolver<'s> {
     written_in: Units,
     /// The tables that expressions use, by their files; none if one is at fault.
     tables: HashMap<String, Option<Rc<tables::Table>>>,
+    /// Where the scene itself is, and then its parts.
+    placements: Vec<placed::Placement>,
+    /// Whose text is read.
+    part: Within,
 }
 
 const UNKNOWN: Formula = Formula::Number(f64::NAN);
@@ -174,6 +181,8 @@ impl<'s> Resolver<'s> {
             called: HashMap::new(),
             written_in: Units::default(),
             tables: HashMap::new(),
+            placements: vec![placed::Placement::default()],
+            part: 0,
         }
     }
 }

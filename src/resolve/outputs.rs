@@ -72,7 +72,7 @@ impl Resolver<'_> {
     }
 
     fn expression_output(&mut self, output: &model::Signal) -> Output {
-        let model::Signal { name, value, unit, description } = output;
+        let model::Signal { name, value, unit, description, .. } = output;
         let what = format!("output `{}`", name.text);
         let (formula, own, known) = self.formula_and_known(value, &what, &ANYTHING, Context::Output);
         let declared = self.unit(unit.as_ref());

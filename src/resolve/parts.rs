@@ -59,7 +59,7 @@ impl Resolver<'_> {
     }
 
     fn part(&mut self, part: &written::Part, section: Section, owner: Owner) -> Option<Part> {
-        let read = self.read(part, section, owner);
+        let read = self.within(part.within, |resolver| resolver.read(part, section, owner));
         self.incomplete |= read.is_none();
         read
     }
@@ -84,14 +84,11 @@ impl Resolver<'_> {
         }
         reading.complete &= self.carrier_apart(&reading);
         let (_, between) = reading.ends.filter(|_| reading.complete)?;
-        Some(Part {
-            name: name.text.clone(),
-            kind: component.kind(),
-            owner,
-            between,
-            values: reading.values,
-            span: name.span,
-        })
+        let Reading { values, fields, .. } = reading;
+        let mut part =
+            Part { name: name.text.clone(), kind: component.kind(), owner, between, values, span: name.span };
+        self.place_element(&mut part, &fields);
+        Some(part)
     }
 
     fn unrecognised(&mut self, part: &written::Part, section: Section) {
@@ -180,6 +177,7 @@ impl Resolver<'_> {
         };
         let Some(node) = node else {
             reading.complete &= !matches!(key.need, Need::Required(_));
+            reading.values.extend(self.carrier(key.form).map(|carrier| (key.name, Value::Place(carrier))));
             return;
         };
         let read = match key.form.is_end() {
@@ -208,7 +206,6 @@ impl Resolver<'_> {
         reading: &Reading<'_>,
     ) -> Option<(([Text; 2], [Place; 2]), Option<Value>)> {
         let (user, what) = (&reading.user, reading.fields.name_of(key.name));
-        let centre = |body: Option<BodyId>| body.map_or(Place::Origin, Place::Centre);
         if let Form::Points | Form::Bodies | Form::BodyAndPoint = key.form {
             let help = if let Need::Required(help) | Need::OneOf(help) = key.need { help } else { "" };
             let names = self.faults.pair(node, &what, help)?;
@@ -235,7 +232,9 @@ impl Resolver<'_> {
             Form::Joint => {
                 let joint = self.joint_named(&name, user, reading.component.name)?;
                 let names = self.scene.joints[joint.0].between()?;
-                let places = [self.known_place(&names[0].text)?, self.known_place(&names[1].text)?];
+                let known = |resolver: &mut Self| names.each_ref().map(|name| resolver.known_place(&name.text));
+                let [first, second] = self.within(self.scene.joints[joint.0].within, known);
+                let places = [first?, second?];
                 Some(((names, places), Some(Value::Joint(joint))))
             }
             _ => {
@@ -243,6 +242,17 @@ impl Resolver<'_> {
                 Some((([ground, name], [Place::Origin, place]), None))
             }
         }
+    }
+
+    /// Where a part counts from if it names no third body.
+    fn carrier(&self, form: Form) -> Option<Place> {
+        let frame = self.frame();
+        let carrier = match form {
+            Form::CarrierBody => centre(frame.on),
+            Form::CarrierPoint => frame.origin,
+            _ => return None,
+        };
+        Some(carrier).filter(|carrier| *carrier != Place::Origin)
     }
 
     /// The value of a key that says nothing of what a part is between.
@@ -302,7 +312,7 @@ impl Resolver<'_> {
             Form::CarrierBody | Form::CarrierPoint => {
                 let name = self.faults.text(node, &written)?;
                 let place = match key.form {
-                    Form::CarrierBody => self.body(&name, user)?.map_or(Place::Origin, Place::Centre),
+                    Form::CarrierBody => centre(self.body(&name, user)?),
                     _ => self.place(&name, user)?,
                 };
                 Some(Value::Place(place))
@@ -366,7 +376,7 @@ impl Resolver<'_> {
     }
 
     /// Does this key name a joint that turns, and does not slide?
-    fn turns(&self, joint: Option<&Node>) -> bool {
+    pub(super) fn turns(&self, joint: Option<&Node>) -> bool {
         let Some(Node { kind: Content::Text(name), .. }) = joint else { return false };
         let Some(super::names::Named::Joint(id)) = self.names.get(name) else { return false };
         let component = self.scene.joints[id.0].component(Section::Joints);
@@ -389,6 +399,11 @@ impl Resolver<'_> {
         let fault = Fault::new("scene::unknown_joint", message, name.span).label("no such joint");
         self.faults.push_about(&name.text, fault.help(help));
     }
+}
+
+/// What stands for a whole body.
+fn centre(body: Option<BodyId>) -> Place {
+    body.map_or(Place::Origin, Place::Centre)
 }
 
 /// The keys that a part may have: any driver's, so that one of the wrong motion is told from one that does not exist.

@@ -23,7 +23,7 @@ impl Resolver<'_> {
         let body = self.names.get(owner);
         match (point.map(|point| points.get(point)), body) {
             (None, Some(Named::Body(body))) => Some(Place::Centre(body)),
-            (None, _) => Some(Place::Origin),
+            (None, _) => Some(self.frame().origin),
             (Some(Some(&index)), Some(Named::Body(body))) => Some(Place::Point(body, index)),
             (Some(Some(&index)), _) => Some(Place::Ground(index)),
             (Some(None), _) => {
@@ -37,7 +37,7 @@ impl Resolver<'_> {
     pub(super) fn known_place(&self, name: &str) -> Option<Place> {
         let (owner, point) = name.split_once('.').map_or((name, None), |(owner, point)| (owner, Some(point)));
         match (owner, self.names.get(owner), point) {
-            ("ground", _, None) => Some(Place::Origin),
+            ("ground", _, None) => Some(self.frame().origin),
             ("ground", _, Some(point)) => self.names.ground.get(point).map(|&index| Place::Ground(index)),
             (_, Some(Named::Body(body)), None) => Some(Place::Centre(body)),
             (_, Some(Named::Body(body)), Some(point)) => {
@@ -108,7 +108,7 @@ impl Resolver<'_> {
     /// A whole body; the outer `None` is a fault, the inner the ground.
     pub(super) fn body(&mut self, name: &Text, user: &str) -> Option<Option<BodyId>> {
         let (owner, point) = name.text.split_once('.').unwrap_or((&name.text, ""));
-        let body = if owner == "ground" { None } else { Some(self.body_of(owner, name, user)?) };
+        let body = if owner == "ground" { self.frame().on } else { Some(self.body_of(owner, name, user)?) };
         if !point.is_empty() {
             self.faults.push(
                 Fault::new(

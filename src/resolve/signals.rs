@@ -36,7 +36,10 @@ impl Resolver<'_> {
         self.signals = vec![None; scene.signals.len()];
         let others = (0..scene.signals.len()).filter(|index| !pending.contains_key(index));
         for index in others.chain(order) {
-            self.signals[index] = self.signal(&scene.signals[index], pending.get(&index));
+            self.signals[index] = {
+                let signal = &scene.signals[index];
+                self.within(signal.within, |resolver| resolver.signal(signal, pending.get(&index)))
+            };
         }
         let own = circle.iter().map(|&index| &scene.signals[index]);
         let circle: Vec<_> = own.map(|own| (own.name.text.as_str(), own.value.span)).collect();

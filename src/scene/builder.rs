@@ -34,7 +34,6 @@ impl Scene {
             source: Source::default(),
             broken: Vec::new(),
             uses: Vec::new(),
-            begins: Vec::new(),
         }
     }
 
@@ -139,7 +138,7 @@ impl Scene {
     /// Adds a point of the ground \[m\].
     #[must_use]
     pub fn ground_point(mut self, name: &str, at: impl Into<Vector>) -> Scene {
-        self.ground.push(Point { name: Text::from(name), at: at.into() });
+        self.ground.push(Point { name: Text::from(name), at: at.into(), within: 0 });
         self
     }
 
@@ -174,14 +173,14 @@ impl Scene {
     /// Gives a known initial position or velocity, such as `crank.angle`.
     #[must_use]
     pub fn initial(mut self, variable: &str, value: impl Into<Quantity>) -> Scene {
-        self.initial.push(Initial { variable: Text::from(variable), value: value.into(), known: true });
+        self.initial.push(Initial { variable: Text::from(variable), value: value.into(), known: true, within: 0 });
         self
     }
 
     /// Gives a guess that picks the assembly.
     #[must_use]
     pub fn guess(mut self, variable: &str, value: impl Into<Quantity>) -> Scene {
-        self.initial.push(Initial { variable: Text::from(variable), value: value.into(), known: false });
+        self.initial.push(Initial { variable: Text::from(variable), value: value.into(), known: false, within: 0 });
         self
     }
 

@@ -13,7 +13,6 @@ pub(crate) mod expression;
 mod json;
 pub mod key;
 pub(crate) mod model;
-pub(crate) mod operand;
 pub(crate) mod part;
 pub mod quantity;
 pub(crate) mod tables;

@@ -84,10 +84,8 @@ pub struct Scene {
     pub source: Source,
     /// Names of what could not be read: they exist, so that their uses are no further faults.
     pub(crate) broken: Vec<String>,
-    /// Files whose mechanisms are parts of it; none once these have been put in.
+    /// Files whose mechanisms are parts of it, and of these parts.
     pub(crate) uses: Vec<Use>,
-    /// Where bodies of parts are when their own ground would have them at zero.
-    pub(crate) begins: Vec<Initial>,
 }
 
 /// A file whose mechanism is a part of the scene.
@@ -107,7 +105,14 @@ pub(crate) struct Use {
     pub angle: Option<Quantity>,
     /// Are its left and right exchanged?
     pub mirror: bool,
+    /// How its texts could name its origin: `ground`, or a point that is there.
+    pub origin: Text,
+    /// Whose part it is.
+    pub within: Within,
 }
+
+/// Whose text something is written in: that of a part, by its place among the uses of the scene from 1 on, or that of the scene itself.
+pub(crate) type Within = usize;
 
 /// Components along x and y; x alone in one dimension.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -165,6 +170,8 @@ pub struct Signal {
     pub unit: Option<Text>,
     /// One line; without one the expression.
     pub description: Option<Text>,
+    /// Whose law it is.
+    pub(crate) within: Within,
 }
 
 /// A named point.
@@ -174,6 +181,8 @@ pub struct Point {
     pub name: Text,
     /// Where it is in the body's frame \[m\].
     pub at: Vector,
+    /// In whose ground that is.
+    pub(crate) within: Within,
 }
 
 /// A scalar motion.
@@ -210,6 +219,8 @@ pub struct Initial {
     pub value: Quantity,
     /// Known, or a guess?
     pub known: bool,
+    /// Who gives it.
+    pub(crate) within: Within,
 }
 
 /// What is reported.

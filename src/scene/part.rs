@@ -1,7 +1,7 @@
 //! Bodies, joints, drivers and loads as they are written: tables whose keys their components know.
 
 use super::document::{Content, Node};
-use super::model::{InputAs, Motion, Vector};
+use super::model::{InputAs, Motion, Point, Vector, Within};
 use super::quantity::{Quantity, Value};
 use crate::diagnostic::span::{Span, Text};
 use crate::diagnostic::suggest;
@@ -13,11 +13,19 @@ pub struct Part {
     pub name: Text,
     /// A table, if it is well written.
     pub(crate) node: Node,
+    /// In whose text it is written.
+    pub(crate) within: Within,
+    /// Its points that are those of the ground of a part which it carries.
+    pub(crate) carried: Vec<(String, Within)>,
 }
 
 impl Part {
-    fn new() -> Part {
-        Part { name: Text::default(), node: Node { span: Span::default(), kind: Content::Table(Vec::new()) } }
+    pub(super) fn new(name: Text, node: Node) -> Part {
+        Part { name, node, within: 0, carried: Vec::new() }
+    }
+
+    fn empty() -> Part {
+        Part::new(Text::default(), Node::built(Content::Table(Vec::new())))
     }
 
     pub(super) fn with_name(mut self, name: &str) -> Part {
@@ -93,15 +101,10 @@ impl Part {
         }
     }
 
-    pub(crate) fn remove(&mut self, key: &str) {
-        if let Content::Table(entries) = &mut self.node.kind {
-            entries.retain(|(other, _)| other.text != key);
-        }
-    }
-
-    /// Adds a point, if it is a table and so are its points.
-    pub(crate) fn add_point(&mut self, name: Text, at: Vector) {
-        self.add_entry("points", name, at.into());
+    /// Adds a point of the ground of a part, if it is a table and so are its points.
+    pub(crate) fn carry(&mut self, point: Point) {
+        self.carried.push((point.name.text.clone(), point.within));
+        self.add_entry("points", point.name, point.at.into());
     }
 
     /// The text of a key, if it is one.
@@ -147,7 +150,7 @@ builders! {
 
 impl Joint {
     pub(crate) fn new(kind: &str, first: &str, second: &str) -> Joint {
-        Joint(Part::new()).set("type", kind).set("between", [first, second])
+        Joint(Part::empty()).set("type", kind).set("between", [first, second])
     }
 
     /// The body that carries two wheels, or the point from which a displacement counts.
@@ -186,7 +189,7 @@ impl Joint {
 impl Body {
     /// A body without mass and points.
     pub fn new() -> Body {
-        Body(Part::new())
+        Body(Part::empty())
     }
 
     /// \[kg\]
@@ -252,12 +255,12 @@ impl Shape {
     /// A shape with these corners.
     pub(crate) fn new(kind: &str, corners: Vec<Corner>) -> Shape {
         let corners = corners.into_iter().map(|corner| corner.0).collect();
-        Shape(Part::new()).set(kind, Node::built(Content::Array(corners)))
+        Shape(Part::empty()).set(kind, Node::built(Content::Array(corners)))
     }
 
     /// A shape about a place.
     pub(crate) fn about(kind: &str, at: Corner) -> Shape {
-        Shape(Part::new()).set(kind, at.0)
+        Shape(Part::empty()).set(kind, at.0)
     }
 
     /// Its density: `"7850 kg/m3"`, or per length or area in `kg/m` or `kg/m2`. A number alone is in kg/m3.
@@ -281,13 +284,13 @@ impl Shape {
 
 impl Driver {
     pub(crate) fn new() -> Driver {
-        Driver(Part::new())
+        Driver(Part::empty())
     }
 }
 
 impl Load {
     pub(crate) fn new(kind: &str) -> Load {
-        Load(Part::new()).set("type", kind)
+        Load(Part::empty()).set("type", kind)
     }
 
     pub(crate) fn is(&self, kind: &str) -> bool {

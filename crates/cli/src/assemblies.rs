@@ -7,7 +7,7 @@ use cotree::columns::counted;
 use cotree::compile::compile_with_equations;
 use cotree::formulate::assemblies::{Assemblies, Value, assemblies};
 use cotree::mechanism::{Mechanism, Unit};
-use cotree::scene::{Faults, Initial, Scene, Text};
+use cotree::scene::{Faults, Scene};
 use cotree_draw::pose::draw;
 
 use super::failure::Failure;
@@ -53,8 +53,7 @@ fn posed<'v>(mut scene: Scene, pose: impl Iterator<Item = &'v Value>) -> Scene {
     scene.initial.retain(|initial| initial.known);
     for value in pose {
         if scene.initial.iter().all(|known| known.variable.text != value.name) {
-            let variable = Text::from(value.name.as_str());
-            scene.initial.push(Initial { variable, value: value.value.into(), known: false });
+            scene = scene.guess(&value.name, value.value);
         }
     }
     scene

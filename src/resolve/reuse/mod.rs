@@ -1,8 +1,6 @@
-//! Scenes that are parts of others: a file is read, its names get the name of the part in front, its mechanism is placed, and everything joins the
-//! scene that uses it. What follows sees one scene.
+//! Scenes that are parts of others: a file is read, its names get the name of the part in front, and everything joins the scene that uses it. What
+//! follows sees one scene, in which everything says whose text it is written in.
 
-mod elements;
-mod placed;
 mod renamed;
 
 use std::collections::{HashMap, HashSet};
@@ -14,7 +12,7 @@ use crate::diagnostic::suggest;
 use crate::files;
 use crate::scene::Scene;
 use crate::scene::decode::{is_json, text};
-use crate::scene::model::Use;
+use crate::scene::model::{Point, Use, Within};
 
 /// More parts are refused, or more elements of all of them: each file may use others twice, and so on.
 const MOST_PARTS: usize = 10_000;
@@ -66,13 +64,12 @@ struct Library<'f> {
 
 impl Library<'_> {
     fn put_in(&mut self, scene: &mut Scene, path: &Path) -> bool {
-        let mut uses = std::mem::take(&mut scene.uses);
-        renamed::with_underscores(scene, &mut uses);
-        self.check_names(scene, &uses);
+        renamed::with_underscores(scene);
+        self.check_names(scene);
         let mut complete = true;
-        for used in &uses {
+        for (index, used) in scene.uses.clone().iter().enumerate() {
             match self.read(used, path) {
-                Some(part) if self.has_room(&part, used) => self.join(scene, part, used),
+                Some(part) if self.has_room(&part, used) => self.join(scene, part, index),
                 _ => complete = false,
             }
         }
@@ -80,9 +77,9 @@ impl Library<'_> {
     }
 
     /// A part's name must not be that of an element: `left.arm` would be two things.
-    fn check_names(&mut self, scene: &Scene, uses: &[Use]) {
+    fn check_names(&mut self, scene: &Scene) {
         let taken = renamed::names(scene);
-        for used in uses {
+        for used in &scene.uses {
             super::names::check_identifier(&used.name, "part", self.faults);
             if taken.contains(&used.name.text) {
                 let message = format!("the name `{}` is used twice: for a part and for something else", used.name.text);
@@ -154,17 +151,25 @@ impl Library<'_> {
         self.faults.push(fault.help("a file cannot be a part of itself"));
     }
 
-    /// Adds a part to the scene.
-    fn join(&mut self, scene: &mut Scene, mut part: Scene, used: &Use) {
+    /// Adds a part to the scene, which uses it as the one with this index.
+    fn join(&mut self, scene: &mut Scene, mut part: Scene, index: usize) {
+        let used = scene.uses[index].clone();
         if part.dimension != scene.dimension {
             let message = format!("part `{}` has another `dimension` than the scene that uses it", used.name.text);
             let fault = Fault::new("scene::one_dimension", message, used.file.span).label("this file");
             self.faults.push(fault.help("give both the same"));
             return;
         }
-        self.set_parameters(&mut part, used);
+        self.set_parameters(&mut part, &used);
         renamed::with_prefix(&mut part, &used.name.text);
-        placed::place(used, self.faults, &mut part, scene);
+        // Its own parts follow those of the scene.
+        let further = scene.uses.len();
+        part.belong(|within| if within == 0 { index + 1 } else { within + further });
+        scene.uses[index].origin = origin(&mut part, &used, index + 1);
+        if let Some(on) = &used.on {
+            self.fix(scene, &mut part, index, on);
+        }
+        scene.uses.append(&mut part.uses);
         scene.parameters.append(&mut part.parameters);
         scene.inputs.append(&mut part.inputs);
         scene.signals.append(&mut part.signals);
@@ -174,13 +179,28 @@ impl Library<'_> {
         scene.drivers.append(&mut part.drivers);
         scene.loads.append(&mut part.loads);
         scene.initial.append(&mut part.initial);
-        scene.begins.append(&mut part.begins);
         // What the scene reports already, such as the energy of everything, it reports once.
         let listed: HashSet<&str> = scene.outputs.variables.iter().map(|known| known.text.as_str()).collect();
         part.outputs.variables.retain(|variable| !listed.contains(variable.text.as_str()));
         scene.outputs.variables.append(&mut part.outputs.variables);
         scene.outputs.expressions.append(&mut part.outputs.expressions);
         scene.broken.append(&mut part.broken);
+    }
+
+    /// Makes the points of the part's ground points of a body.
+    fn fix(&mut self, scene: &mut Scene, part: &mut Scene, index: usize, on: &Text) {
+        let used = &mut scene.uses[index];
+        let Some(body) = scene.bodies.iter_mut().find(|body| body.name.text == on.text) else {
+            if !scene.broken.contains(&on.text) {
+                let message = format!("part `{}` is on a body that is not in the scene: `{}`", used.name.text, on.text);
+                let fault = Fault::new("scene::unknown_body", message, on.span).label("no such body");
+                self.faults.push(fault.help("name a body of this scene, or of a part that stands before this one"));
+            }
+            return;
+        };
+        part.ground.drain(..).for_each(|point| body.carry(point));
+        renamed::with_ground(part, &on.text);
+        used.origin.text = used.origin.text.replacen("ground", &on.text, 1);
     }
 
     fn set_parameters(&mut self, part: &mut Scene, used: &Use) {
@@ -191,6 +211,33 @@ impl Library<'_> {
                 None => self.faults.push(unknown_parameter(part, used, name)),
             }
         }
+    }
+}
+
+/// How a part calls its origin: if that is another point than the ground's, and something may use it, it becomes one of its points.
+fn origin(part: &mut Scene, used: &Use, within: Within) -> Text {
+    let is_used = [&part.joints, &part.drivers, &part.loads].iter().any(|parts| !parts.is_empty());
+    if !is_used || used.at.is_none() && used.on.is_none() {
+        return used.origin.clone();
+    }
+    let name = Text::from(format!("{}_ground", used.name.text));
+    let origin = Text::from(format!("ground.{}", name.text));
+    part.ground.push(Point { name, at: [0.0, 0.0].into(), within });
+    origin
+}
+
+impl Scene {
+    /// Changes whose text its elements are written in.
+    fn belong(&mut self, whose: impl Fn(Within) -> Within) {
+        let parts = [&mut self.bodies, &mut self.joints, &mut self.drivers, &mut self.loads].into_iter().flatten();
+        let parts = parts.flat_map(|part| {
+            std::iter::once(&mut part.within).chain(part.carried.iter_mut().map(|(_, within)| within))
+        });
+        let others = (self.uses.iter_mut().map(|used| &mut used.within))
+            .chain(self.signals.iter_mut().map(|signal| &mut signal.within))
+            .chain(self.ground.iter_mut().map(|point| &mut point.within))
+            .chain(self.initial.iter_mut().map(|initial| &mut initial.within));
+        parts.chain(others).for_each(|within| *within = whose(*within));
     }
 }
 

@@ -2,14 +2,13 @@
 
 use std::collections::HashSet;
 
-use super::elements::sections;
-use crate::component::{body, shape};
+use crate::component::{Section, body, shape};
 use crate::diagnostic::span::Text;
 use crate::mechanism::Quantity as Variable;
 use crate::scene::document::{Content, Node};
 use crate::scene::expression::{substituted, with_files as with_files_of};
 use crate::scene::key::{Form, Key};
-use crate::scene::model::{Scene, Use, Vector};
+use crate::scene::model::{Scene, Vector};
 use crate::scene::part::Part;
 use crate::scene::quantity::{Quantity, Reading, Value, read};
 
@@ -33,8 +32,8 @@ pub(super) fn names(scene: &Scene) -> HashSet<String> {
 }
 
 /// Writes `left_arm` wherever a scene says `left.arm` of its part `left`.
-pub(super) fn with_underscores(scene: &mut Scene, uses: &mut [Use]) {
-    let parts: Vec<String> = uses.iter().map(|used| used.name.text.clone()).collect();
+pub(super) fn with_underscores(scene: &mut Scene) {
+    let parts: Vec<String> = scene.uses.iter().map(|used| used.name.text.clone()).collect();
     let map = |name: &str| {
         let (ground, rest) = name.strip_prefix("ground.").map_or(("", name), |rest| ("ground.", rest));
         let (first, rest) = rest.split_once('.')?;
@@ -44,24 +43,12 @@ pub(super) fn with_underscores(scene: &mut Scene, uses: &mut [Use]) {
         walk.scene(scene);
         let trees = [&mut scene.coordinates.translation, &mut scene.coordinates.rotation];
         trees.into_iter().flatten().flatten().for_each(|branch| (walk.name)(&mut branch.text));
-        for used in uses {
-            used.on.iter_mut().for_each(|on| (walk.name)(&mut on.text));
-            used.at.iter_mut().for_each(|at| walk.vector(at));
-            used.angle.iter_mut().for_each(|angle| walk.quantity(angle));
-            used.parameters.iter_mut().for_each(|(_, value)| walk.quantity(value));
-        }
     });
 }
 
 /// Gives the files of its tables other paths.
 pub(super) fn with_files(scene: &mut Scene, replace: &mut dyn FnMut(&str) -> String) {
-    let mut uses = std::mem::take(&mut scene.uses);
-    let mut walk = Walk { name: &mut |_| {}, law: &mut |text, _| *text = with_files_of(text, &mut *replace) };
-    walk.scene(scene);
-    for used in &mut uses {
-        used.parameters.iter_mut().for_each(|(_, value)| walk.quantity(value));
-    }
-    scene.uses = uses;
+    Walk { name: &mut |_| {}, law: &mut |text, _| *text = with_files_of(text, &mut *replace) }.scene(scene);
 }
 
 /// Puts the name of the part before every name of its scene.
@@ -74,6 +61,7 @@ pub(super) fn with_prefix(scene: &mut Scene, prefix: &str) {
     };
     renaming(&map, |walk| walk.scene(scene));
     let add = |name: &mut Text| name.text.insert_str(0, &format!("{prefix}_"));
+    scene.uses.iter_mut().for_each(|used| add(&mut used.name));
     scene.parameters.iter_mut().for_each(|parameter| add(&mut parameter.name));
     scene.inputs.iter_mut().for_each(|input| add(&mut input.name));
     scene.signals.iter_mut().for_each(|signal| add(&mut signal.name));
@@ -120,14 +108,25 @@ impl Walk<'_> {
         }
         scene.ground.iter_mut().for_each(|point| self.vector(&mut point.at));
         scene.bodies.iter_mut().for_each(|part| self.entries(part, body::KEYS, &[]));
-        for (section, parts) in sections(scene) {
+        let sections = [
+            (Section::Joints, &mut scene.joints),
+            (Section::Drivers, &mut scene.drivers),
+            (Section::Loads, &mut scene.loads),
+        ];
+        for (section, parts) in sections {
             for part in parts {
                 if let Some(component) = part.component(section) {
                     self.entries(part, component.keys, component.own);
                 }
             }
         }
-        for initial in scene.initial.iter_mut().chain(&mut scene.begins) {
+        for used in &mut scene.uses {
+            used.on.iter_mut().chain([&mut used.origin]).for_each(|place| (self.name)(&mut place.text));
+            used.at.iter_mut().for_each(|at| self.vector(at));
+            let values = used.angle.iter_mut().chain(used.parameters.iter_mut().map(|(_, value)| value));
+            values.for_each(|value| self.quantity(value));
+        }
+        for initial in &mut scene.initial {
             (self.name)(&mut initial.variable.text);
             self.quantity(&mut initial.value);
         }

@@ -57,6 +57,7 @@ impl Decoder {
             unit: self.faults.optional_text(&fields, "unit"),
             description: self.faults.optional_text(&fields, "description"),
             value: value?,
+            within: 0,
         })
     }
 
@@ -76,10 +77,12 @@ impl Decoder {
             name: name.clone(),
             file: file?,
             parameters,
-            on: self.faults.optional_text(&fields, "on"),
+            on: self.faults.optional_text(&fields, "on").filter(|on| on.text != "ground"),
             at,
             angle: self.faults.optional_quantity(&fields, "angle"),
             mirror: mirror.unwrap_or(false),
+            origin: Text::from("ground"),
+            within: 0,
         })
     }
 
@@ -102,7 +105,7 @@ impl Decoder {
         for (name, node) in entries {
             let what = format!("point `ground.{}`", name.text);
             match self.faults.vector(node, &what) {
-                Some(at) => points.push(Point { name: name.clone(), at }),
+                Some(at) => points.push(Point { name: name.clone(), at, within: 0 }),
                 None => self.broken.push(format!("ground.{}", name.text)),
             }
         }

@@ -205,7 +205,7 @@ impl Decoder {
 
     /// The named tables of a section whose keys their components know.
     fn parts(&mut self, top: &Fields<'_>, key: &'static str) -> Vec<Part> {
-        let part = |(name, node): &(Text, Node)| Part { name: name.clone(), node: node.clone() };
+        let part = |(name, node): &(Text, Node)| Part::new(name.clone(), node.clone());
         self.entries(top, key).into_iter().map(part).collect()
     }
 

@@ -74,7 +74,7 @@ impl Decoder {
         let what = format!("the initial value of `{}`", key.text);
         let Content::Table(entries) = &node.kind else {
             if let Some(value) = self.faults.quantity(node, &what) {
-                values.push(Initial { variable: key, value, known: true });
+                values.push(Initial { variable: key, value, known: true, within: 0 });
             }
             return;
         };
@@ -88,7 +88,7 @@ impl Decoder {
         if let Some(fields) = Fields::open(node, &what, key.span, &names(GUESS), &mut self.faults)
             && let Some(value) = self.faults.optional_quantity(&fields, "guess")
         {
-            values.push(Initial { variable: key, value, known: false });
+            values.push(Initial { variable: key, value, known: false, within: 0 });
         }
     }
 

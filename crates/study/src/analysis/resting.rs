@@ -2,7 +2,7 @@
 
 use cotree::expr::{Symbol, Values};
 use cotree::mechanism::{BodyId, Dimension, Mechanism, Owner, Place, Quantity, Unit, Variable};
-use cotree::scene::{Initial, Scene, Text};
+use cotree::scene::{Scene, Text};
 
 use super::study::{Study, StudyError};
 
@@ -26,10 +26,8 @@ impl Study {
             }
             Ok(values)
         })?;
-        let guess =
-            |(name, value): (String, f64)| Initial { variable: Text::from(name), value: value.into(), known: false };
-        scene.initial = values.into_iter().map(guess).collect();
-        Ok(self.settled(scene))
+        scene.initial.clear();
+        Ok(self.settled(values.into_iter().fold(scene, |scene, (name, value)| scene.guess(&name, value))))
     }
 
     /// The scene of this study; what was set is its default.
