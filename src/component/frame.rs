@@ -55,7 +55,7 @@ impl Frame {
     pub fn signed(&self, value: Formula) -> Formula {
         match number(&value) {
             _ if !self.mirror => value,
-            // Adding zero makes a negative zero positive.
+            // Zero stays positive.
             Some(number) => Formula::Number(0.0 - number),
             None => -value,
         }

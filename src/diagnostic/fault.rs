@@ -148,7 +148,8 @@ impl Sink {
     /// be kept, to spare the work of finding out what may have been meant.
     pub fn again(&mut self, subject: &str, span: Span) -> bool {
         if let Some(first) = self.about.get(subject).and_then(|index| self.list.get_mut(*index)) {
-            if first.also.len() < Sink::MOST_PLACES {
+            let is_another = (first.span.start, first.span.end) != (span.start, span.end);
+            if is_another && first.also.len() < Sink::MOST_PLACES {
                 first.also.push(span);
             }
             return true;

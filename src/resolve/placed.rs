@@ -39,7 +39,7 @@ impl Resolver<'_> {
         for used in &scene.uses {
             let placement = match self.one_dimensional() {
                 true => self.refuse_on_a_line(used),
-                false => self.within(used.within, |resolver| resolver.placement(used)),
+                false => self.placement(used),
             };
             self.placements.push(placement);
         }
@@ -224,17 +224,20 @@ impl Resolver<'_> {
         begins.filter(|begin| begin.value != Formula::Number(0.0)).collect()
     }
 
-    /// Says that something in the file of the part depends on its place in a way that is not known.
+    /// Says once that something in the file of the part depends on its place in a way that is not known.
     pub(super) fn refuse_place(&mut self, what: &str, span: Span, help: &str) {
-        let uses = &self.scene.uses;
-        let parts =
-            std::iter::successors(uses.get(self.part.wrapping_sub(1)), |used| uses.get(used.within.wrapping_sub(1)));
-        let Some(Use { name, .. }) = parts.into_iter().find(|used| used.is_placed()) else { return };
+        if self.faults.again(what, span) {
+            return;
+        }
+        let scene = self.scene;
+        let used = |part: Within| scene.uses.get(part.wrapping_sub(1));
+        let mut parts = std::iter::successors(used(self.part), |part| used(part.within));
+        let Some(Use { name, .. }) = parts.find(|part| part.is_placed()) else { return };
         let message =
             format!("part `{}` is mirrored, turned, moved or on a body, which does not go with {what}", name.text);
         let mut fault = Fault::new("scene::placed_part", message, span).label("depends on the place").help(help);
         fault.also.push(name.span);
-        self.faults.push(fault);
+        self.faults.push_about(what, fault);
     }
 }
 

@@ -55,10 +55,12 @@ impl Part {
 
     /// The same, if it is a table.
     fn add_entry(&mut self, key: &str, name: Text, value: Node) {
-        if self.get(key).is_none() {
-            self.insert(key, Node::built(Content::Table(Vec::new())));
+        let Content::Table(entries) = &mut self.node.kind else { return };
+        let place = entries.iter().position(|(other, _)| other.text == key).unwrap_or(entries.len());
+        if place == entries.len() {
+            entries.push((Text::from(key), Node::built(Content::Table(Vec::new()))));
         }
-        if let Some(Node { kind: Content::Table(entries), .. }) = self.get_mut(key) {
+        if let Content::Table(entries) = &mut entries[place].1.kind {
             entries.push((name, value));
         }
     }
@@ -87,18 +89,6 @@ impl Part {
     pub fn get(&self, key: &str) -> Option<&Node> {
         let Content::Table(entries) = &self.node.kind else { return None };
         entries.iter().find(|(other, _)| other.text == key).map(|(_, node)| node)
-    }
-
-    pub(crate) fn get_mut(&mut self, key: &str) -> Option<&mut Node> {
-        let Content::Table(entries) = &mut self.node.kind else { return None };
-        entries.iter_mut().find(|(other, _)| other.text == key).map(|(_, node)| node)
-    }
-
-    /// Adds an entry, if it is a table.
-    pub(crate) fn insert(&mut self, key: &str, value: Node) {
-        if let Content::Table(entries) = &mut self.node.kind {
-            entries.push((Text::new(key, value.span), value));
-        }
     }
 
     /// Adds a point of the ground of a part, if it is a table and so are its points.
