@@ -2,8 +2,9 @@
 
 use cotree::component::Origin;
 use cotree::equations::{ElementColumn, Vibration};
-use cotree::expr::Expr;
+use cotree::expr::{Expr, Order, Symbol};
 use cotree::graph::ElementId;
+use cotree_study::analysis::dense;
 use nalgebra::DMatrix;
 
 use super::graphs::table;
@@ -47,7 +48,7 @@ pub fn matrices(lesson: &mut Lesson) -> Vec<Block> {
     }
     blocks.extend(products(&kinds));
     blocks.extend(entries(lesson));
-    let same = agrees(lesson, &kinds, &matrices);
+    let same = agrees(lesson, &kinds);
     blocks.push(check("the three products in numbers are M, D and K, and these are symmetric", same));
     blocks.extend(floating(lesson, &kinds, &matrices));
     blocks
@@ -151,17 +152,25 @@ fn signs(n: usize, columns: &[(&ElementColumn, Expr)]) -> DMatrix<f64> {
     matrix
 }
 
-/// The products in numbers.
-fn agrees(lesson: &Lesson, kinds: &[ElementKind], vibration: &Vibration) -> bool {
-    [("m", &vibration.mass), ("d", &vibration.damping), ("k", &vibration.stiffness)].into_iter().all(
-        |(letter, matrix)| {
-            let own = numbers(lesson, matrix);
-            let columns = kinds.iter().find(|kind| kind.letter == letter).map_or(&[][..], |kind| &kind.columns);
-            let a = signs(own.nrows(), columns);
-            let constants: Vec<Expr> = columns.iter().map(|(_, constant)| *constant).collect();
-            let constants = DMatrix::from_diagonal(&lesson.at_start(&constants).into());
-            let product = &a * constants * a.transpose();
-            agree(product.as_slice(), own.as_slice()) && agree(own.as_slice(), own.transpose().as_slice())
-        },
-    )
+/// Are the products M, and the slopes of -Q by rates and coordinates, as Step 1 found them?
+fn agrees(lesson: &mut Lesson, kinds: &[ElementKind]) -> bool {
+    let (n, values) = (lesson.equations.coordinates.len(), lesson.start());
+    let dynamics = lesson.equations.dynamics().clone();
+    let mut slopes = |order: Order| {
+        let arena = &mut lesson.equations.system.arena;
+        let entries = dynamics.load.iter().flat_map(|load| (0..n).map(move |column| (*load, column)));
+        let slope = |(load, column)| arena.derivative(load, Symbol::Coordinate(column, order));
+        let slopes: Vec<Expr> = entries.map(slope).collect();
+        -DMatrix::from_row_slice(n, n, &values.of(&lesson.equations, &slopes))
+    };
+    let (damping, stiffness) = (slopes(Order::Velocity), slopes(Order::Position));
+    let mass = dense(&dynamics.mass, n, |exprs| values.of(&lesson.equations, exprs));
+    [("m", mass), ("d", damping), ("k", stiffness)].into_iter().all(|(letter, own)| {
+        let columns = kinds.iter().find(|kind| kind.letter == letter).map_or(&[][..], |kind| &kind.columns);
+        let a = signs(n, columns);
+        let constants: Vec<Expr> = columns.iter().map(|(_, constant)| *constant).collect();
+        let constants = DMatrix::from_diagonal(&values.of(&lesson.equations, &constants).into());
+        let product = &a * constants * a.transpose();
+        agree(product.as_slice(), own.as_slice()) && agree(own.as_slice(), own.transpose().as_slice())
+    })
 }
