@@ -242,7 +242,7 @@ mod tests {
         let geometry = turned_bar().geometry(&[[1.0, 2.0, std::f64::consts::FRAC_PI_2]]);
         assert!(near(geometry.bodies[0].points[0], [-1.0, 0.0]), "{geometry:?}");
         assert!(near(geometry.bodies[0].points[1], [1.0, 0.0]), "{geometry:?}");
-        let Anchor { body, at, point } = geometry.forces[0].at.clone();
+        let Anchor { body, at, point } = geometry.forces[0].at;
         assert!(near(at, [1.0, 0.0]) && (body, point) == (Some(0), Some(1)), "{geometry:?}");
         assert_eq!(geometry.forces[0].direction, Some([0.0, 1.0]), "directions stay in the world");
     }
