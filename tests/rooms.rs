@@ -61,7 +61,11 @@ const CRATES: [Crate; 7] = [
         ],
     ),
     ("cotree_study", "crates/study/src", &["analysis", "bench", "compare", "contact", "motion", "sweep", "fit"]),
-    ("cotree_draw", "crates/draw/src", &["svg", "png", "drawing", "dxf", "line", "pose", "graph", "plot", "study"]),
+    (
+        "cotree_draw",
+        "crates/draw/src",
+        &["carrier", "svg", "png", "drawing", "dxf", "line", "pose", "graph", "plot", "study"],
+    ),
     ("cotree_text", "crates/text/src", &[]),
     (
         "cotree_file",

@@ -12,6 +12,7 @@
 )]
 
 // Public for the crates above, the command and the tests of this repository.
+mod carrier;
 #[doc(hidden)]
 pub mod drawing;
 #[doc(hidden)]

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::drawing::Carrier;
+use crate::carrier::Carrier;
 
 /// A point of the picture \[px\], y down.
 pub type Pixel = [f64; 2];

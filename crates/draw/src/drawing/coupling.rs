@@ -2,12 +2,11 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::carrier::{Anchor, Band, Carrier, Line, Stretch};
 use super::labels::Labels;
 use super::shapes::{along, difference, dot, norm, normal, unit};
 use super::symbols;
-use super::track::{Pattern, Rail, Track, Way};
 use super::view::View;
+use crate::carrier::{Anchor, Band, Carrier, Line, Pattern, Rail, Stretch, Track, Way};
 use crate::svg::{Pixel, Svg, number, polyline};
 
 #[derive(Clone, Debug, PartialEq)]

@@ -1,11 +1,10 @@
 //! A drawing in motion: an SVG that moves by itself, and its single pictures.
 
-use super::carrier::{Anchor, Band, Line, Stretch, joined};
 use super::coupling::tangents;
 use super::shapes::{along, difference, dot, norm, normal, unit};
-use super::track::Way;
 use super::view::View;
-use super::{Carrier, Drawing, Range, is_finite, symbols};
+use super::{Drawing, Range, is_finite, symbols};
+use crate::carrier::{Anchor, Band, Carrier, Line, Stretch, Way, joined};
 use crate::svg::{Frame, Pixel, Svg, number, polyline};
 
 /// Space around the whole motion [pins].

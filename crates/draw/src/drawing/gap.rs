@@ -4,7 +4,8 @@ use cotree::formulate::assembly::show;
 
 use super::labels::Labels;
 use super::view::View;
-use super::{Carrier, Drawing, Hold, Joint, is_finite, shapes, symbols};
+use super::{Drawing, Hold, Joint, is_finite, shapes, symbols};
+use crate::carrier::Carrier;
 use crate::svg::{Svg, number};
 
 /// Gaps below this share of the largest are closed.

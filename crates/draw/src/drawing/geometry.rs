@@ -2,13 +2,12 @@
 
 use serde::Serialize;
 
-use super::carrier::{Anchor, Stretch, joined};
 use super::coupling::Wheel;
 use super::labels::Labels;
 use super::shapes::unit;
-use super::track::Track;
 use super::view::View;
-use super::{Carrier, Drawing, Hold, Joint, LAYERS, is_finite, symbols};
+use super::{Drawing, Hold, Joint, LAYERS, is_finite, symbols};
+use crate::carrier::{Anchor, Carrier, Stretch, Track, joined};
 use crate::svg::Svg;
 
 /// A drawing whose every point says which body carries it. Lengths are in metres, symbols in pixels at `scale`.

@@ -1,7 +1,7 @@
 //! Names, put where they cover least.
 
-use super::Carrier;
 use super::shapes::{along, difference, norm};
+use crate::carrier::Carrier;
 use crate::svg::{Frame, Pixel, Svg, text_width};
 
 #[derive(Clone, Debug)]

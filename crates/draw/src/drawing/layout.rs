@@ -2,10 +2,10 @@
 
 use cotree::component::Stroke;
 
-use super::carrier::{Anchor, Line, Stretch};
 use super::coupling::Coupling;
 use super::view::View;
 use super::{Body, Drawing, Hold, Joint, Shape, Spring, is_finite, shapes, symbols};
+use crate::carrier::{Anchor, Line, Stretch};
 use crate::svg::Pixel;
 
 impl Drawing {

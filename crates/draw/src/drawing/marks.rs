@@ -3,7 +3,8 @@
 use super::labels::Labels;
 use super::shapes::{along, difference, hull, middle, norm, normal, unit};
 use super::view::View;
-use super::{Carrier, Drawing, is_finite};
+use super::{Drawing, is_finite};
+use crate::carrier::Carrier;
 use crate::svg::{Pixel, Svg, number, polyline};
 
 /// A sign that explains.

@@ -1,6 +1,5 @@
 //! A drawing of the mechanism in one position, as a textbook would draw it.
 
-mod carrier;
 mod coupling;
 mod film;
 mod gap;
@@ -19,7 +18,6 @@ mod view;
 use cotree::component::{Glyph, RoundGlyph};
 
 use super::svg::{Frame, Svg, number};
-pub use carrier::Carrier;
 pub use coupling::{Cam, Coupling, CouplingKind, Wheel};
 pub use film::Film;
 pub use geometry::Geometry;

@@ -1,10 +1,10 @@
 //! Drawing order: ground, couplings, bodies, loads, joints, targets, each with space for its name.
 
-use super::carrier::Anchor;
 use super::coupling::Coupling;
 use super::labels::Labels;
 use super::view::View;
-use super::{Carrier, Drawing, Hold, Joint, is_finite, shapes, symbols};
+use super::{Drawing, Hold, Joint, is_finite, shapes, symbols};
+use crate::carrier::{Anchor, Carrier};
 use crate::svg::{Pixel, Svg};
 
 /// Beyond so many bodies names would only cover the drawing.

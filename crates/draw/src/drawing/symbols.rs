@@ -4,8 +4,8 @@ use cotree::component::{RoundGlyph, Stroke};
 
 use super::Spring;
 use super::shapes::{along, difference, extent, norm, normal, unit};
-use super::track::Rail;
 use super::view::View;
+use crate::carrier::Rail;
 use crate::svg::{Pixel, Svg, number, polyline};
 
 pub const SPRING: &str = "#3d7a4a";

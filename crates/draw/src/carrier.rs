@@ -2,8 +2,6 @@
 
 use serde::Serialize;
 
-use super::track::Track;
-
 /// What carries a part of a picture.
 #[derive(Clone, Debug, Serialize)]
 #[serde(tag = "kind", rename_all = "lowercase")]
@@ -78,6 +76,60 @@ pub struct Line {
 pub struct Band {
     pub ends: [Anchor; 2],
     pub radii: [f64; 2],
+}
+
+/// Where something goes: along a line that a body carries.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Way {
+    /// A point of the line.
+    pub base: Anchor,
+    pub axis: [f64; 2],
+    /// What goes along it.
+    pub moving: Anchor,
+}
+
+/// The lines that are drawn along a way.
+#[derive(Clone, Debug, Serialize)]
+pub struct Track {
+    #[serde(flatten)]
+    pub way: Way,
+    /// How far it may go from where it is, if nobody knows [px].
+    #[serde(skip)]
+    pub unknown: f64,
+    pub rails: Vec<Rail>,
+}
+
+/// A line along a way [px].
+#[derive(Clone, Debug, Serialize)]
+pub struct Rail {
+    /// The part about the base that it covers in any case.
+    pub about: Option<[f64; 2]>,
+    /// How far it reaches beyond the way at either end.
+    pub beyond: [f64; 2],
+    /// How far it lies to the right of the base.
+    pub off: f64,
+    pub pattern: Pattern,
+    #[serde(skip)]
+    pub style: String,
+}
+
+/// What a line along a way is made of [px].
+#[derive(Clone, Copy, Debug, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Pattern {
+    Line,
+    /// Strokes on its right, or on its left if the side is -1.
+    Hatch {
+        side: f64,
+        pitch: f64,
+        depth: f64,
+    },
+    /// A bar with teeth; one of its gaps begins here.
+    Teeth {
+        pitch: f64,
+        first: f64,
+        height: f64,
+    },
 }
 
 impl Anchor {
