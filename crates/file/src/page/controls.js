@@ -147,6 +147,7 @@ function measure() {
   eachPose(() => {
     G.bodies.forEach((body, index) => forms[index].concat([body.centre], body.rim).forEach(at => see(pixel(add(pose[index], 1, turned(index, at))))));
     anchors.forEach(anchor => see(spot(anchor)));
+    trackEnds.forEach(ends => ends().forEach(see));
     for (const wheel of G.wheels) { const [x, y] = spot(wheel.centre), r = S * wheel.radius; see([x - r, y - r]); see([x + r, y + r]); }
   });
   const room = 5 * PIN;

@@ -101,6 +101,8 @@ function follow(group, at, turns) {
   group.addEventListener("pointerleave", () => pointAt(null));
 }
 
+/** The ends of what something slides or rolls on, in the present pose. */
+const trackEnds = [];
 /** How each kind of part follows the motion; what changes its shape has its lines drawn anew. */
 const kinds = {
   body: (group, _, { body }) => follow(group, { body, at: [0, 0], point: null }, true),
@@ -128,8 +130,10 @@ const kinds = {
   },
   track(group, paths, { base, axis, moving, rails }) {
     const along = () => turned(base.body, axis);
+    let way = [0, 0];
+    trackEnds.push(() => { const [u, v] = along(); return rails.flatMap(rail => cover(rail, way).map(s => add(spot(base), s, [u, -v]))); });
     renewals.push(() => {
-      let way = [Infinity, -Infinity];
+      way = [Infinity, -Infinity];
       eachPose(() => { const [u, v] = along(), [x, y] = minus(world(moving), world(base)), s = S * (x * u + y * v); way = [Math.min(way[0], s), Math.max(way[1], s)]; });
       paths.forEach((path, k) => path.setAttribute("d", Number.isFinite(way[0]) ? railData(rails[k], way) : ""));
     });
@@ -137,9 +141,12 @@ const kinds = {
   },
 };
 
+/** From where to where a line along a way goes. */
+const cover = ({ about, beyond }, [low, high]) => [Math.min(low - beyond[0], about?.[0] ?? Infinity), Math.max(high + beyond[1], about?.[1] ?? -Infinity)];
+
 /** A line along a way, long enough for the whole run; it may be hatched, or have teeth. */
-function railData({ about, beyond, off, pattern: { hatch, teeth } }, [low, high]) {
-  const from = Math.min(low - beyond[0], about?.[0] ?? Infinity), to = Math.max(high + beyond[1], about?.[1] ?? -Infinity);
+function railData(rail, way) {
+  const { off, pattern: { hatch, teeth } } = rail, [from, to] = cover(rail, way);
   if (hatch) return Array.from({ length: (to - from) / hatch.pitch }, (_, k) => `M${round((hatch.side > 0 ? from : to) + hatch.side * hatch.pitch * (k + .9))} ${round(off)}l${[-1, 1].map(way => round(way * hatch.side * hatch.depth))}`).join("");
   if (!teeth) return `M${round(from)} ${round(off)}H${round(to)}`;
   const [start, end] = [from, to].map(x => Math.round((x - teeth.first) / teeth.pitch)), at = (share, y) => [teeth.first + share * teeth.pitch, off + y * teeth.height], corners = [at(end, 4), at(start, 4)];

@@ -49,11 +49,14 @@ function takePoints(run) {
 }
 const groundAnchors = () => [...G.joints, ...G.springs, ...G.parts].flatMap(({ at, base, moving, ends = [] }) => [at, base, moving, ...ends]).filter(anchor => anchor?.body === null);
 
+/** What is as large as the run says. */
+const reshape = () => renewals.forEach(renew => { takePose(state.run, [0, 0]); renew(); });
+
 function take(run) {
   state.run = run;
   if (state.solver && !MODEL.line) takePoints(run);
   takePose(run, [0, 0]);
-  renewals.forEach(renew => { takePose(run, [0, 0]); renew(); });
+  reshape();
   G.bodies.forEach((_, index) => { sizes[index] = extent(outline(index)) || 5 * PIN; });
   for (const { centre, radius } of G.wheels) if (centre.body !== null) sizes[centre.body] = Math.max(sizes[centre.body], 2 * S * Math.abs(radius));
   renewPaths();
@@ -119,6 +122,7 @@ function open() {
   if (MODEL.recorded.length) firstPlots();
   const span = STOP - START;
   setSpeed(span <= 1 ? .25 : span <= 3 ? .5 : span >= 20 ? 2 : 1);
+  reshape();
   measure();
   if (state.solver) makeHandles();
   chooseScales(whole);
