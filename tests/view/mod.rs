@@ -100,7 +100,7 @@ fn every_model_is_shown() {
         let Some(verdict) = seen(&page, include_str!("shows.js")) else { return };
         assert_eq!(verdict["odd"], serde_json::json!([]), "{}: {verdict}", scene.display());
         assert_eq!(verdict["bodies"], true, "{}: {verdict}", scene.display());
-        assert_eq!(verdict["outside"], serde_json::json!([]), "a body is cut off, {}: {verdict}", scene.display());
+        assert_eq!(verdict["outside"], serde_json::json!([]), "something is cut off, {}: {verdict}", scene.display());
         assert_eq!(verdict["covered"], serde_json::json!([]), "names cover each other, {}: {verdict}", scene.display());
     }
 }
