@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use cotree::component::System;
+use cotree::equations::{EdgeRow, Equations, GraphRecord};
 use cotree::graph::{ElementId, LinearGraph, Node, Topology, Tree};
 use cotree::tree::Trees;
 
@@ -19,6 +20,10 @@ fn cutsets_and_circuits_are_orthogonal() {
                 let trees = Trees::select(&system, &choice).unwrap();
                 check(&system.translation, &trees.translation);
                 check(&system.rotation, &trees.rotation);
+                let equations = Equations::new(system, trees);
+                let (points, bodies) = equations.record();
+                check_record(&points, &equations.system.translation, &equations.trees.translation);
+                check_record(&bodies, &equations.system.rotation, &equations.trees.rotation);
             }
         }
     }
@@ -67,5 +72,40 @@ fn check<D>(graph: &LinearGraph<D>, tree: &Tree<D>) {
             let product: i32 = terms.map(|(e, s)| i32::from(s) * i32::from(cutset.get(&e).copied().unwrap_or(0))).sum();
             assert_eq!(product, 0);
         }
+    }
+}
+
+/// The record, whose cutsets come from the through variables, has the rows of both matrices; the circuits of coupled terms close, too.
+fn check_record<D>(record: &GraphRecord<D>, graph: &LinearGraph<D>, tree: &Tree<D>) {
+    let topology = Topology::new(graph, tree);
+    let edges = |row: &EdgeRow| -> HashMap<ElementId, i8> {
+        let own = row.iter().filter(|(edge, _)| record.edges[*edge].term.is_none());
+        own.map(|&(edge, sign)| (record.edges[edge].element, sign)).collect()
+    };
+    let same = |rows: &[EdgeRow], owners: &[ElementId], expected: Vec<Vec<(ElementId, i8)>>| {
+        for ((row, owner), expected) in rows.iter().zip(owners).zip(expected) {
+            assert_eq!(record.own(row).element, *owner);
+            assert_eq!(edges(row), expected.into_iter().chain([(*owner, 1)]).collect());
+        }
+    };
+    assert_eq!(
+        [record.cutsets.len(), tree.chords.len()],
+        [tree.branches.len(), graph.edges().count() - tree.branches.len()]
+    );
+    same(&record.cutsets, &tree.branches, topology.cutsets(tree));
+    same(&record.circuits, &tree.chords, topology.circuits(tree));
+    for circuit in &record.circuits {
+        let mut sum = vec![0; graph.nodes()];
+        for &(edge, sign) in circuit {
+            let [from, to] = record.edges[edge].ends.map(Node::index);
+            sum[from] -= i32::from(sign);
+            sum[to] += i32::from(sign);
+        }
+        assert!(sum.iter().all(|&entry| entry == 0), "a circuit closes");
+    }
+    for (cutset, circuit) in record.cutsets.iter().flat_map(|row| record.circuits.iter().map(move |own| (row, own))) {
+        let signs: HashMap<usize, i8> = cutset.iter().copied().collect();
+        let product: i8 = circuit.iter().map(|(edge, sign)| sign * signs.get(edge).copied().unwrap_or(0)).sum();
+        assert_eq!(product, 0, "A_f B_f^T = 0");
     }
 }
