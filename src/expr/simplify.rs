@@ -176,17 +176,24 @@ impl Arena {
         if function == Unary::Negate {
             return self.negate(a);
         }
-        match self.as_constant(a) {
-            Some(value) => self.constant(function.definition().value([value])),
-            None => self.intern(Node::Unary(function, a)),
-        }
+        let value = self.as_constant(a).map(|value| function.definition().value([value]));
+        self.folded(value, Node::Unary(function, a))
     }
 
     /// Any function of two arguments, without the rules of [`Arena::add`] and its kin.
     pub fn binary(&mut self, function: Binary, a: Expr, b: Expr) -> Expr {
-        match (self.as_constant(a), self.as_constant(b)) {
-            (Some(x), Some(y)) => self.constant(function.definition().value([x, y])),
-            _ => self.intern(Node::Binary(function, a, b)),
+        let value = match (self.as_constant(a), self.as_constant(b)) {
+            (Some(x), Some(y)) => Some(function.definition().value([x, y])),
+            _ => None,
+        };
+        self.folded(value, Node::Binary(function, a, b))
+    }
+
+    /// A number that is known. What has none, such as 1/0, stays as it is written: whoever evaluates it sees that, and nobody else needs to.
+    fn folded(&mut self, value: Option<f64>, node: Node) -> Expr {
+        match value {
+            Some(value) if value.is_finite() => self.constant(value),
+            _ => self.intern(node),
         }
     }
 

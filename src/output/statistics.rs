@@ -40,7 +40,7 @@ impl Figures {
         let (&time, &value) = points.next()?;
         let mut seen = Accumulator::new(time, value);
         points.for_each(|(&time, &value)| seen.add(time, value));
-        let Accumulator { min, max, last, .. } = seen;
+        let Accumulator { min, max, end, .. } = seen;
         let [min, max] = [min, max].map(|(time, value)| [value, time]);
         Some(Figures {
             name: name.into(),
@@ -49,17 +49,20 @@ impl Figures {
             max,
             mean: seen.mean(),
             rms: seen.rms(),
-            end: last.1,
+            end,
         })
     }
 }
 
 /// What is kept of a variable while it runs: a few numbers, however long the run. Extremes are those of the values that were added;
-/// integrals take it as straight in between.
+/// integrals take it as straight in between. Where it has no value (NaN) nothing is added, but to its ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Accumulator {
+    /// The first value; NaN if it has none there.
     pub first: f64,
-    /// Time and value, as of the extremes.
+    /// The same of the end.
+    pub end: f64,
+    /// Time and value of the last one that it has, as of the extremes.
     pub last: (f64, f64),
     /// The largest value, where it is first reached.
     pub max: (f64, f64),
@@ -74,10 +77,18 @@ impl Accumulator {
     /// Begins with the first value.
     pub fn new(time: f64, value: f64) -> Self {
         let here = (time, value);
-        Accumulator { first: value, last: here, max: here, min: here, duration: 0.0, integral: 0.0, square: 0.0 }
+        Accumulator { first: value, end: value, last: here, max: here, min: here, duration: 0.0, integral: 0.0, square: 0.0 }
     }
 
     pub fn add(&mut self, time: f64, value: f64) {
+        self.end = value;
+        if value.is_nan() {
+            return;
+        }
+        if self.last.1.is_nan() {
+            *self = Accumulator { first: self.first, ..Accumulator::new(time, value) };
+            return;
+        }
         let (before, old) = self.last;
         let step = time - before;
         self.duration += step;

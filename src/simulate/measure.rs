@@ -99,7 +99,7 @@ impl Measure {
             Statistic::Mean => seen.mean(),
             Statistic::RootMeanSquare => seen.rms(),
             Statistic::First => seen.first,
-            Statistic::Last => seen.last.1,
+            Statistic::Last => seen.end,
             Statistic::WhenMax => seen.max.0,
             Statistic::WhenMin => seen.min.0,
         }

@@ -1,5 +1,6 @@
 //! A simulation from the outside: parameters, inputs over time, results at regular times.
 
+mod gaps;
 mod many;
 mod measure;
 mod members;
@@ -15,6 +16,7 @@ use cotree_fmu::program::check::Fault;
 use crate::export::description::Description;
 use crate::mechanism::Experiment;
 use crate::output::csv::Table;
+pub use gaps::Gaps;
 pub use many::{Ended, Ensemble, Settings};
 pub use measure::Measure;
 pub use results::{Column, Results, SimulateError};
@@ -48,7 +50,7 @@ pub enum RunError {
 }
 
 impl Run<'_> {
-    /// Simulates, and hands over the reported values at every communication point. Says if rounding errors are larger than the tolerance.
+    /// Simulates, and hands over the reported values at every communication point; one that has none there is NaN. Says if rounding errors are larger than the tolerance.
     ///
     /// # Errors
     /// Values that cannot be set, a motion that cannot be continued, or `report` fails.
@@ -68,7 +70,7 @@ impl Run<'_> {
                 instance.step_to(time)?;
             }
             for (value, &variable) in values.iter_mut().zip(&self.reported) {
-                *value = instance.get(variable)?;
+                *value = instance.reading(variable)?;
             }
             report(time, &values)?;
         }

@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 use std::sync::Arc;
 
-use cotree_fmu::instance::Inaccuracy;
+use cotree_fmu::instance::{Inaccuracy, Instance};
 use cotree_fmu::model::Model;
 
 use super::{Run, RunError};
@@ -27,7 +27,7 @@ pub struct Column {
     pub name: String,
     /// Its SI unit, such as `rad/s`; empty if it has none or none is known.
     pub unit: String,
-    /// Its value at each of [`Results::times`].
+    /// Its value at each of [`Results::times`]; NaN where it has none, such as a quotient with nothing below.
     pub values: Vec<f64>,
 }
 
@@ -105,6 +105,22 @@ impl Results {
 }
 
 impl Compiled {
+    /// The outputs that have no value at the start of the motion; none if there is no start.
+    pub fn without_value_at_start(&self) -> Vec<&str> {
+        let start = self.description.experiment.start;
+        let mut missing = Vec::new();
+        let begun = Model::new(self.program.clone()).map_err(RunError::from).and_then(|model| {
+            let mut instance = Instance::new(Arc::new(model));
+            instance.setup(start, None, None)?;
+            Ok(instance.initialise().map(|()| instance)?)
+        });
+        if let Ok(mut instance) = begun {
+            let variables = self.reported().into_iter();
+            missing.extend(variables.filter(|&index| instance.reading(index).is_ok_and(f64::is_nan)));
+        }
+        missing.into_iter().map(|index| self.description.variables[index].name.as_str()).collect()
+    }
+
     /// Runs the experiment of the scene with the code that runs in the FMU.
     ///
     /// # Errors

@@ -8,7 +8,8 @@ use cotree::compile::{Compiled, compile_with_equations};
 use cotree::formulate::attempt::attempt;
 use cotree::output::figures::summarise;
 use cotree::output::summary::Summary;
-use cotree::scene::Scene;
+use cotree::scene::{Fault, Scene};
+use cotree::simulate::Gaps;
 use cotree_draw::pose::{draw, draw_attempt};
 use cotree_study::contact;
 use cotree_text::assumptions::assumptions;
@@ -49,7 +50,10 @@ impl Check {
         let (summary, mut assumptions) = (summarise(&formulated), assumptions(&mut formulated, &scene));
         let contacts = contact::of_experiment(&scene);
         assumptions.extend(contacts.needed);
+        assumptions.extend(contacts.unseen);
         compiled.warn(contacts.faults);
+        let missing: Vec<Fault> = compiled.without_value_at_start().iter().map(|name| no_value(&scene, name)).collect();
+        compiled.warn(missing);
         match format {
             MessageFormat::Human => {
                 output::warn(compiled.warnings.as_ref(), format);
@@ -91,4 +95,9 @@ impl Check {
         json["assumptions"] = assumptions.into();
         json
     }
+}
+
+fn no_value(scene: &Scene, name: &str) -> Fault {
+    let message = format!("output `{name}` has no value at the start");
+    Fault::warning("solver::no_value", message, output::output_span(scene, name)).help(Gaps::HELP)
 }

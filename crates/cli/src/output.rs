@@ -8,6 +8,7 @@ use cotree::diagnostic::visible::visible;
 use cotree::files::{self, Draft};
 use cotree::output::csv::{Table, Writer};
 use cotree::scene::{Fault, Faults, Scene, Span};
+use cotree::simulate::Gaps;
 use cotree_draw::png::{self, Size};
 use cotree_fmu::instance::Inaccuracy;
 use serde::Serialize;
@@ -229,6 +230,21 @@ pub fn warn_inaccurate(compiled: &Compiled, of: &str, inaccuracy: &Inaccuracy, f
     let fault =
         Fault::warning("solver::accuracy", format!("{of}{inaccuracy}"), Span::default()).help(inaccuracy.help());
     warn(Some(&Faults::new(compiled.source.clone(), vec![fault])), format);
+}
+
+/// Shows on standard error which variables have no value in rows of a run.
+pub fn warn_gaps(scene: &Scene, gaps: &Gaps, names: &[&str], format: MessageFormat) {
+    let (Some(message), Some(first)) = (gaps.message(names), gaps.first()) else { return };
+    let span = output_span(scene, names.get(first).copied().unwrap_or_default());
+    let fault = Fault::warning("solver::no_value", message, span).help(Gaps::HELP);
+    warn(Some(&Faults::new(scene.source.clone(), vec![fault])), format);
+}
+
+/// Where a scene asks for an output; nowhere if the command line does.
+pub fn output_span(scene: &Scene, name: &str) -> Span {
+    let outputs = &scene.outputs;
+    let named = outputs.variables.iter().chain(outputs.expressions.iter().map(|output| &output.name));
+    named.into_iter().find(|text| text.text == name).map_or_else(Span::default, |text| text.span)
 }
 
 /// Shows warnings, if there are any, on standard error.

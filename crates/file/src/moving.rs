@@ -225,7 +225,7 @@ pub(super) fn sampled(
         } else if time > instance.time() {
             instance.step_to(time)?;
         }
-        let values: Vec<f64> = recorded.iter().map(|&variable| instance.get(variable)).collect::<Result<_, _>>()?;
+        let values: Vec<f64> = recorded.iter().map(|&variable| instance.reading(variable)).collect::<Result<_, _>>()?;
         columns.iter_mut().zip(values).for_each(|(column, value)| column.push(value));
         times.push(time);
         Ok(())

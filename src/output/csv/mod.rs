@@ -24,10 +24,14 @@ impl<W: Write> Writer<W> {
         Ok(Self { out, factors })
     }
 
-    /// Writes a row of SI values. Every number is the shortest text that reads back as the same number.
+    /// Writes a row of SI values. Every number is the shortest text that reads back as the same number; where there is none the cell is empty.
     pub fn row<'v>(&mut self, values: impl IntoIterator<Item = &'v f64>) -> io::Result<()> {
         for (column, (value, factor)) in values.into_iter().zip(&self.factors).enumerate() {
-            write!(self.out, "{}{:?}", if column == 0 { "" } else { "," }, value / factor)?;
+            let separator = if column == 0 { "" } else { "," };
+            match value.is_nan() {
+                true => write!(self.out, "{separator}")?,
+                false => write!(self.out, "{separator}{:?}", value / factor)?,
+            }
         }
         writeln!(self.out)
     }

@@ -152,7 +152,7 @@ pub unsafe extern "C" fn cotree_record(
         (&mut *instance, variables, std::slice::from_raw_parts_mut(values, count))
     };
     code(variables.iter().zip(values).try_for_each(|(&variable, value)| {
-        *value = instance.get(variable as usize)?;
+        *value = instance.reading(variable as usize)?;
         Ok::<(), cotree_fmu::instance::InstanceError>(())
     }))
 }

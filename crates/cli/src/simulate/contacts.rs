@@ -23,7 +23,7 @@ impl Simulate {
         shown: &Shown,
         format: MessageFormat,
     ) -> Result<(), Failure> {
-        let Some(Contacts { faults, needed }) = self.contacts(scene, input, shown) else { return Ok(()) };
+        let Some(Contacts { faults, needed, .. }) = self.contacts(scene, input, shown) else { return Ok(()) };
         if !self.json {
             needed.iter().try_for_each(|sentence| output::print(&format!("{sentence}\n")))?;
         }

@@ -15,7 +15,7 @@ use cotree::columns::counted;
 use cotree::compile::compile;
 use cotree::mechanism::Units;
 use cotree::output::csv::Table;
-use cotree::simulate::{self, Run, RunError};
+use cotree::simulate::{self, Gaps, Run, RunError};
 use cotree_fmu::instance::{Inaccuracy, InstanceError};
 use cotree_fmu::model::Model;
 
@@ -118,7 +118,8 @@ impl Simulate {
         let mut record = Record::new(&compiled, &reported, &shown);
         let run = request::run(&self, &compiled.description, input.as_ref(), reported)?;
         let model = Model::new(compiled.program.clone()).map_err(|error| Failure::Numerical(error.to_string()))?;
-        let (rows, ended) = self.table(&run, Arc::new(model), &mut record, &shown)?;
+        let (rows, ended, gaps) = self.table(&run, Arc::new(model), &mut record, &shown)?;
+        output::warn_gaps(&scene, &gaps, &record.names(), format);
         if let Ok(Some(inaccuracy)) = &ended {
             output::warn_inaccurate(&compiled, "", inaccuracy, format);
         }
@@ -130,20 +131,20 @@ impl Simulate {
         ended.map(drop)
     }
 
-    /// Runs, and writes the table as it comes; how many rows it has, and why it ends before its time or is not as accurate as it should be.
+    /// Runs, and writes the table as it comes; how many rows it has, why it ends before its time or is not as accurate as it should be, and which values it lacks.
     fn table(
         &self,
         run: &Run,
         model: Arc<Model>,
         record: &mut Record,
         shown: &Shown,
-    ) -> Result<(u64, Result<Option<Inaccuracy>, Failure>), Failure> {
+    ) -> Result<(u64, Result<Option<Inaccuracy>, Failure>, Gaps), Failure> {
         let is_wanted = self.output.is_some() || !(self.summary || self.plot.is_some());
         let mut writer = is_wanted.then(|| output::begin(self.file(), record.table(shown))).transpose()?;
         let is_kept = self.plot.is_some() || self.summary || self.overlay.is_some();
         let every = request::thinning(self)?;
         let mut progress = Progress::new(simulate::count(run.experiment));
-        let (mut points, mut rows) = (0, 0);
+        let (mut points, mut rows, mut gaps) = (0, 0, Gaps::default());
         let ended = run.start(model, |time, values| {
             progress.step(time);
             points += 1;
@@ -155,6 +156,7 @@ impl Simulate {
                 record.push(&row);
             }
             rows += 1;
+            gaps.note(time, values);
             writer.as_mut().map_or(Ok(()), |writer| writer.row(&row))
         });
         progress.end();
@@ -164,7 +166,7 @@ impl Simulate {
             ended => Ok(ended?),
         };
         writer.map_or(Ok(()), |writer| output::finish(writer, self.file()))?;
-        Ok((rows, ended))
+        Ok((rows, ended, gaps))
     }
 
     /// Draws the plot, and says how far it is from what was measured.

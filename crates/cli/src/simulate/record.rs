@@ -55,6 +55,11 @@ impl Record {
         self.columns.iter_mut().zip(&row[1..]).for_each(|(own, value)| own.values.push(value / own.unit.factor));
     }
 
+    /// The names of the variables.
+    pub fn names(&self) -> Vec<&str> {
+        self.columns.iter().map(|column| column.name.as_str()).collect()
+    }
+
     /// The columns of the table.
     pub fn table(&self, shown: &Shown) -> Vec<(String, f64)> {
         let columns = self.columns.iter().map(|column| shown.column(&column.name, &column.si));

@@ -65,10 +65,10 @@ impl Subject<'_> {
                 return Err(TOO_LONG.to_owned());
             }
             for (row, &variable) in trajectory.values.iter_mut().zip(self.variables) {
-                row.push(instance.get(variable).map_err(|error| error.to_string())?);
+                row.push(instance.reading(variable).map_err(|error| error.to_string())?);
             }
             if let Some(energy) = energy {
-                energies.push(instance.get(energy).map_err(|error| error.to_string())?);
+                energies.push(instance.reading(energy).map_err(|error| error.to_string())?);
             }
             worst = f64::max(worst, residual(self.model, &mut machine, &instance));
         }

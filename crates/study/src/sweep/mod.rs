@@ -133,11 +133,16 @@ impl Sweep {
 
     fn outcomes(&self, ended: Vec<(Vec<Accumulator>, Ended)>) -> Vec<Outcome> {
         let outcome = |(kept, ended): (Vec<Accumulator>, Ended)| match ended {
-            Ok(_) => Ok(self.measures.iter().zip(&kept).map(|(measure, kept)| measure.of(kept)).collect()),
+            Ok(_) => self.measures.iter().zip(&kept).map(|(measure, kept)| measured_value(measure, kept)).collect(),
             Err(error) => Err(error.to_string()),
         };
         ended.into_iter().map(outcome).collect()
     }
+}
+
+/// A number of a run; or that it has none.
+fn measured_value(measure: &Measure, kept: &Accumulator) -> Result<f64, String> {
+    Some(measure.of(kept)).filter(|value| !value.is_nan()).ok_or_else(|| format!("`{measure}` has no value"))
 }
 
 /// Counts further runs that are not as accurate as they should be.
