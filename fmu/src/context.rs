@@ -23,6 +23,8 @@ pub struct Settings {
     pub max_step: f64,
     /// Nothing is evaluated after this time [s].
     pub stop: Option<f64>,
+    /// Most work of one communication step, in instructions of tapes.
+    pub most_work: u64,
     /// When the computer must be done.
     pub deadline: Option<Deadline>,
 }
@@ -80,6 +82,8 @@ pub struct Statistics {
     pub projections: u64,
     /// Steps of the explicit method where there was no Taylor series.
     pub fallbacks: u64,
+    /// About how much work all attempts at steps were, in instructions of tapes.
+    pub work: u64,
 }
 
 /// What the parts of the solver work on together.

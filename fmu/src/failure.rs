@@ -190,6 +190,16 @@ pub enum Failure {
         /// How long it may take [s].
         budget: f64,
     },
+    /// As much work as a communication step may take.
+    #[error(
+        "at t = {time} s as much work is done as one communication step may take, and t = {target} s is not reached: so many short steps are much for a mechanism of this size; look for what moves so fast, ask for a larger tolerance, or go on from there in shorter communication steps"
+    )]
+    TooMuchWork {
+        /// When, in the motion [s].
+        time: f64,
+        /// The communication point that was wanted [s].
+        target: f64,
+    },
     /// A law in pieces, each of which leads back into the other at once.
     #[error(
         "at t = {time} s a law in pieces (`sign`, `if`, `abs`, `min`, `max`) switches back and forth without end, and `{coordinate}` with it: each side pushes the motion back to the other; use a smooth law, such as `tanh(v/0.01)` for `sign(v)`, or a friction load"
@@ -320,6 +330,13 @@ pub enum Failure {
         /// The largest gap.
         gap: Gap,
     },
+}
+
+impl Failure {
+    /// Has the computer only done as much as it may, and could go on from there?
+    pub fn is_unfinished(&self) -> bool {
+        matches!(self, Self::TooMuchWork { .. } | Self::OutOfTime { .. })
+    }
 }
 
 fn list(names: &[String]) -> String {

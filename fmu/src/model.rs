@@ -20,6 +20,8 @@ pub struct Model {
     driven: bool,
     /// Of each parameter: is it the known value of a variable at the start?
     imposed: Vec<bool>,
+    /// Inputs that drivers follow, in order.
+    followed: Vec<usize>,
 }
 
 impl Model {
@@ -51,7 +53,8 @@ impl Model {
                 }
             }
         }
-        Self { driven: program.is_driven(), program, layout, active, imposed }
+        let followed = program.followed_inputs();
+        Self { driven: program.is_driven(), program, layout, active, imposed, followed }
     }
 
     /// The program.
@@ -72,6 +75,11 @@ impl Model {
     /// Do drivers determine the motion?
     pub fn is_driven(&self) -> bool {
         self.driven
+    }
+
+    /// The inputs that drivers follow, in order.
+    pub fn followed(&self) -> &[usize] {
+        &self.followed
     }
 
     /// Is that parameter the known value of a variable at the start, which must read back as it was set?

@@ -1,10 +1,13 @@
-//! Whether a communication point will be reached in reasonable time.
+//! Whether a communication point will be reached in reasonable time, and with reasonable work.
 
 use crate::context::{Context, Statistics};
 use crate::failure::Failure;
 
 /// Most attempts at steps between two communication points.
 const MOST_STEPS: u64 = 10_000_000;
+/// Most work between two communication points, in instructions of tapes. A core of 2026 does so much in about half a minute (forty loops that turn ever faster: 0.3 ms a
+/// step); of small mechanisms it is more than [`MOST_STEPS`].
+pub(crate) const MOST_WORK: u64 = 5_000_000_000;
 /// So many attempts show at what pace the motion goes.
 const SAMPLE: u64 = 4096;
 
@@ -13,11 +16,25 @@ pub(crate) struct Pace {
     attempts: u64,
     time: f64,
     left: u64,
+    /// Attempts that have been counted as work, and the work before them.
+    counted: u64,
+    begin: u64,
 }
 
 impl Pace {
     pub fn new(context: &Context, time: f64) -> Self {
-        Self { attempts: attempts(context.statistics), time, left: MOST_STEPS }
+        let attempts = attempts(context.statistics);
+        Self { attempts, time, left: MOST_STEPS, counted: attempts, begin: context.statistics.work }
+    }
+
+    /// Counts the attempts since the last time as work, each so much: fails if that is more than one communication step may take. A step of a large mechanism is work
+    /// for thousands of a small one.
+    pub fn spend(&mut self, context: &mut Context, [time, target]: [f64; 2], each: f64) -> Result<(), Failure> {
+        let made = attempts(context.statistics);
+        context.statistics.work += ((made - self.counted) as f64 * each) as u64;
+        self.counted = made;
+        let done = context.statistics.work - self.begin;
+        if done > context.settings.most_work { Err(Failure::TooMuchWork { time, target }) } else { Ok(()) }
     }
 
     /// Measures the pace now and then: fails if so many steps as would be too many are still to come at the pace since the last time.

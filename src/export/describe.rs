@@ -17,6 +17,11 @@ pub fn describe(formulated: &Formulated, guid: &str) -> Description {
     let program = &formulated.lowered.program;
     let rows = &formulated.lowered.table.rows;
     let mut changing = Changing { rows, known: HashMap::new() };
+    let followed = followed(program, rows);
+    let mut variables: Vec<ScalarVariable> = rows.iter().map(|row| variable(mechanism, &mut changing, row)).collect();
+    for &place in &followed {
+        variables[place].description = with_derivatives(&variables[place].description);
+    }
     Description {
         model_name: mechanism.name.clone(),
         identifier: identifier(&mechanism.name),
@@ -29,8 +34,8 @@ pub fn describe(formulated: &Formulated, guid: &str) -> Description {
         indicators: program.tapes.indicators.results.len(),
         moves_states: !program.is_driven() && program.constraints.iter().any(|constraint| constraint.active),
         own_steps: program.has_own_steps(),
-        followed: followed(program, rows),
-        variables: rows.iter().map(|row| variable(mechanism, &mut changing, row)).collect(),
+        followed,
+        variables,
         terminals: terminals(mechanism, rows),
     }
 }
@@ -39,6 +44,12 @@ pub fn describe(formulated: &Formulated, guid: &str) -> Description {
 fn followed(program: &Program, rows: &[TableRow]) -> Vec<usize> {
     let inputs = program.followed_inputs().into_iter().map(|input| Source::Input(input as u32));
     inputs.filter_map(|source| rows.iter().position(|row| row.source == source)).collect()
+}
+
+/// What is said of an input that a driver follows.
+fn with_derivatives(description: &str) -> String {
+    const FOLLOWED: &str = "a driver follows it: unless its derivatives are set they are backward differences of its values at communication points";
+    if description.is_empty() { FOLLOWED.to_owned() } else { format!("{description}; {FOLLOWED}") }
 }
 
 /// The states and inputs among what variables depend on: found once for a list, because many variables share a long one.

@@ -62,6 +62,7 @@ pub fn explain(equations: &mut Equations, model: &Model, failure: &Failure, leng
         | Failure::OutOfRange { .. }
         | Failure::StepUnderflow { .. }
         | Failure::TooManySteps { .. }
+        | Failure::TooMuchWork { .. }
         | Failure::OutOfTime { .. }
         | Failure::Boundless { .. }
         | Failure::SlidingMode { .. } => Fault::new("assembly::not_finite", failure.to_string(), Span::default()),

@@ -1,5 +1,7 @@
 //! The state machines of the standard, for Co-Simulation and for Model Exchange, over one instance.
 
+use std::collections::BTreeSet;
+
 use super::logging::{Category, Logger, Severity};
 pub(crate) use crate::instance::number;
 use crate::instance::{DERIVATIVE_ORDER, Instance, InstanceError, Snapshot, TOLERANCES};
@@ -71,7 +73,9 @@ impl Refusal {
 
 impl From<InstanceError> for Refusal {
     fn from(error: InstanceError) -> Self {
-        let discards = matches!(error, InstanceError::OutOfRange { .. });
+        let discards = error.is_without_value()
+            || error.is_unfinished()
+            || matches!(error, InstanceError::OutOfRange { .. } | InstanceError::NoDerivative { .. });
         Self { reason: error.to_string(), discards }
     }
 }
@@ -88,6 +92,7 @@ pub type Outcome<T = ()> = Result<T, Refusal>;
 pub trait Version: Sized {
     type Status: Copy;
     const OK: Self::Status;
+    const WARNING: Self::Status;
     const ERROR: Self::Status;
     /// Says which version a saved state belongs to.
     const NUMBER: u8;
@@ -124,6 +129,17 @@ pub trait Version: Sized {
     }
 }
 
+/// What a warning is about that is given once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Said {
+    /// A variable, by its reference, has no value.
+    WithoutValue(u32),
+    /// An input that a driver follows jumps.
+    Jump(usize),
+    /// An input that a driver follows changes without derivatives while the importer integrates.
+    NoRate(usize),
+}
+
 /// What an importer holds.
 pub struct Component<V> {
     pub logger: Logger,
@@ -135,6 +151,8 @@ pub struct Component<V> {
     pub set_up: bool,
     /// On the heap, where it is made: an importer's thread may have a small stack.
     pub instance: Box<Instance>,
+    /// What warnings have been about.
+    said: BTreeSet<Said>,
     /// What only this version knows.
     pub version: V,
 }
@@ -151,7 +169,7 @@ pub struct SavedState {
 
 impl<V: Version> Component<V> {
     pub fn new(logger: Logger, interface: Interface, version: V, instance: Box<Instance>) -> Self {
-        Self { logger, call: "", interface, mode: Mode::Instantiated, set_up: false, instance, version }
+        Self { logger, call: "", interface, mode: Mode::Instantiated, set_up: false, instance, said: BTreeSet::new(), version }
     }
 
     pub fn allow(&self, modes: &[Mode]) -> Outcome {
@@ -236,8 +254,8 @@ impl<V: Version> Component<V> {
         if self.logger.is_enabled(Category::Solver) {
             let done = self.instance.statistics();
             let message = format!(
-                "{} steps, {} rejected, {} evaluations, {} projections",
-                done.steps, done.rejected, done.evaluations, done.projections
+                "{} steps, {} rejected, {} evaluations, {} projections, about {:.1e} operations",
+                done.steps, done.rejected, done.evaluations, done.projections, done.work as f64
             );
             self.logger.log(Severity::Fine, Category::Solver, &message);
         }
@@ -245,18 +263,38 @@ impl<V: Version> Component<V> {
 
     pub fn reset(&mut self) -> Outcome {
         self.instance.reset();
+        self.said.clear();
         self.mode = Mode::Instantiated;
         self.set_up = false;
         Ok(())
     }
 
-    pub fn get(&mut self, references: &[u32], values: &mut [f64]) -> Outcome {
+    /// The values of variables. One that has none at this instant is not a number, and the call a warning.
+    pub fn get(&mut self, references: &[u32], values: &mut [f64]) -> Outcome<V::Status> {
         self.allow(V::READABLE)?;
+        let mut status = V::OK;
         for (value, &reference) in values.iter_mut().zip(references) {
             let found = V::get(self, reference);
-            *value = self.trial(found)?;
+            *value = match found {
+                Err(error) if error.is_without_value() => {
+                    status = V::WARNING;
+                    let message = format!(
+                        "{error}; it is read as not a number (NaN) wherever it has none, and the motion goes on"
+                    );
+                    self.warn_once(Said::WithoutValue(reference), &message);
+                    f64::NAN
+                }
+                found => self.trial(found)?,
+            };
         }
-        Ok(())
+        Ok(status)
+    }
+
+    /// A warning that is given for the first time only.
+    fn warn_once(&mut self, about: Said, message: &str) {
+        if self.said.insert(about) {
+            self.logger.log(Severity::Warning, Category::Errors, message);
+        }
     }
 
     /// All values or none.
@@ -375,6 +413,13 @@ impl<V: Version> Component<V> {
     /// Says whether the importer should enter event mode.
     pub fn completed_integrator_step(&mut self) -> Outcome<bool> {
         self.allow(&[Mode::ContinuousTime])?;
+        if let Some(input) = self.instance.without_derivatives() {
+            let name = self.instance.input_name(input);
+            let message = format!(
+                "input `{name}`, which a driver follows, changes, but its derivatives were never set: velocities and forces are those of an input at rest; set `der({name})` and `der({name},2)` as well, or use Co-Simulation"
+            );
+            self.warn_once(Said::NoRate(input), &message);
+        }
         Ok(self.instance.complete_step()?)
     }
 
@@ -382,15 +427,28 @@ impl<V: Version> Component<V> {
     #[inline]
     pub fn interpolate(&mut self, point: f64, step: f64) -> bool {
         let usual = (point - self.instance.time()).abs() <= OFFSET * step && step > 0.0 && step <= LONGEST;
-        usual && self.mode == Mode::Step && self.instance.interpolate(point + step)
+        let allowed = usual && self.mode == Mode::Step && !self.instance.has_differences();
+        allowed && self.instance.interpolate(point + step)
     }
 
     pub fn do_step(&mut self, point: f64, step: f64) -> Outcome {
         self.allow(&[Mode::Step])?;
         self.check_step(point, step)?;
+        self.note_inputs();
         let done = self.instance.step_to(point + step);
         self.report_step();
         Ok(done?)
+    }
+
+    /// Remembers the values of inputs that drivers follow where a step begins.
+    pub fn note_inputs(&mut self) {
+        if let Some(input) = self.instance.note_inputs() {
+            let (name, time) = (self.instance.input_name(input), self.instance.time());
+            let message = format!(
+                "at t = {time} s input `{name}`, which a driver follows, changes after it has rested: without its derivatives this is taken as a jump, with neither rate nor acceleration; set its derivatives, or a value at every communication point"
+            );
+            self.warn_once(Said::Jump(input), &message);
+        }
     }
 
     /// Is this a step from the time reached?

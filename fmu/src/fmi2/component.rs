@@ -13,6 +13,7 @@ pub type Component = component::Component<Fmi2>;
 impl Version for Fmi2 {
     type Status = fmi2Status;
     const OK: fmi2Status = fmi2Status::fmi2OK;
+    const WARNING: fmi2Status = fmi2Status::fmi2Warning;
     const ERROR: fmi2Status = fmi2Status::fmi2Error;
     const NUMBER: u8 = 2;
     const READABLE: &'static [Mode] = &READABLE;

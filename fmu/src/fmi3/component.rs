@@ -82,6 +82,7 @@ impl Callback {
 impl Version for Fmi3 {
     type Status = fmi3Status;
     const OK: fmi3Status = fmi3Status::fmi3OK;
+    const WARNING: fmi3Status = fmi3Status::fmi3Warning;
     const ERROR: fmi3Status = fmi3Status::fmi3Error;
     const NUMBER: u8 = 3;
     const READABLE: &'static [Mode] = &MODES;
@@ -292,11 +293,12 @@ impl Component {
     /// Begins a step, and goes as far as nobody outside needs to know of it.
     pub fn begin_step(&mut self, point: f64, step: f64) -> Outcome<Progress> {
         self.allow(&[Mode::Step])?;
-        self.check_step(point, step)?;
         if self.is_undivided() {
             self.do_step(point, step)?;
             return Ok(Progress::Done(End { event: false, early: false, time: self.instance.time() }));
         }
+        self.check_step(point, step)?;
+        self.note_inputs();
         self.version.step = Some((point + step, self.instance.is_changed()));
         self.advance()
     }

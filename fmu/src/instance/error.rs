@@ -158,6 +158,16 @@ pub enum InstanceError {
 }
 
 impl InstanceError {
+    /// Has a variable no value at this instant, while the motion goes on?
+    pub fn is_without_value(&self) -> bool {
+        matches!(self, Self::Undefined { .. } | Self::Solver(Failure::Undetermined { .. }))
+    }
+
+    /// Has the computer only done as much as it may in one step, and could go on from there?
+    pub fn is_unfinished(&self) -> bool {
+        matches!(self, Self::Solver(failure) if failure.is_unfinished())
+    }
+
     /// Is it about numbers that the model has no answer for, and not about the call?
     pub fn is_numerical(&self) -> bool {
         matches!(

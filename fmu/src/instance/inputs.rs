@@ -29,9 +29,14 @@ impl Instance {
         self.now.state.input_polynomial(input)[order]
     }
 
-    /// Sets an input or a derivative of it to a finite value, and nothing else: the others keep theirs.
+    /// Sets an input or a derivative of it to a finite value, and nothing else: the others keep theirs, unless derivatives follow from values.
     pub fn set_input(&mut self, input: usize, order: usize, value: f64) {
         self.catch_up();
+        if order > 0 {
+            self.give_derivatives(input);
+        } else if self.set_differenced(input, value) {
+            return;
+        }
         let mut polynomial = self.now.state.input_polynomial(input);
         polynomial[order] = value;
         self.set_polynomial(input, polynomial);

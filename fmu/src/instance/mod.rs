@@ -6,6 +6,7 @@
 
 mod crossing;
 mod derivatives;
+mod differences;
 mod error;
 mod exchange;
 mod inputs;
@@ -22,7 +23,7 @@ pub use error::InstanceError;
 pub use snapshot::{Snapshot, TOLERANCES};
 pub use variational::{Variational, Varied};
 
-use crate::constraints::domains::{out_of_range, outside, undefined};
+use crate::constraints::domains::{out_of_range, undefined};
 use crate::constraints::expansion::Expansion;
 use crate::constraints::initial::solve_initial;
 use crate::constraints::tangent::Tangent;
@@ -33,6 +34,7 @@ use crate::integrator::accuracy::Accuracy;
 use crate::integrator::stepping::Stepper;
 use crate::machine::Machine;
 use crate::model::{Model, State};
+use crate::pace::MOST_WORK;
 use crate::motion::Passage;
 use crate::program::Engine;
 use crate::program::Source;
@@ -75,6 +77,8 @@ pub struct Instance {
     computed: Computed,
     /// Have all keys been found in their ranges with the present parameters?
     in_range: bool,
+    /// Most work of one step, in instructions of tapes.
+    most_work: u64,
     /// Has time moved on along the last step's polynomial, and the rest of the state not yet?
     behind: bool,
 }
@@ -94,6 +98,7 @@ impl Instance {
             outputs: vec![0.0; model.program().tapes.outputs.results.len()],
             computed: Computed::default(),
             in_range: false,
+            most_work: MOST_WORK,
             behind: false,
             model,
         }
@@ -124,6 +129,11 @@ impl Instance {
     /// What the solver has done so far.
     pub fn statistics(&self) -> Statistics {
         self.stepper.statistics()
+    }
+
+    /// Permits less work for each step than usual, in the instructions of [`Statistics::work`].
+    pub fn limit_work(&mut self, most: u64) {
+        self.most_work = most.min(MOST_WORK);
     }
 
     /// Singular poses that the motion has passed since the last communication point; each is reported once.
@@ -224,7 +234,7 @@ impl Instance {
         Ok(())
     }
 
-    /// Sets a parameter or an input. Derivatives of an input become zero, unless they were set at this very communication point.
+    /// Sets a parameter or an input. Derivatives of an input become zero, unless they were set at this very communication point, or follow from the values before.
     pub fn set(&mut self, variable: usize, value: f64) -> Result<(), InstanceError> {
         self.check_set(variable, value)?;
         self.catch_up();
@@ -240,8 +250,10 @@ impl Instance {
                 }
             }
             Settable::Input(index) => {
-                let [_, rate, acceleration] = self.kept_polynomial(index);
-                self.set_polynomial(index, [value, rate, acceleration]);
+                if !self.set_differenced(index, value) {
+                    let [_, rate, acceleration] = self.kept_polynomial(index);
+                    self.set_polynomial(index, [value, rate, acceleration]);
+                }
             }
         }
         Ok(())
@@ -266,6 +278,7 @@ impl Instance {
         self.check_set_derivative(variable, order, value)?;
         self.catch_up();
         if let Settable::Input(index) = self.settable(variable)? {
+            self.give_derivatives(index);
             let mut polynomial = self.kept_polynomial(index);
             polynomial[if order == 1 { 1 } else { 2 }] = value;
             self.now.derivatives[index] = true;
@@ -354,7 +367,7 @@ impl Instance {
         Ok(())
     }
 
-    /// Moves on to a later time.
+    /// Moves on to a later time; less far if that is more work than one step may take, which is an error: the run can go on from there.
     pub fn step_to(&mut self, time: f64) -> Result<(), InstanceError> {
         let from = self.time();
         if self.now.phase != Phase::Running {
@@ -376,9 +389,13 @@ impl Instance {
             let settings = Settings { deadline, ..self.settings() };
             let Snapshot { state, run, memory, .. } = &mut self.now;
             let done = self.stepper.step_to(&self.model, &mut self.machine, state, (run, memory), time, &settings);
-            done.map_err(|failure| self.explained(failure))?;
+            if self.now.state.time() == from {
+                return done.map_err(|failure| self.explained(failure));
+            }
             self.now.at_start = false;
             self.behind = false;
+            self.now.derivatives.fill(false);
+            return done.map_err(InstanceError::Solver);
         }
         self.now.derivatives.fill(false);
         Ok(())
@@ -428,6 +445,7 @@ impl Instance {
             least_rate: self.model.least_rate(self.now.stop),
             max_step: self.model.program().experiment.max_step,
             stop: self.now.stop,
+            most_work: self.most_work,
             deadline: None,
         }
     }
@@ -464,13 +482,21 @@ impl Instance {
         if value.is_finite() { Ok(value) } else { Err(self.undefined(variable)) }
     }
 
-    /// Why a variable has no value: a law, if there is one without a value.
+    /// The same, and not a number where the variable has no value at this instant: what is only read never ends a run.
+    pub fn reading(&mut self, variable: usize) -> Result<f64, InstanceError> {
+        match self.get(variable) {
+            Err(error) if error.is_without_value() => Ok(f64::NAN),
+            found => found,
+        }
+    }
+
+    /// Why a variable has no value: a law of the motion, if there is one without a value.
     fn undefined(&mut self, variable: usize) -> InstanceError {
         self.catch_up();
         self.machine.load(&self.model, &self.now.state);
         let name = self.model.program().variables[variable].name.clone();
         let undefined = InstanceError::Undefined { name, time: self.time() };
-        outside(&self.model, &mut self.machine).map_or(undefined, InstanceError::Solver)
+        self::undefined(&self.model, &mut self.machine).map_or(undefined, InstanceError::Solver)
     }
 
     /// The consistent state of the present time.

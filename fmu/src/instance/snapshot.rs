@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::InstanceError;
+use super::differences::Followed;
 use crate::integrator::memory::{Memory, room};
 use crate::integrator::stepping::beginning;
 use crate::model::{Model, State};
@@ -39,6 +40,8 @@ pub struct Snapshot {
     pub(super) memory: Memory,
     /// Inputs whose derivatives were set at this communication point.
     pub(super) derivatives: Vec<bool>,
+    /// Inputs that drivers follow, at the last communication points.
+    pub(super) followed: Vec<Followed>,
     pub(super) stop: Option<f64>,
     pub(super) tolerance: f64,
     pub(super) engine: Engine,
@@ -58,6 +61,7 @@ impl Snapshot {
             memory,
             state,
             derivatives: vec![false; model.program().inputs.len()],
+            followed: Followed::all(model),
             stop: None,
             engine: model.program().engine,
             automatic: model.program().automatic,
@@ -73,6 +77,7 @@ impl Snapshot {
         self.run.copy_from(&other.run);
         self.memory.copy_from(&other.memory);
         self.derivatives.clone_from(&other.derivatives);
+        self.followed.clone_from(&other.followed);
         self.stop = other.stop;
         self.tolerance = other.tolerance;
         self.engine = other.engine;
@@ -96,6 +101,8 @@ impl Snapshot {
             && self.run.belongs_to(model, room(model))
             && self.memory.belongs_to(model)
             && self.derivatives.len() == model.program().inputs.len()
+            && self.followed.len() == model.followed().len()
+            && self.followed.iter().all(Followed::is_sound)
             && self.stop.is_none_or(f64::is_finite)
             && (TOLERANCES[0]..=TOLERANCES[1]).contains(&self.tolerance)
     }

@@ -217,7 +217,7 @@ impl Stepper {
         }
     }
 
-    /// Moves a state to a later time. On failure the state stays as it was.
+    /// Moves a state to a later time. On failure the state stays as it was, but where the computer may not do more: then it has come as far as that.
     pub fn step_to(
         &mut self,
         model: &Model,
@@ -265,7 +265,13 @@ impl Stepper {
         }
         let limit = if exact { target } else { settings.limit().max(target) };
         context.machine.load(model, &run.signals.origin);
-        engines.advance(context, run, Horizon { target, limit })?;
+        // What is done so far is kept where the computer may not do more.
+        let (target, unfinished) = match engines.advance(context, run, Horizon { target, limit }) {
+            Err(failure) if failure.is_unfinished() && run.last.end_time > work.time() => {
+                (run.last.end_time, Err(failure))
+            }
+            advanced => (target, Ok(advanced?)),
+        };
         engines.verify_ahead(context, run, (&mut probe.0, &mut probe.1))?;
         read(context, run, target, work, |context, run, motion| engines.read(context, run, target, motion))?;
         if !model.is_driven() {
@@ -283,7 +289,7 @@ impl Stepper {
         }
         state.copy_from(work);
         run.signals.pass();
-        Ok(())
+        unfinished
     }
 }
 

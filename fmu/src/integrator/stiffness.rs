@@ -234,6 +234,7 @@ impl Engines<'_> {
     /// Takes steps until the run has reached the target.
     pub fn advance(&mut self, context: &mut Context, run: &mut Run, horizon: Horizon) -> Result<(), Failure> {
         let mut pace = Pace::new(context, run.last.end_time);
+        let [implicit, other] = self.costs(context);
         while run.last.end_time < horizon.target {
             if run.last.undefined
                 && let Some(failure) = undefined(context, run)
@@ -242,6 +243,8 @@ impl Engines<'_> {
             }
             pace.check(context, run.last.end_time, horizon.target)
                 .map_err(|too_many| end_of_reach(context, run).unwrap_or_else(|| because(context, run, too_many)))?;
+            let is_implicit = context.settings.engine == Engine::Radau || self.memory.choice.stiff;
+            pace.spend(context, [run.last.end_time, horizon.target], if is_implicit { implicit } else { other })?;
             context.settings.check_deadline(run.last.end_time)?;
             if context.settings.engine == Engine::Radau {
                 if self.implicit_step(context, run, horizon)? == Progress::Declined {
@@ -437,6 +440,12 @@ impl Engines<'_> {
 
     /// What an implicit step costs, in steps of the engine that the settings name.
     fn cost_ratio(&self, context: &Context) -> f64 {
+        let [implicit, other] = self.costs(context);
+        implicit / other.max(1.0)
+    }
+
+    /// About what an implicit step costs, and one of the engine that the settings name, in instructions of a tape.
+    fn costs(&self, context: &Context) -> [f64; 2] {
         let model: &Model = context.model;
         let n = model.coordinates() as f64;
         let tape = model.program().tapes.acceleration.instructions().len() as f64;
@@ -452,6 +461,6 @@ impl Engines<'_> {
             (Engine::Taylor, Some(taylor)) => taylor.cost(),
             _ => EXPLICIT_EVALUATIONS * tape,
         };
-        implicit / other.max(1.0)
+        [implicit, other]
     }
 }

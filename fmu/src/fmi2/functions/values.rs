@@ -1,6 +1,6 @@
 //! Reading and setting variables, and derivatives.
 
-use crate::fmi::boundary::{array, array_mut, plain};
+use crate::fmi::boundary::{array, array_mut, call, plain};
 use crate::fmi::component::Refusal;
 use crate::fmi2::component::Fmi2;
 use crate::fmi2::types::*;
@@ -13,7 +13,7 @@ pub unsafe extern "C" fn fmi2GetReal(
     nvr: usize,
     value: *mut fmi2Real,
 ) -> fmi2Status {
-    plain::<Fmi2>(c, "fmi2GetReal", |component| component.get(array(vr, nvr)?, array_mut(value, nvr)?))
+    call::<Fmi2>(c, "fmi2GetReal", |component| component.get(array(vr, nvr)?, array_mut(value, nvr)?))
 }
 
 /// Sets parameters and inputs.

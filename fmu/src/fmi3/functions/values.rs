@@ -1,6 +1,6 @@
 //! Reading and setting variables, and derivatives.
 
-use crate::fmi::boundary::{array, array_mut, plain};
+use crate::fmi::boundary::{array, array_mut, call, plain};
 use crate::fmi::component::{Outcome, Refusal};
 use crate::fmi3::component::Fmi3;
 use crate::fmi3::types::*;
@@ -22,7 +22,7 @@ pub unsafe extern "C" fn fmi3GetFloat64(
     values: *mut fmi3Float64,
     nValues: usize,
 ) -> fmi3Status {
-    plain::<Fmi3>(instance, "fmi3GetFloat64", |component| {
+    call::<Fmi3>(instance, "fmi3GetFloat64", |component| {
         check_count(nValues, nValueReferences)?;
         component.get(array(valueReferences, nValueReferences)?, array_mut(values, nValues)?)
     })
