@@ -5,12 +5,16 @@ use std::sync::Arc;
 
 use petgraph::unionfind::UnionFind;
 
-use super::{Angle, Element, Implied, Origin, RotationalRow, Signal, arm, body};
+use super::{
+    Angle, Element, Force, Implied, Known, Origin, Port, RotationalRow, Signal, Torque, arm, body, table3,
+};
 use crate::diagnostic::Span;
 use crate::expr::{Arena, Expr, Order, Symbol};
 use crate::graph::{ElementId, LinearGraph, RNode, Rotation, TNode, Translation};
 use crate::mechanism::translate::translate;
-use crate::mechanism::{BodyId, DriverId, Formula, InputId, Mechanism, Motion, Owner, Part, Place};
+use crate::mechanism::{
+    Body, BodyId, DriverId, Formula, InputId, Mechanism, Motion, Owner, Part, Place, Quantity,
+};
 
 /// The elements of a mechanism, its translational and its rotational graph, and the expressions in their terminal equations.
 #[derive(Clone, Debug)]
@@ -69,6 +73,7 @@ impl System {
         for part in mechanism.parts() {
             system.add_part(part);
         }
+        system.hold_particles();
         system.find_held();
         system
     }
@@ -257,7 +262,57 @@ fn names(mechanism: &Mechanism) -> HashSet<String> {
     bodies.chain(mechanism.parts().map(|part| part.name.clone())).collect()
 }
 
+/// Particles: bodies with an inertia of zero that nothing turns, and by whose axes nothing is directed. However they turned nothing else would change, so they keep
+/// the angle of the ground.
 impl System {
+    fn hold_particles(&mut self) {
+        let without_inertia = |body: &Body| body.inertia == Some(Formula::Number(0.0));
+        if !self.mechanism.bodies.iter().any(without_inertia) {
+            return;
+        }
+        for body in self.unturned() {
+            let id = self.find(Origin::Body(body)).filter(|_| without_inertia(&self.mechanism.bodies[body.0]));
+            if let Some(row) = id.and_then(|id| self.elements[id.0].rotation.as_mut()) {
+                (row.priority, row.angle, row.through) =
+                    (table3::PRISMATIC, Angle::Constant(Expr::ZERO), Torque::None);
+            }
+        }
+    }
+
+    /// The bodies that nothing turns, by whose axes nothing is directed, and of whose angle nothing is given.
+    pub fn unturned(&self) -> Vec<BodyId> {
+        let given = self.mechanism.initial.iter().filter_map(|line| match (line.variable.owner, line.variable.quantity) {
+            (Owner::Place(Place::Centre(body)), Quantity::Angle | Quantity::Omega) => Some(body),
+            _ => None,
+        });
+        let turned = self.elements.iter().flat_map(|element| self.turned_by(element)).chain(given);
+        let turned: HashSet<BodyId> = turned.collect();
+        self.r_nodes.keys().copied().filter(|body| !turned.contains(body)).collect()
+    }
+
+    /// The bodies that an element turns, or whose axes it uses.
+    fn turned_by(&self, element: &Element) -> Vec<BodyId> {
+        let is_free = |row: &RotationalRow| matches!((&row.angle, &row.through), (Angle::Free(_), Torque::None));
+        let rotation = element.rotation.iter().filter(|row| !is_free(row) && !matches!(element.origin, Origin::Body(_)));
+        let mut nodes: Vec<RNode> = rotation.flat_map(|row| row.ends).collect();
+        let mut bodies = Vec::new();
+        if let Some(row) = &element.translation {
+            let at_the_centre = matches!(row.known, Known::Fixed(_, at) if at == [Expr::ZERO; 2]);
+            bodies.extend(row.carrier().filter(|_| !at_the_centre));
+            bodies.extend(if let Force::InBody(body, _) = row.through { Some(body) } else { None });
+        }
+        for term in element.coupling.iter().flat_map(|coupling| &coupling.terms) {
+            match term.port {
+                Port::Angle(ends) | Port::Curve(ends, _) => nodes.extend(ends),
+                Port::Along(_, direction) => bodies.extend(direction.carrier()),
+                Port::Length(_) => {}
+            }
+        }
+        // The nodes of the rotational graph are the ground and the bodies, in their order.
+        bodies.extend(nodes.into_iter().filter_map(|node| node.index().checked_sub(1)).map(BodyId));
+        bodies
+    }
+
     /// Is a body's angle held to the ground's by prismatic joints and welds?
     pub fn cannot_turn(&self, body: BodyId) -> bool {
         self.held.equiv(RNode::DATUM.index(), self.r_node(Some(body)).index())

@@ -1,10 +1,11 @@
-//! The mechanism of statics: drivers constant, no initial velocities.
+//! The mechanism of statics: drivers constant, no initial velocities, and what nothing turns does not turn.
 
+use cotree::component::System;
 use cotree::expr::Order;
 use cotree::lower::order_of;
 use cotree::mechanism::{Formula, Mechanism, Motion, Value};
 
-/// The same mechanism with its drivers constant at their start values, and without initial velocities.
+/// The same mechanism with its drivers constant at their start values, and without initial velocities. Bodies that nothing turns are particles: they would rest at any angle.
 pub fn at_rest(mechanism: &Mechanism) -> Mechanism {
     let mut resting = mechanism.clone();
     let start = mechanism.experiment.start;
@@ -17,6 +18,9 @@ pub fn at_rest(mechanism: &Mechanism) -> Mechanism {
         }
     }
     resting.initial.retain(|initial| order_of(initial.variable.quantity) == Order::Position);
+    for body in System::new(&resting).unturned() {
+        resting.bodies[body.0].inertia = Some(Formula::Number(0.0));
+    }
     resting
 }
 
