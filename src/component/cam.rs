@@ -1,6 +1,7 @@
 //! Cam (j): the guide of a follower is moved by a law of the cam's angle theta against the carrier, s = start + law(theta) for a sliding
 //! follower, psi = start -+ law(theta) for a turning one. The reaction is the force or torque on the follower; the cam gets law'(theta)
-//! times as much, and the contact a normal force that is never a pull only as long as the follower does not lift off.
+//! times as much, and the contact a normal force that is never a pull only as long as the follower does not lift off; a groove or a conjugate cam
+//! (`closure = "form"`) also pulls.
 
 mod breaks;
 mod check;
@@ -23,6 +24,9 @@ use mounting::{Guide, Mounting};
 
 /// Where a turning follower can touch; the first by default.
 const SIDES: [&str; 2] = ["left", "right"];
+
+/// What keeps a follower on its cam; a force by default.
+const CLOSURES: [&str; 2] = ["force", "form"];
 
 pub(super) const CAM: Component = Component {
     about: "a cam, the first body, whose profile moves the second point with its body by a law of the cam's angle",
@@ -66,6 +70,11 @@ pub(super) const CAM: Component = Component {
             "side",
             Form::Choice(&SIDES, "a follower touches on the `left` or the `right`"),
             "where a turning follower touches, seen from the shaft towards its pivot",
+        ),
+        Key::optional(
+            "closure",
+            Form::Choice(&CLOSURES, "`closure` is \"force\" (the default) or \"form\""),
+            "what keeps the follower on the cam: a `force`, or the `form` of a groove or of a conjugate cam, which also pulls",
         ),
         Key::required(
             "law",
