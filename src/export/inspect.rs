@@ -21,6 +21,9 @@ use crate::mechanism::{CREDITS, Credits};
 /// No file inside an FMU of cotree is larger than this [bytes].
 const LARGEST: u64 = 1 << 28;
 
+/// Nobody reads more variables than this, and a table of a million is wider than any screen and takes seconds to lay out.
+const MOST_SHOWN: usize = 1000;
+
 /// What an FMU of cotree says of itself.
 #[derive(Clone, Debug)]
 pub struct Contents {
@@ -312,8 +315,13 @@ impl fmt::Display for Contents {
             aligned(&rows.collect::<Vec<_>>(), usize::MAX, "  ")
         };
         let about = if self.description.is_empty() { String::new() } else { format!(": {}", self.description) };
-        let tables = [facts, self.variables.iter().map(variable).collect()].map(table).concat();
-        write!(f, "{}\n{tables}", on_one_line(&format!("{}{about}", self.name)))
+        let shown = self.variables.iter().take(MOST_SHOWN).map(variable);
+        let tables = [facts, shown.collect()].map(table).concat();
+        write!(f, "{}\n{tables}", on_one_line(&format!("{}{about}", self.name)))?;
+        match self.variables.len().saturating_sub(MOST_SHOWN) {
+            0 => Ok(()),
+            further => writeln!(f, "  and {further} further variables: all are in its modelDescription.xml"),
+        }
     }
 }
 

@@ -1,16 +1,18 @@
 //! A page on the loopback, and news of it as server-sent events (<https://html.spec.whatwg.org/multipage/server-sent-events.html>).
 
-use std::io::{self, Write};
-use std::net::{Ipv4Addr, SocketAddr};
+use std::io::{self, BufRead, BufReader, Read, Write};
+use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use cotree_file::page::waiting_html;
 use serde_json::json;
-use tiny_http::{Header, Method, Request, Response, Server};
 
 /// A page that is closed is noticed after this time.
 const HEARTBEAT: Duration = Duration::from_secs(5);
+
+/// Longest request with its headers [bytes]: browsers send a few hundred, and cookies of other pages of this machine.
+const LARGEST_HEAD: u64 = 1 << 16;
 
 /// What there is to see of the file as it is now.
 pub enum Shown {
@@ -73,31 +75,53 @@ impl Board {
 
 /// Serves the board on this machine alone. Returns the address for a browser.
 pub fn start(port: u16, board: Arc<Board>) -> io::Result<String> {
-    let server = Server::http((Ipv4Addr::LOCALHOST, port)).map_err(io::Error::other)?;
-    let address = server.server_addr().to_ip().ok_or_else(|| io::Error::other("no address"))?;
+    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port))?;
+    let address = listener.local_addr()?;
     std::thread::spawn(move || {
-        for request in server.incoming_requests() {
+        for stream in listener.incoming().flatten() {
             let board = Arc::clone(&board);
-            std::thread::spawn(move || answer(request, address, &board));
+            std::thread::spawn(move || answer(stream, address, &board));
         }
     });
     Ok(format!("http://{address}/"))
 }
 
 /// A browser that goes away is no fault.
-fn answer(request: Request, address: SocketAddr, board: &Board) -> io::Result<()> {
-    match (request.method(), request.url()) {
+fn answer(mut stream: TcpStream, address: SocketAddr, board: &Board) -> io::Result<()> {
+    stream.set_read_timeout(Some(HEARTBEAT))?;
+    let Some(head) = head(&mut stream)? else { return respond(stream, "431 Request Header Fields Too Large", "") };
+    let mut lines = head.split("\r\n");
+    let request = lines.next().unwrap_or_default();
+    match request.rsplit_once(' ').map(|(asked, _)| asked) {
         // Another site whose name leads here does not get anything.
-        _ if !is_ours(&request, address) => request.respond(Response::empty(403)),
-        (Method::Get, "/") => {
-            let mut response = Response::from_string(board.page()).with_chunked_threshold(usize::MAX);
-            let headers = ["Content-Type: text/html; charset=utf-8", "Cache-Control: no-store"];
-            headers.iter().flat_map(|header| header.parse::<Header>()).for_each(|header| response.add_header(header));
-            request.respond(response)
-        }
-        (Method::Get, "/events") => report(request.into_writer(), board),
-        _ => request.respond(Response::empty(404)),
+        _ if !is_ours(lines, address) => respond(stream, "403 Forbidden", ""),
+        Some("GET /") => respond(stream, "200 OK", &board.page()),
+        Some("GET /events") => report(stream, board),
+        _ => respond(stream, "404 Not Found", ""),
     }
+}
+
+/// The request with its headers; none if they are longer than any that a browser sends.
+fn head(stream: &mut TcpStream) -> io::Result<Option<String>> {
+    let mut head = Vec::new();
+    let mut reader = BufReader::new(stream.take(LARGEST_HEAD));
+    loop {
+        let line = reader.read_until(b'\n', &mut head)?;
+        if head.ends_with(b"\r\n\r\n") {
+            return Ok(Some(String::from_utf8_lossy(&head).into_owned()));
+        }
+        if line == 0 {
+            return Ok(None);
+        }
+    }
+}
+
+fn respond(mut stream: TcpStream, status: &str, page: &str) -> io::Result<()> {
+    let length = page.len();
+    write!(
+        stream,
+        "HTTP/1.1 {status}\r\nContent-Type: text/html; charset=utf-8\r\nCache-Control: no-store\r\nContent-Length: {length}\r\nConnection: close\r\n\r\n{page}"
+    )
 }
 
 /// Every change, until the page is closed.
@@ -111,10 +135,46 @@ fn report(mut stream: impl Write, board: &Board) -> io::Result<()> {
 }
 
 /// Is it asked of this machine by its own name?
-fn is_ours(request: &Request, address: SocketAddr) -> bool {
+fn is_ours<'a>(mut headers: impl Iterator<Item = &'a str>, address: SocketAddr) -> bool {
     let names = [address.to_string(), format!("localhost:{}", address.port())];
-    request
-        .headers()
-        .iter()
-        .any(|header| header.field.equiv("Host") && names.iter().any(|name| header.value.as_str() == name))
+    headers.any(|header| {
+        let (field, value) = header.split_once(':').unwrap_or_default();
+        field.eq_ignore_ascii_case("host") && names.iter().any(|name| value.trim() == name)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What the server answers to a request.
+    fn answered(request: impl Fn(&str) -> Vec<u8>) -> String {
+        let address = start(0, Arc::default()).expect("a free port");
+        let host = address.trim_start_matches("http://").trim_end_matches('/');
+        let mut stream = TcpStream::connect(host).expect("it listens");
+        // Where the server has heard enough it closes, and the rest cannot be sent.
+        let _ = stream.write_all(&request(host));
+        let mut answer = Vec::new();
+        let _ = stream.read_to_end(&mut answer);
+        String::from_utf8_lossy(&answer).into_owned()
+    }
+
+    #[test]
+    fn pages_are_for_this_machine_and_nothing_else_is_there() {
+        let get = |path: &str, host: &str| format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n\r\n").into_bytes();
+        let page = answered(|host| get("/", host));
+        assert!(page.starts_with("HTTP/1.1 200 OK\r\n") && page.ends_with(&waiting_html()), "{page}");
+        assert!(answered(|host| get("/other", host)).starts_with("HTTP/1.1 404 "));
+        assert!(answered(|_| get("/", "elsewhere.example")).starts_with("HTTP/1.1 403 "));
+    }
+
+    #[test]
+    fn headers_without_end_are_not_kept() {
+        let endless = |host: &str| {
+            let long = "x".repeat(4 * LARGEST_HEAD as usize);
+            format!("GET / HTTP/1.1\r\nHost: {host}\r\nCookie: {long}").into_bytes()
+        };
+        let answer = answered(endless);
+        assert!(answer.is_empty() || answer.starts_with("HTTP/1.1 431 "), "{answer}");
+    }
 }
