@@ -132,3 +132,32 @@ fn a_disc_that_rolls_needs_friction() {
     let lifted = of_experiment(&Scene::from_toml(&slope(0.01, 20.0)).unwrap());
     assert!(lifted.faults.len() == 1 && lifted.faults[0].message.contains("the disc would lift off"), "{lifted:?}");
 }
+
+/// A groove or a conjugate cam also pulls.
+#[test]
+fn a_cam_that_is_closed_by_its_form_does_not_let_go() {
+    let closed = cam(30.0).replace("roller = \"8 mm\"", "roller = \"8 mm\", closure = \"form\"");
+    let told = |text: &str| of_experiment(&Scene::from_toml(text).unwrap()).faults.len();
+    assert_eq!([told(&cam(30.0)), told(&closed), told(&closed.replace("\"form\"", "\"force\""))], [1, 0, 1]);
+    let wrong = Scene::from_toml(&closed.replace("\"form\"", "\"groove\"")).unwrap();
+    assert!(wrong.resolve().is_err());
+}
+
+/// Of a long experiment the beginning is looked at, and what comes after it is said to be taken for granted.
+#[test]
+fn long_experiments_are_looked_at_for_a_while() {
+    let long = |stop: &str| {
+        format!(
+            "name = \"long\"\ngravity = [0, -9.81]\n[bodies.disc]\nmass = 2\ninertia = 0.01\n\
+             [joints.wheel]\ntype = \"rolling\"\nbetween = [\"ground\", \"disc\"]\naxis = [1, 0]\nradius = 0.1\n\
+             [ground.points]\nwall = [0, 0.1]\n[loads.spring]\ntype = \"spring\"\nbetween = [\"ground.wall\", \"disc\"]\n\
+             stiffness = 50\nlength = \"0.5 m\"\n[initial]\n\"wheel.s\" = 0.7\n[experiment]\nstop = {stop}\nstep = 0.01\n"
+        )
+    };
+    let found = |stop: &str| of_experiment(&Scene::from_toml(&long(stop)).unwrap());
+    assert_eq!(found("2").unseen, None);
+    let cut = found("1e5");
+    let until = number(&cut.unseen.unwrap(), "after t = ");
+    assert!(until > 2.0 && until < 1e3, "{until}");
+    assert_eq!(cut.needed.len(), 1);
+}
