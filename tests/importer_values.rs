@@ -119,7 +119,9 @@ fn outputs_without_a_value_are_nothing_at_that_time_only() {
     assert_eq!(missing("logarithm"), [true, true, true, false, false]);
     let last = |name: &str| *found.get(name).unwrap().last().unwrap();
     assert_eq!(["inverse", "square"].map(last), [2.0, 4.0]);
-    assert!((last("logarithm") - 0.5_f64.ln()).abs() < 1e-15 && (last("cotangent") - 1.0 / 0.5_f64.tan()).abs() < 1e-15);
+    assert!(
+        (last("logarithm") - 0.5_f64.ln()).abs() < 1e-15 && (last("cotangent") - 1.0 / 0.5_f64.tan()).abs() < 1e-15
+    );
     let mut table = Vec::new();
     found.write_csv(&mut table).unwrap();
     let table = String::from_utf8(table).unwrap();
@@ -201,7 +203,16 @@ fn jumps_are_jumps_and_repeated_values_rest() {
         let time = 0.1 * f64::from(step);
         // Set at every point at first, then at changes only: the same.
         if step < 6 || step == 8 {
-            importer.set("measured", if step < 3 { 0.1 } else if step < 8 { 0.3 } else { 0.25 });
+            importer.set(
+                "measured",
+                if step < 3 {
+                    0.1
+                } else if step < 8 {
+                    0.3
+                } else {
+                    0.25
+                },
+            );
         }
         assert_eq!(importer.step(time, 0.1), fmi2OK);
         assert_eq!(importer.get("lever.omega"), (fmi2OK, 0.0), "after {step} steps");

@@ -5,16 +5,12 @@ use std::sync::Arc;
 
 use petgraph::unionfind::UnionFind;
 
-use super::{
-    Angle, Element, Force, Implied, Known, Origin, Port, RotationalRow, Signal, Torque, arm, body, table3,
-};
+use super::{Angle, Element, Force, Implied, Known, Origin, Port, RotationalRow, Signal, Torque, arm, body, table3};
 use crate::diagnostic::Span;
 use crate::expr::{Arena, Expr, Order, Symbol};
 use crate::graph::{ElementId, LinearGraph, RNode, Rotation, TNode, Translation};
 use crate::mechanism::translate::translate;
-use crate::mechanism::{
-    Body, BodyId, DriverId, Formula, InputId, Mechanism, Motion, Owner, Part, Place, Quantity,
-};
+use crate::mechanism::{Body, BodyId, DriverId, Formula, InputId, Mechanism, Motion, Owner, Part, Place, Quantity};
 
 /// The elements of a mechanism, its translational and its rotational graph, and the expressions in their terminal equations.
 #[derive(Clone, Debug)]
@@ -273,18 +269,18 @@ impl System {
         for body in self.unturned() {
             let id = self.find(Origin::Body(body)).filter(|_| without_inertia(&self.mechanism.bodies[body.0]));
             if let Some(row) = id.and_then(|id| self.elements[id.0].rotation.as_mut()) {
-                (row.priority, row.angle, row.through) =
-                    (table3::PRISMATIC, Angle::Constant(Expr::ZERO), Torque::None);
+                (row.priority, row.angle, row.through) = (table3::PRISMATIC, Angle::Constant(Expr::ZERO), Torque::None);
             }
         }
     }
 
     /// The bodies that nothing turns, by whose axes nothing is directed, and of whose angle nothing is given.
     pub fn unturned(&self) -> Vec<BodyId> {
-        let given = self.mechanism.initial.iter().filter_map(|line| match (line.variable.owner, line.variable.quantity) {
-            (Owner::Place(Place::Centre(body)), Quantity::Angle | Quantity::Omega) => Some(body),
-            _ => None,
-        });
+        let given =
+            self.mechanism.initial.iter().filter_map(|line| match (line.variable.owner, line.variable.quantity) {
+                (Owner::Place(Place::Centre(body)), Quantity::Angle | Quantity::Omega) => Some(body),
+                _ => None,
+            });
         let turned = self.elements.iter().flat_map(|element| self.turned_by(element)).chain(given);
         let turned: HashSet<BodyId> = turned.collect();
         self.r_nodes.keys().copied().filter(|body| !turned.contains(body)).collect()
@@ -293,7 +289,8 @@ impl System {
     /// The bodies that an element turns, or whose axes it uses.
     fn turned_by(&self, element: &Element) -> Vec<BodyId> {
         let is_free = |row: &RotationalRow| matches!((&row.angle, &row.through), (Angle::Free(_), Torque::None));
-        let rotation = element.rotation.iter().filter(|row| !is_free(row) && !matches!(element.origin, Origin::Body(_)));
+        let rotation =
+            element.rotation.iter().filter(|row| !is_free(row) && !matches!(element.origin, Origin::Body(_)));
         let mut nodes: Vec<RNode> = rotation.flat_map(|row| row.ends).collect();
         let mut bodies = Vec::new();
         if let Some(row) = &element.translation {

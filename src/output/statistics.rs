@@ -42,15 +42,7 @@ impl Figures {
         points.for_each(|(&time, &value)| seen.add(time, value));
         let Accumulator { min, max, end, .. } = seen;
         let [min, max] = [min, max].map(|(time, value)| [value, time]);
-        Some(Figures {
-            name: name.into(),
-            unit: unit.into(),
-            min,
-            max,
-            mean: seen.mean(),
-            rms: seen.rms(),
-            end,
-        })
+        Some(Figures { name: name.into(), unit: unit.into(), min, max, mean: seen.mean(), rms: seen.rms(), end })
     }
 }
 
@@ -77,7 +69,16 @@ impl Accumulator {
     /// Begins with the first value.
     pub fn new(time: f64, value: f64) -> Self {
         let here = (time, value);
-        Accumulator { first: value, end: value, last: here, max: here, min: here, duration: 0.0, integral: 0.0, square: 0.0 }
+        Accumulator {
+            first: value,
+            end: value,
+            last: here,
+            max: here,
+            min: here,
+            duration: 0.0,
+            integral: 0.0,
+            square: 0.0,
+        }
     }
 
     pub fn add(&mut self, time: f64, value: f64) {

@@ -212,7 +212,9 @@ impl Look<'_> {
     fn friction(&self, name: &str, along: &[f64]) -> Option<String> {
         let least = PRESSES * self.largest();
         let pairs = self.normal.iter().zip(along).enumerate();
-        let needed = pairs.filter(|(_, (normal, along))| **normal > least && along.is_finite()).map(|(index, (n, t))| (index, (t / n).abs()));
+        let needed = pairs
+            .filter(|(_, (normal, along))| **normal > least && along.is_finite())
+            .map(|(index, (n, t))| (index, (t / n).abs()));
         let (index, most) = needed.max_by(|a, b| a.1.total_cmp(&b.1))?;
         let place = self.input.unit.show(self.inputs[index]);
         (most > 1e-6).then(|| {

@@ -169,7 +169,16 @@ pub struct SavedState {
 
 impl<V: Version> Component<V> {
     pub fn new(logger: Logger, interface: Interface, version: V, instance: Box<Instance>) -> Self {
-        Self { logger, call: "", interface, mode: Mode::Instantiated, set_up: false, instance, said: BTreeSet::new(), version }
+        Self {
+            logger,
+            call: "",
+            interface,
+            mode: Mode::Instantiated,
+            set_up: false,
+            instance,
+            said: BTreeSet::new(),
+            version,
+        }
     }
 
     pub fn allow(&self, modes: &[Mode]) -> Outcome {

@@ -162,7 +162,10 @@ mod tests {
             let time = points[count - 1][0];
             let exact = [points[count - 1][1], 2.0 - 6.0 * time, -6.0];
             let found = taken(&points[..count]);
-            found.iter().zip(exact).for_each(|(found, exact)| assert!((found - exact).abs() < 1e-12, "{found} {exact}"));
+            found
+                .iter()
+                .zip(exact)
+                .for_each(|(found, exact)| assert!((found - exact).abs() < 1e-12, "{found} {exact}"));
         }
     }
 
