@@ -17,7 +17,7 @@ use crate::formulate::{Formulated, formulate, lacking, undetermined};
 use crate::mechanism::Unit;
 use crate::output::figures::summarise;
 use crate::output::summary::Summary;
-use crate::scene::{Fault, Faults, Reading, Resolved, Scene, Source, Span, Text, read};
+use crate::scene::{Fault, Faults, Reading, Scene, Source, Span, Text, read};
 
 /// A scene, compiled.
 #[derive(Clone, Debug)]
@@ -45,17 +45,17 @@ pub fn compile(scene: &Scene) -> Result<Compiled, Faults> {
 /// # Errors
 /// Everything that is wrong with the scene.
 pub fn compile_with_equations(scene: &Scene) -> Result<(Compiled, Formulated), Faults> {
-    let Resolved { mechanism, mut warnings } = scene.resolve()?;
-    let faults = |list: Vec<Fault>| Faults::new(scene.source.clone(), list);
-    let mut formulated = formulate(&mechanism).map_err(faults)?;
-    warnings.append(&mut formulated.warnings);
+    let mut resolved = scene.resolve()?;
+    let mut formulated = formulate(&resolved.mechanism).map_err(|errors| resolved.refused(scene, errors))?;
+    resolved.warnings.append(&mut formulated.warnings);
     let mut program = formulated.lowered.program.clone();
-    let bytes = program.to_bytes().map_err(|error| faults(vec![internal(&error.to_string())]))?;
+    let bytes = program.to_bytes().map_err(|error| resolved.refused(scene, vec![internal(&error.to_string())]))?;
     program.guid = guid(&bytes);
-    program.check().map_err(|fault| faults(vec![impossible(&fault)]))?;
+    program.check().map_err(|fault| resolved.refused(scene, vec![impossible(&fault)]))?;
+    let warnings = resolved.warnings;
     let compiled = Compiled {
         description: describe(&formulated, &program.guid),
-        warnings: (!warnings.is_empty()).then(|| faults(warnings)),
+        warnings: (!warnings.is_empty()).then(|| Faults::new(scene.source.clone(), warnings)),
         source: scene.source.clone(),
         program,
     };

@@ -392,3 +392,73 @@ fn files_are_what_their_names_say() {
         assert!(!folder.path().join(arguments[arguments.len() - 1]).exists(), "{arguments:?}");
     }
 }
+
+/// A slide that two bars of 0.1 m and 0.3 m pull along: they are straight at 0.4 m, after 0.75 s.
+const REACH: &str = r#"
+name = "puller"
+[bodies.crank]
+points = { a = [0, 0], b = [0.1, 0] }
+[bodies.bar]
+points = { b = [0, 0], c = [0.3, 0] }
+[bodies.slide]
+[joints.foot]
+type = "revolute"
+between = ["ground", "crank.a"]
+[joints.knee]
+type = "revolute"
+between = ["crank.b", "bar.b"]
+[joints.head]
+type = "revolute"
+between = ["bar.c", "slide"]
+[joints.guide]
+type = "prismatic"
+between = ["ground", "slide"]
+axis = [1, 0]
+[drivers.pull]
+joint = "guide"
+displacement = "0.25[m] + t*0.2[m/s]"
+[initial]
+"crank.angle" = { guess = 1 }
+"bar.angle" = { guess = -0.4 }
+[experiment]
+stop = "1 s"
+step = "10 ms"
+"#;
+
+#[test]
+fn pages_and_archives_of_a_run_that_ends_early_say_so() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("puller.toml"), REACH).unwrap();
+    for command in ["view", "export"] {
+        let output = cotree(folder.path(), &[command, "puller.toml", "--runtimes", "."]);
+        let said = stderr(&output);
+        assert_eq!(code(&output), 0, "{said}");
+        let is_told = said.contains("scene::ends_early")
+            && said.contains("the motion ends before the experiment does: at t = 0.7");
+        assert!(is_told, "{command}: {said}");
+    }
+    fs::write(folder.path().join("puller.toml"), REACH.replace("1 s", "0.5 s")).unwrap();
+    for command in ["view", "export"] {
+        let said = stderr(&cotree(folder.path(), &[command, "puller.toml", "--runtimes", "."]));
+        assert!(!said.contains("scene::ends_early"), "{command}: {said}");
+    }
+}
+
+/// Two designs that were copied from each other have one name in them.
+#[test]
+fn scenes_of_one_name_have_files_of_their_own() {
+    let folder = with_scene();
+    fs::copy(folder.path().join("crank.toml"), folder.path().join("longer.toml")).unwrap();
+    fs::copy(folder.path().join("crank.toml"), folder.path().join("scene.toml")).unwrap();
+    for (scene, file) in [("crank.toml", "crank.fmu"), ("longer.toml", "longer.fmu")] {
+        let output = cotree(folder.path(), &["export", scene]);
+        assert_eq!((stdout(&output).trim(), stderr(&output).contains("was there already")), (file, false));
+    }
+    let again = cotree(folder.path(), &["export", "longer.toml"]);
+    assert!(stderr(&again).contains("longer.fmu was there already"), "{}", stderr(&again));
+    let page = stdout(&cotree(folder.path(), &["view", "longer.toml"]));
+    assert_eq!(page.trim(), "longer.html");
+    // What every scene may be called says nothing.
+    let named = stdout(&cotree(folder.path(), &["export", "scene.toml"]));
+    assert_ne!(named.trim(), "scene.fmu");
+}

@@ -86,6 +86,28 @@ fn files_that_are_no_text_are_faults() {
     assert_eq!(Scene::read(folder.path().join("none.toml")).unwrap_err().list[0].code, "scene::unreadable");
 }
 
+/// As other programs save it: the message says which encoding it is, and where.
+#[test]
+fn texts_in_other_encodings_are_faults_with_their_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.toml");
+    let fault = |bytes: &[u8]| {
+        std::fs::write(&path, bytes).unwrap();
+        let fault = Scene::read(&path).unwrap_err().list.remove(0);
+        assert_eq!(fault.code, "scene::not_utf8", "{}", fault.message);
+        assert!(fault.help.starts_with("save it as UTF-8"), "{}", fault.help);
+        fault.message
+    };
+    let text = "name = \"lever\"\n# of steel, with two holes\n";
+    let little: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();
+    let big: Vec<u8> = text.encode_utf16().flat_map(u16::to_be_bytes).collect();
+    for bytes in [[&[0xff, 0xfe][..], &little].concat(), [&[0xfe, 0xff][..], &big].concat(), little, big] {
+        assert!(fault(&bytes).contains("UTF-16"));
+    }
+    let latin = fault(b"name = \"lever\"\ndescription = \"B\xfcgel\"\n");
+    assert!(latin.contains("line 2, column 17") && latin.ends_with("it is `\u{fc}`"), "{latin}");
+}
+
 /// One body with ten uses of a name that is not there.
 #[test]
 fn a_missing_name_is_one_fault() {

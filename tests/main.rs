@@ -100,3 +100,4 @@ mod taylor;
 mod values_out_of_range;
 mod view;
 mod work;
+mod written_slips;

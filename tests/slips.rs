@@ -97,3 +97,39 @@ fn a_mass_centre_that_nobody_has_placed() {
         assert!(assumed(&scene).iter().all(|sentence| !sentence.contains("mass centre")), "{placed}");
     }
 }
+
+#[test]
+fn a_parameter_or_a_point_of_the_ground_that_nothing_uses() {
+    assert_eq!(said("[parameters]\nlever = \"80 mm\"\n"), ["scene::unused nothing uses parameter `lever`"]);
+    // What only another parameter uses is used.
+    assert_eq!(
+        said("[parameters]\nhalf = \"40 mm\"\nlever = \"2*half\"\n"),
+        ["scene::unused nothing uses parameter `lever`"]
+    );
+    for used in [
+        "[outputs]\nfar = \"lever*2\"\n",
+        "[experiment]\nstop = \"lever*3[s/m]\"\n",
+        "[initial]\n\"rod.angle\" = \"lever*1[rad/m]\"\n",
+    ] {
+        assert_eq!(said(&format!("[parameters]\nlever = \"80 mm\"\n{used}")), [""; 0], "{used}");
+    }
+    let points = "[ground.points]\nwall = [1, 0]\n";
+    assert_eq!(said(points), ["scene::unused nothing uses point `ground.wall`"]);
+    let spring =
+        "[loads.coil]\ntype = \"spring\"\nbetween = [\"ground.wall\", \"rod.p\"]\nstiffness = 10\nfree_length = 1\n";
+    assert_eq!(said(&format!("{points}{spring}")), [""; 0]);
+    assert_eq!(said(&format!("{points}[outputs]\nvariables = [\"ground.wall.x\"]\n")), [""; 0]);
+}
+
+/// Both may be the cause, so both are told.
+#[test]
+fn warnings_stand_beside_the_error_of_a_later_step() {
+    let lever = CRANK.replace("[joints.pin]", "[bodies.arm]\nmass = 1\ninertia = 0.1\npoints = { a = [0, 0], b = [0.5, 0] }\n[ground.points]\nfar = [2, 0]\n[joints.pin]");
+    let text = format!(
+        "{lever}[joints.knee]\ntype = \"revolute\"\nbetween = [\"rod.p\", \"arm.a\"]\n[joints.foot]\ntype = \"revolute\"\nbetween = [\"arm.b\", \"ground.far\"]\n\
+         [initial]\n\"rod.angle\" = {{ guess = 30 }}\n"
+    );
+    let faults = compile(&Scene::from_toml(&text).unwrap()).unwrap_err();
+    let codes: Vec<&str> = faults.list.iter().map(|fault| fault.code).collect();
+    assert!(codes.contains(&"scene::degrees") && codes.contains(&"assembly::open_loop"), "{codes:?}");
+}

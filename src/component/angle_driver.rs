@@ -11,11 +11,11 @@ pub(super) const ANGLE_DRIVER: Component = Component {
     about: "turns a revolute joint",
     equations: "theta = theta(t)",
     keys: &[
-        Key::one_of("joint", Form::Joint, "`joint = \"pin\"` turns this joint"),
+        Key::one_of("joint", Form::Joint, "`joint = \"JOINT\"` turns this joint"),
         Key::one_of(
             "between",
             Form::Bodies,
-            "`between = [\"ground\", \"crank\"]` turns the second body against the first",
+            "`between = [\"ground\", \"BODY\"]` turns the second body against the first",
         ),
         Key::required(
             "angle",

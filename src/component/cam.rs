@@ -42,13 +42,13 @@ pub(super) const CAM: Component = Component {
             "shaft",
             Form::OtherJoint,
             "the revolute joint in which the cam turns on the carrier",
-            "name the joint in which the cam turns: `shaft = \"pin\"`",
+            "name the joint in which the cam turns: `shaft = \"JOINT\"`",
         ),
         Key::required(
             "guide",
             Form::OtherJoint,
             "the joint in which the follower moves on the carrier: prismatic, from the carrier to the follower, or revolute",
-            "name the joint in which the follower moves: `guide = \"guide\"`",
+            "name the joint in which the follower moves: `guide = \"JOINT\"`",
         ),
         Key::required(
             "base",

@@ -12,7 +12,7 @@ pub(super) const DISPLACEMENT_DRIVER: Component = Component {
     about: "slides a prismatic joint",
     equations: "r = s(t) u",
     keys: &[
-        Key::one_of("joint", Form::Joint, "`joint = \"guide\"` slides along this joint"),
+        Key::one_of("joint", Form::Joint, "`joint = \"JOINT\"` slides along this joint"),
         Key::required(
             "displacement",
             Form::Motion([LENGTH, VELOCITY, ACCELERATION]),

@@ -6,14 +6,15 @@ use crate::mechanism::measure::{ANGLE, LENGTH};
 
 pub(super) const BETWEEN_POINTS: Key = Key::required("between", Form::Points, "the two points", TWO_POINTS);
 pub(super) const BETWEEN_WHEELS: Key =
-    Key::required("between", Form::Bodies, "the two wheels", "give two bodies: `between = [\"crank\", \"rod\"]`");
+    Key::required("between", Form::Bodies, "the two wheels", "give two bodies: `between = [\"BODY\", \"BODY\"]`");
 pub(super) const BETWEEN_BODIES: Key = Key::required("between", Form::Bodies, "the two bodies", TWO_BODIES);
-const TWO_POINTS: &str = "give two points: `between = [\"ground.bearing\", \"crank.inner\"]`";
-pub(super) const BODY_AND_POINT: &str = "give a body and a point: `between = [\"crank\", \"slider\"]`";
-const TWO_BODIES: &str = "give two bodies: `between = [\"ground\", \"crank\"]`";
+const TWO_POINTS: &str =
+    "give two points: `between = [\"BODY.POINT\", \"BODY.POINT\"]`; the ground is a body, too: `ground.POINT`";
+pub(super) const BODY_AND_POINT: &str = "give a body and a point: `between = [\"BODY\", \"BODY.POINT\"]`";
+const TWO_BODIES: &str = "give two bodies: `between = [\"ground\", \"BODY\"]`";
 pub(super) const ON_POINT: Key =
-    Key::required("on", Form::Point, "the point", "give a point: `on = \"slider\"` or `on = \"crank.outer\"`");
-pub(super) const TWO_COMPONENTS: &str = "give two components, such as `[\"-gas_force\", 0.0]`";
+    Key::required("on", Form::Point, "the point", "give a point: `on = \"BODY\"` or `on = \"BODY.POINT\"`");
+pub(super) const TWO_COMPONENTS: &str = "give two components, such as `[\"-20 N\", 0]`";
 pub(super) const AXIS: Key = Key::required(
     "axis",
     Form::Axis,

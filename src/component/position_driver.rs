@@ -11,7 +11,7 @@ pub(super) const POSITION_DRIVER: Component = Component {
     about: "moves a point",
     equations: "r = r(t)",
     keys: &[
-        Key::one_of("on", Form::Point, "`on = \"slider\"` moves this point"),
+        Key::one_of("on", Form::Point, "`on = \"BODY.POINT\"` moves this point"),
         Key::required(
             "position",
             Form::Vector(LENGTH),

@@ -11,9 +11,9 @@ pub(super) const APPLIED_TORQUE: Component = Component {
     about: "a torque on the second body, its opposite on the first",
     equations: "T = value",
     keys: &[
-        Key::one_of("on", Form::Body, "`on = \"crank\"` turns a body"),
-        Key::one_of("between", Form::Bodies, "`between = [\"rod\", \"crank\"]` turns the second against the first"),
-        Key::required("value", Form::Law(TORQUE), "the torque", "give the torque [N.m]: `value = \"tau\"`"),
+        Key::one_of("on", Form::Body, "`on = \"BODY\"` turns a body"),
+        Key::one_of("between", Form::Bodies, "`between = [\"BODY\", \"BODY\"]` turns the second against the first"),
+        Key::required("value", Form::Law(TORQUE), "the torque", "give the torque [N.m]: `value = \"2 N.m\"`"),
     ],
     variables: &[Q::Torque],
     pose: &[Q::Torque],

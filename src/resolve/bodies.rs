@@ -40,7 +40,7 @@ impl Resolver<'_> {
         if scene.bodies.is_empty() && scene.broken.is_empty() {
             self.faults.push(
                 Fault::new("scene::no_bodies", "the scene has no bodies", scene.name.span)
-                    .help("give at least one: `[bodies.crank]` with `mass`, `inertia` and `points`"),
+                    .help("give at least one: `[bodies.NAME]` with `mass`, `inertia` and `points`"),
             );
         }
         scene.bodies.iter().map(|body| self.within(body.within, |resolver| resolver.body_of_part(body))).collect()

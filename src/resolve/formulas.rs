@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use cotree_fmu::program::domain::Limit;
 
+use super::calculated::Meaning;
 use super::lower::Context;
 use super::{Resolver, UNKNOWN};
 use crate::columns::counted;
@@ -223,7 +224,8 @@ impl Resolver<'_> {
 
     /// Has every parameter a value, or has one of them a fault, which spoils the values of the others?
     fn values_are_known(&self) -> bool {
-        self.values.iter().all(|value| value.is_finite())
+        let is_known = |meaning: &Meaning| constant::number(&meaning.formula).is_none_or(f64::is_finite);
+        self.values.iter().all(|value| value.is_finite()) && self.parameters.iter().all(is_known)
     }
 
     fn check_measure(&mut self, unit: &Unit, text: &Text, what: &str, wanted: &Wanted) {
@@ -305,7 +307,7 @@ impl Resolver<'_> {
             self.faults.push(
                 Fault::new("scene::wrong_value", format!("{what} has {components} instead of two"), vector.span)
                     .label("x and y are wanted")
-                    .help("such as `[0.5, 0.0]`"),
+                    .help("write `[x, y]`; the decimal sign is a point, and the plane has no third direction"),
             );
         }
         [x, y.unwrap_or(UNKNOWN)]

@@ -69,7 +69,7 @@ impl Resolver<'_> {
             self.faults.push(
                 Fault::new("scene::not_initial", format!("`{}` cannot have an initial value", line.variable.text), line.variable.span)
                     .label("not a position or velocity of a body or joint")
-                    .help("give positions or velocities of bodies (`crank.angle`, `crank.vx`), revolute joints (`pin.angle`, `pin.omega`) or prismatic joints (`guide.s`, `guide.v`)"),
+                    .help("give positions or velocities of bodies (`BODY.angle`, `BODY.vx`), revolute joints (`JOINT.angle`, `JOINT.omega`) or prismatic joints (`JOINT.s`, `JOINT.v`)"),
             );
         }
         let display = unit.and_then(|unit| unit.display);

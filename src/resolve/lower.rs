@@ -183,8 +183,12 @@ impl Resolver<'_> {
                 (tree, site),
             ),
             Some(Named::Parameter(index)) => {
+                self.used_parameters.insert(index);
                 let meaning = &self.parameters[index];
-                Some((meaning.formula.clone(), Known::constant(meaning.unit).in_hertz(meaning.hertz)))
+                // What it cannot be calculated from has its fault already.
+                let is_unknown = constant::number(&meaning.formula).is_some_and(f64::is_nan);
+                let known = Known::constant(meaning.unit).in_hertz(meaning.hertz);
+                (!is_unknown).then(|| (meaning.formula.clone(), known))
             }
             Some(Named::Input(_)) if site.context.is_constant() => {
                 self.not_constant(&format!("the input `{name}`"), tree, site)

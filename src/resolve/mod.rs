@@ -36,7 +36,7 @@ use crate::component::{ALL, Room, Section};
 use crate::diagnostic::fault::{Fault, Faults, Sink};
 use crate::diagnostic::span::{Source, Span, Text};
 use crate::diagnostic::suggest;
-use crate::mechanism::{Bound, Dimension, Formula, Input, InputId, Mechanism, Units, Variable};
+use crate::mechanism::{Bound, Dimension, Formula, InputId, Mechanism, Owner, Place, Units, Variable};
 use crate::scene::model::Within;
 use crate::scene::unit::Exponents;
 use crate::scene::{Resolved, Scene};
@@ -122,8 +122,7 @@ impl Scene {
         mechanism.units = mechanism.display.clone().before(&resolver.written_in);
         resolver.islands(&mechanism.bodies);
         if !resolver.faults.has_errors() {
-            resolver.unused_inputs(&mechanism.inputs);
-            resolver.unused_signals();
+            resolver.unused();
             mechanism.check().into_iter().for_each(|fault| resolver.faults.push(fault));
         }
         mechanism
@@ -150,6 +149,10 @@ struct Resolver<'s> {
     used_inputs: HashSet<InputId>,
     /// The signals that something uses.
     used_signals: HashSet<usize>,
+    /// The parameters that something uses.
+    used_parameters: HashSet<usize>,
+    /// The points of the ground that something uses.
+    used_ground: HashSet<usize>,
     /// How the scene calls the variables that it names.
     called: HashMap<Variable, String>,
     /// The first unit of each kind of value in the scene.
@@ -178,6 +181,8 @@ impl<'s> Resolver<'s> {
             signals: Vec::new(),
             used_inputs: HashSet::new(),
             used_signals: HashSet::new(),
+            used_parameters: HashSet::new(),
+            used_ground: HashSet::new(),
             called: HashMap::new(),
             written_in: Units::default(),
             tables: HashMap::new(),
@@ -203,28 +208,33 @@ impl Resolver<'_> {
         self.names.is_broken(&name.text) || self.faults.again(subject, name.span)
     }
 
-    /// Warns of inputs that change nothing.
-    fn unused_inputs(&mut self, inputs: &[Input]) {
-        let unused = |(index, _): &(usize, &Input)| !self.used_inputs.contains(&InputId(*index));
-        let unused: Vec<&Input> = inputs.iter().enumerate().filter(unused).map(|(_, input)| input).collect();
-        for input in unused {
-            self.unused(&format!("input `{}`", input.name), input.span);
+    /// Warns of what is there by name and changes nothing: it may have been forgotten elsewhere.
+    fn unused(&mut self) {
+        let scene = self.scene;
+        let inputs = scene.inputs.iter().enumerate().filter(|(index, _)| !self.used_inputs.contains(&InputId(*index)));
+        let signals = scene.signals.iter().enumerate().filter(|(index, _)| !self.used_signals.contains(index));
+        // What a part does not use here may be for its own outputs and its own experiment.
+        let is_own = |name: &Text| name.span.end <= scene.source.own_text().len();
+        let parameters = scene.parameters.iter().enumerate();
+        let parameters = parameters.filter(|(index, own)| !self.used_parameters.contains(index) && is_own(&own.name));
+        let is_named = |index| {
+            let place = Owner::Place(Place::Ground(index));
+            self.used_ground.contains(&index) || self.called.keys().any(|variable| variable.owner == place)
+        };
+        let points = scene.ground.iter().enumerate().filter(|(index, own)| own.within == 0 && !is_named(*index));
+        const LAW: &str = "use its name in a load, a driver or an output, or remove it";
+        const VALUE: &str = "use its name where its value is meant, or remove it";
+        const POINT: &str = "connect a joint, a driver or a load to it, or remove it";
+        let unused: Vec<(String, Span, &str)> = inputs
+            .map(|(_, own)| (format!("input `{}`", own.name.text), own.name.span, LAW))
+            .chain(signals.map(|(_, own)| (format!("signal `{}`", own.name.text), own.name.span, LAW)))
+            .chain(parameters.map(|(_, own)| (format!("parameter `{}`", own.name.text), own.name.span, VALUE)))
+            .chain(points.map(|(_, own)| (format!("point `ground.{}`", own.name.text), own.name.span, POINT)))
+            .collect();
+        for (what, span, help) in unused {
+            let fault = Fault::warning("scene::unused", format!("nothing uses {what}"), span).label("not used");
+            self.faults.push(fault.help(help));
         }
-    }
-
-    /// Warns of signals that nothing uses.
-    fn unused_signals(&mut self) {
-        for (index, signal) in self.scene.signals.iter().enumerate() {
-            if !self.used_signals.contains(&index) {
-                self.unused(&format!("signal `{}`", signal.name.text), signal.name.span);
-            }
-        }
-    }
-
-    fn unused(&mut self, what: &str, span: Span) {
-        let help = "use its name in a load, a driver or an output, or remove it";
-        let fault = Fault::warning("scene::unused", format!("nothing uses {what}"), span).label("not used");
-        self.faults.push(fault.help(help));
     }
 
     fn one_dimensional(&self) -> bool {

@@ -7,6 +7,7 @@ use crate::diagnostic::fault::{Fault, Sink};
 use crate::diagnostic::span::Text;
 use crate::expr::Function;
 use crate::mechanism::{BodyId, DriverId, InputId, JointId, LoadId};
+use crate::scene::lookalike::names_of;
 use crate::scene::model::Scene;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -106,6 +107,11 @@ impl<'s> Names<'s> {
         self.named.get(name).map(|(named, _)| *named)
     }
 
+    /// A fault has been reported for what has this name: its uses are none.
+    pub fn spoil(&mut self, name: &'s str) {
+        self.broken.insert(name);
+    }
+
     /// Has a fault been reported for what has this name?
     pub fn is_broken(&self, name: &str) -> bool {
         !self.broken.is_empty()
@@ -162,7 +168,7 @@ fn check_word(name: &Text, what: &str, faults: &mut Sink) {
         faults.push(
             Fault::new("scene::bad_name", format!("`{}` cannot be the name of {}", name.text, one(what)), name.span)
                 .label("not a name")
-                .help("names are made of the letters a-z and A-Z, digits and `_`, and do not begin with a digit: `crank_2`"),
+                .help(format!("write `{}`: names are made of the letters a-z and A-Z, digits and `_`, and do not begin with a digit", names_of(&name.text))),
         );
     }
 }

@@ -47,7 +47,7 @@ struct Reading<'n> {
     complete: bool,
 }
 
-impl Resolver<'_> {
+impl<'s> Resolver<'s> {
     pub(super) fn parts(&mut self, section: Section) -> Vec<Part> {
         let scene = self.scene;
         let (parts, owner): (_, fn(usize) -> Owner) = match section {
@@ -58,9 +58,13 @@ impl Resolver<'_> {
         parts.iter().enumerate().filter_map(|(index, part)| self.part(part, section, owner(index))).collect()
     }
 
-    fn part(&mut self, part: &written::Part, section: Section, owner: Owner) -> Option<Part> {
+    fn part(&mut self, part: &'s written::Part, section: Section, owner: Owner) -> Option<Part> {
         let read = self.within(part.within, |resolver| resolver.read(part, section, owner));
         self.incomplete |= read.is_none();
+        if read.is_none() && section == Section::Drivers {
+            // What it has depends on what it drives.
+            self.names.spoil(&part.name.text);
+        }
         read
     }
 
@@ -352,7 +356,7 @@ impl Resolver<'_> {
         let name = carrier.map_or("ground", |body| self.scene.bodies[body.0].name.text.as_str());
         let message = format!("{} moves `{name}` against its own carrier", reading.user);
         let help =
-            "name the body in which the wheels have their bearings: `carrier = \"arm\"`; without one it is the ground";
+            "name the body in which the wheels have their bearings: `carrier = \"BODY\"`; without one it is the ground";
         let fault = Fault::new("scene::self_connection", message, names[end].span);
         self.faults.push(fault.label("is the carrier").help(help));
         false
@@ -390,7 +394,7 @@ impl Resolver<'_> {
         let joints = self.names.all(|named| matches!(named, super::names::Named::Joint(_)));
         let otherwise = match joints.is_empty() {
             true => {
-                "the scene has no joints; a driver between bodies takes `between = [\"ground\", \"crank\"]`".to_string()
+                "the scene has no joints; a driver between bodies takes `between = [\"ground\", \"BODY\"]`".to_string()
             }
             false => format!("the joints are {}", suggest::list(joints.iter().copied())),
         };

@@ -25,7 +25,10 @@ impl Resolver<'_> {
             (None, Some(Named::Body(body))) => Some(Place::Centre(body)),
             (None, _) => Some(self.frame().origin),
             (Some(Some(&index)), Some(Named::Body(body))) => Some(Place::Point(body, index)),
-            (Some(Some(&index)), _) => Some(Place::Ground(index)),
+            (Some(Some(&index)), _) => {
+                self.used_ground.insert(index);
+                Some(Place::Ground(index))
+            }
             (Some(None), _) => {
                 self.unknown_point(name, owner, point.unwrap_or_default(), user);
                 None
@@ -97,7 +100,7 @@ impl Resolver<'_> {
             }
         };
         let otherwise = match bodies.is_empty() {
-            true => "the scene has no bodies; give one as `[bodies.crank]`".to_string(),
+            true => format!("the scene has no bodies; give one as `[bodies.{body}]`"),
             false => format!("the bodies are {}; `ground` is always there", suggest::list(bodies.iter().copied())),
         };
         let help = suggest::hint(body, bodies.iter().copied().chain(["ground"]), otherwise);

@@ -72,7 +72,7 @@ impl Resolver<'_> {
         };
         let message = format!("{owner} must have exactly one of {}, but has {found}", suggest::list(kinds()));
         let span = given.get(1).and_then(|shape| fields.key_span(shape.place.name)).unwrap_or(node.span);
-        let help = "such as `shape = { rod = [\"inner\", \"outer\"], density = \"2.1 kg/m\" }`";
+        let help = "such as `shape = { rod = [\"POINT\", \"POINT\"], density = \"2.1 kg/m\" }`";
         self.faults.push(Fault::new("scene::shape", message, span).label("exactly one is wanted").help(help));
         None
     }
@@ -93,7 +93,7 @@ impl Resolver<'_> {
         };
         let Content::Array(items) = &node.kind else {
             let message = format!("{what} is {}, but must be a list of places", node.kind.name());
-            let help = "each place is a point's name or two coordinates: `[\"pin\", [0.2, 0.1]]`";
+            let help = "each place is a point's name or two coordinates: `[\"POINT\", [0.2, 0.1]]`";
             self.faults.push(Fault::new("scene::wrong_type", message, node.span).label("not a list").help(help));
             return None;
         };

@@ -126,7 +126,7 @@ impl Resolver<'_> {
             _ => {
                 let known = self.names.all(|named| !named.is_number());
                 let otherwise =
-                    "variables are named like `crank.angle`, `rod.small_end.x`, `wrist_pin.fx`, `energy.total`";
+                    "variables are named `BODY.angle`, `BODY.POINT.x`, `JOINT.fx`, `energy.total` and the like";
                 suggest::hint(first, known.into_iter().chain(["energy", "constraint", "ground"]), otherwise.to_string())
             }
         };

@@ -11,13 +11,18 @@ struct Open {
     at: usize,
 }
 
-/// The bracket behind which a new table or key begins before it is closed; none in a text that has none of the `keys`.
-pub(super) fn unclosed(text: &str, keys: &[&str]) -> Option<Fault> {
-    let lines = || text.lines().map(str::trim_start);
+/// Does a line of the text begin with one of the keys, as a scene's would?
+pub(super) fn mentions(text: &str, keys: &[&str]) -> bool {
     let begins = |line: &str, key: &str| {
         line.strip_prefix(key).is_some_and(|rest| rest.trim_start().starts_with(['=', '.', ']']))
     };
-    if !lines().any(|line| keys.iter().any(|key| begins(line.trim_start_matches('['), key))) {
+    let mut lines = text.lines().map(|line| line.trim_start().trim_start_matches('['));
+    lines.any(|line| keys.iter().any(|key| begins(line, key)))
+}
+
+/// The bracket behind which a new table or key begins before it is closed; none in a text that has none of the `keys`.
+pub(super) fn unclosed(text: &str, keys: &[&str]) -> Option<Fault> {
+    if !mentions(text, keys) {
         return None;
     }
     let mut open: Vec<Open> = Vec::new();

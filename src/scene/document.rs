@@ -3,6 +3,7 @@
 use toml::de::{DeTable, DeValue};
 
 use super::json;
+use super::slips::{self, Mended};
 use crate::diagnostic::fault::{Fault, Sink};
 use crate::diagnostic::span::{Span, Text};
 
@@ -61,7 +62,8 @@ impl Content {
 /// Reads TOML. What is wrong goes to `faults`; there is no tree if its shape cannot be trusted. A text that is wrong and has none of the
 /// `keys` at its top, or that is wrong in most lines, is something else: that is said once.
 pub(crate) fn from_toml(text: &str, keys: &[&str], faults: &mut Sink) -> Option<Node> {
-    let (table, errors) = DeTable::parse_recoverable(text);
+    let (table, mut errors) = DeTable::parse_recoverable(text);
+    errors.sort_by_key(|error| span_of(error, text).start);
     if !errors.is_empty()
         && let Some(fault) = super::brackets::unclosed(text, keys)
     {
@@ -70,30 +72,36 @@ pub(crate) fn from_toml(text: &str, keys: &[&str], faults: &mut Sink) -> Option<
     }
     let strange = |error: &&toml::de::Error| !error.message().starts_with("duplicate key");
     if let Some(first) = errors.iter().find(strange)
-        && (!keys.iter().any(|key| table.get_ref().contains_key(*key)) || mostly_wrong(text, &errors))
+        && (!super::brackets::mentions(text, keys) || mostly_wrong(text, &errors, keys))
     {
         faults.push(something_else(first, text));
         return None;
     }
     let mut usable = true;
-    let mut last_line = None;
-    let mut repeated_table = 0;
+    let mut last: Option<Line<'_>> = None;
+    let mut repeated: Option<Line<'_>> = None;
     for error in errors {
-        let span = error.span().map_or(Span::new(0, text.len().min(1)), |range| Span::new(range.start, range.end));
-        let line = text.get(..span.start).map_or(0, |before| before.rfind('\n').map_or(0, |at| at + 1));
+        let span = span_of(&error, text);
+        let line = Line::at(text, span.start);
         if !error.message().starts_with("duplicate key") {
             usable = false;
-            // What follows on the same line comes from the first error.
-            if last_line != Some(line) {
-                faults.push(toml_syntax(text, error.message().trim_end_matches(", expected nothing"), span));
+            // What follows on the same line comes from the first error, and what follows a key without its value is that value.
+            if last.is_none_or(|last| last.start != line.start && !last.continues(line)) {
+                toml_syntax(line, without_nothing(&error), span, keys, faults);
             }
-            last_line = Some(line);
-        } else if span.start >= repeated_table {
+            last = Some(line);
+        } else {
             let name = text.get(span.start..span.end).unwrap_or_default();
-            faults.push(duplicate_key(name, span));
-            // The keys of a table that is there twice are there twice as well.
-            if text[line..].trim_start().starts_with('[') {
-                repeated_table = text[span.end..].find("\n[").map_or(text.len(), |length| span.end + length);
+            let table = Line { start: text[..line.start].rfind("\n[").map_or(0, |at| at + 1), ..line };
+            match repeated {
+                // The keys of a table that is there twice are there twice as well.
+                Some(table) if span.start < table.start + table.text.len() => {}
+                _ if line.text.trim_start().starts_with('[') => {
+                    let end = text[span.end..].find("\n[").map_or(text.len(), |length| span.end + length);
+                    repeated = Some(Line { start: line.start, text: &text[line.start..end] });
+                    faults.push(duplicate_key(name, span));
+                }
+                _ => repeated_key(name, span, table, faults),
             }
         }
     }
@@ -106,41 +114,77 @@ pub(crate) fn from_json(text: &str, faults: &mut Sink) -> Option<Node> {
     json::read(text, faults)
 }
 
-/// Does more than half of the lines have an error, and are there a few of them?
-fn mostly_wrong(text: &str, errors: &[toml::de::Error]) -> bool {
-    let starts = errors.iter().filter_map(|error| Some(error.span()?.start));
-    let mut lines: Vec<usize> =
-        starts.map(|at| text.get(..at).map_or(0, |before| before.rfind('\n').unwrap_or(0))).collect();
-    lines.dedup();
+/// A line of a text, without its end.
+#[derive(Clone, Copy)]
+struct Line<'t> {
+    start: usize,
+    text: &'t str,
+}
+
+impl<'t> Line<'t> {
+    /// The line with this place.
+    fn at(text: &'t str, place: usize) -> Line<'t> {
+        let start = text.get(..place).and_then(|before| before.rfind('\n')).map_or(0, |at| at + 1);
+        Line { start, text: text.get(start..).unwrap_or_default().lines().next().unwrap_or_default() }
+    }
+
+    /// Does it end with a `=` whose value stands on the next line?
+    fn continues(self, next: Line<'_>) -> bool {
+        self.text.trim_end().ends_with('=') && next.start == self.start + self.text.len() + 1
+    }
+}
+
+fn span_of(error: &toml::de::Error, text: &str) -> Span {
+    error.span().map_or(Span::new(0, text.len().min(1)), |range| Span::new(range.start, range.end))
+}
+
+fn without_nothing(error: &toml::de::Error) -> &str {
+    error.message().trim_end_matches(", expected nothing")
+}
+
+/// Does more than half of the lines have an error that is no usual slip, and are there a few of them?
+fn mostly_wrong(text: &str, errors: &[toml::de::Error], keys: &[&str]) -> bool {
+    let mut lines: Vec<Line<'_>> = errors.iter().map(|error| Line::at(text, span_of(error, text).start)).collect();
+    lines.dedup_by_key(|line| line.start);
     let written = text.lines().filter(|line| !line.trim().is_empty() && !line.trim_start().starts_with('#')).count();
-    lines.len() > 4 && 2 * lines.len() > written
+    let strange = || lines.iter().filter(|line| slips::mended(line.text, keys).is_none()).count();
+    lines.len() > 4 && 2 * lines.len() > written && 2 * strange() > lines.len()
 }
 
 /// The fault of a file that is not meant to be TOML.
 fn something_else(first: &toml::de::Error, text: &str) -> Fault {
-    let span = first.span().map_or(Span::new(0, text.len().min(1)), |range| Span::new(range.start, range.end));
-    let label = first.message().trim_end_matches(", expected nothing").to_owned();
-    Fault::new("scene::not_a_scene", "this is not a scene: it is neither TOML nor JSON", span)
-        .label(label)
+    Fault::new("scene::not_a_scene", "this is not a scene: it is neither TOML nor JSON", span_of(first, text))
+        .label(without_nothing(first))
         .help("`cotree new NAME` writes a scene to start from")
 }
 
-/// A fault of TOML's syntax; what is usually meant there.
-fn toml_syntax(text: &str, message: &str, span: Span) -> Fault {
-    let fault = syntax(message, span);
-    let start = text.get(..span.start).and_then(|before| before.rfind('\n')).map_or(0, |at| at + 1);
-    let line = text.get(start..).unwrap_or_default().lines().next().unwrap_or_default();
-    let line = line.split('#').next().unwrap_or_default();
-    let Some((_, value)) = line.split_once('=') else { return fault };
-    let value = value.trim();
-    let is_plain = !value.is_empty() && !value.contains(['"', '\'', '[', '{', '=']);
-    let decimal = value.replacen(',', ".", 1);
-    match is_plain {
-        true if value.contains(',') && decimal.parse::<f64>().is_ok() => {
-            fault.help(format!("the decimal sign is a point: `{decimal}`"))
+/// A fault of TOML's syntax, with what is usually meant there; the same slip in other lines is the same fault.
+fn toml_syntax(line: Line<'_>, message: &str, span: Span, keys: &[&str], faults: &mut Sink) {
+    if let Some(Mended { what, place: (from, to), line: better }) = slips::mended(line.text, keys) {
+        let span = Span::new(line.start + from, line.start + to);
+        if !faults.again(&what, span) {
+            let better = better.replace('\n', "` and, in a line of its own, `");
+            faults.push_about(&what, syntax(&what, span).help(format!("write `{better}`")));
         }
-        true => fault.help(format!("texts, numbers with a unit and expressions stand in quotes: `\"{value}\"`")),
-        false => fault,
+        return;
+    }
+    let help = match line.text.split('#').next().unwrap_or_default().trim() {
+        _ if message.starts_with("carriage return") => "save the file with line ends as Linux or Windows have them".to_owned(),
+        code if code.ends_with('=') => format!("write the value of `{}` in the same line", code.trim_end_matches('=').trim()),
+        code if !code.contains('=') => {
+            "a line is a key with its value (`mass = 1.5`), the header of a table (`[bodies.NAME]`), or a comment (`# ...`)".to_owned()
+        }
+        _ => String::new(),
+    };
+    faults.push(syntax(message, span).help(help));
+}
+
+/// A key that a table has twice: where several are, the header of another table may be missing.
+fn repeated_key(name: &str, span: Span, table: Line<'_>, faults: &mut Sink) {
+    let subject = format!("table at {}", table.start);
+    if !faults.again(&subject, span) {
+        let help = "remove one; or, if another table begins here, write its header above, such as `[bodies.NAME]`";
+        faults.push_about(&subject, duplicate_key(name, span).help(help));
     }
 }
 

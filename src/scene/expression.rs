@@ -9,6 +9,7 @@
 //! name    = identifier ('.' identifier)*
 //! ```
 
+use super::lookalike;
 use super::quantity::{number_length, unit_in_expression};
 use super::unit;
 use crate::diagnostic::fault::Fault;
@@ -201,7 +202,13 @@ fn token(rest: &str) -> Option<(Token<'_>, usize)> {
 
 fn unexpected(text: &Text, at: usize) -> Fault {
     let character = text.text[at..].chars().next().unwrap_or(' ');
+    if let Some(plain) = lookalike::plain(character) {
+        let span = text.part(at, at + character.len_utf8());
+        let help = plain.map_or("remove it".to_owned(), |plain| format!("write `{plain}`"));
+        return Fault::new("scene::bad_expression", lookalike::described(character), span).label("here").help(help);
+    }
     let help = match character {
+        'π' => "write `pi`",
         '=' | '!' | '&' | '|' => "the comparisons are `<`, `<=`, `>`, `>=`, and only inside `if(a < b, x, y)`",
         _ => "expressions are made of numbers, names, `+ - * / ^`, parentheses and functions",
     };

@@ -12,9 +12,11 @@ pub(crate) mod document;
 pub(crate) mod expression;
 mod json;
 pub mod key;
+pub(crate) mod lookalike;
 pub(crate) mod model;
 pub(crate) mod part;
 pub mod quantity;
+mod slips;
 pub(crate) mod tables;
 pub(crate) mod unit;
 
@@ -33,4 +35,13 @@ pub struct Resolved {
     pub mechanism: crate::mechanism::Mechanism,
     /// What is worth a look all the same.
     pub warnings: Vec<Fault>,
+}
+
+impl Resolved {
+    /// Why a later step refuses the scene, beside the warnings so far: they may name the cause.
+    pub fn refused(&self, scene: &Scene, errors: Vec<Fault>) -> Faults {
+        let mut all = [self.warnings.clone(), errors].concat();
+        all.sort_by_key(|fault| fault.span.start);
+        Faults::new(scene.source.clone(), all)
+    }
 }

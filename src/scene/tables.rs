@@ -76,7 +76,7 @@ pub(crate) const SIGNAL: &[Key] = &[
         "value",
         Form::Law(ANYTHING),
         "an expression of parameters, inputs, the time, variables and other signals, in SI units",
-        "give its expression: `value = \"k*(guide.s - reach)\"`",
+        "give its expression: `value = \"3[N]*sin(t)\"`",
     ),
     Key::default(
         "unit",
@@ -126,7 +126,7 @@ pub(crate) const OUTPUT: &[Key] = &[
         "value",
         Form::Constant(ANYTHING, Range::Any),
         "an expression of variables, in SI units",
-        "give its expression: `value = \"rod.x - crank.x\"`",
+        "give its expression: `value = \"2*BODY.x\"`",
     ),
     Key::default("unit", Form::Text, "the unit that it is shown in", "the one that follows from its variables"),
     DESCRIPTION,

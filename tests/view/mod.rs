@@ -334,6 +334,21 @@ fn a_watched_scene_is_served_to_this_machine_only_and_news_come_by_themselves() 
     assert!(watched.get("/", &watched.host).contains("mended"));
 }
 
+#[test]
+fn warnings_of_a_watched_scene_come_with_its_page() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("scene.toml");
+    let good = fs::read_to_string(model("pendulum")).unwrap();
+    fs::write(&scene, format!("{good}\n[inputs]\npush = \"0 N\"\n")).unwrap();
+    let watched = Watched::start(&scene);
+    let mut events = watched.events();
+    let first = events.next();
+    assert_eq!(first["fault"], serde_json::Value::Null);
+    assert!(first["warnings"].as_str().unwrap().contains("nothing uses input `push`"), "{first}");
+    fs::write(&scene, &good).unwrap();
+    assert_eq!(events.next()["warnings"], serde_json::Value::Null);
+}
+
 /// Whatever is in the file, and whatever becomes of it, the server goes on and says what is wrong.
 #[test]
 fn a_watched_file_may_hold_anything_and_go_away() {

@@ -7,7 +7,7 @@ use cotree::columns::counted;
 use cotree::compile::compile_with_equations;
 use cotree::formulate::assemblies::{Assemblies, Value, assemblies};
 use cotree::mechanism::{Mechanism, Unit};
-use cotree::scene::{Faults, Scene};
+use cotree::scene::Scene;
 use cotree_draw::pose::draw;
 
 use super::failure::Failure;
@@ -33,8 +33,7 @@ impl FindAssemblies {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         let scene = output::load(&self.scene)?;
         let resolved = scene.resolve()?;
-        let found =
-            assemblies(&resolved.mechanism, self.starts).map_err(|list| Faults::new(scene.source.clone(), list))?;
+        let found = assemblies(&resolved.mechanism, self.starts).map_err(|errors| resolved.refused(&scene, errors))?;
         output::print(&text(&found, &resolved.mechanism, self.starts))?;
         let Some(folder) = self.drawings.as_ref().filter(|_| !found.is_continuous()) else { return Ok(()) };
         std::fs::create_dir_all(folder).map_err(|error| Failure::file("make", folder, error))?;

@@ -26,7 +26,7 @@ use super::{MessageFormat, output};
 pub struct Export {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
-    /// Where the FMU goes [default: the name of the scene, .fmu, in the current folder]
+    /// Where the FMU goes [default: the name of the scene file, .fmu, in the current folder; for `scene.toml` the name in it]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Every variable that the mechanism has, not only those that the scene asks for
@@ -56,13 +56,15 @@ impl Export {
         compiled.warn(left_out);
         let accuracy = accuracy::of(&compiled);
         accuracy::warn_of_growth(&mut compiled, &accuracy);
+        accuracy::warn_of_end(&mut compiled, accuracy.as_ref().err());
         output::warn(compiled.warnings.as_ref(), format);
         if let Some(inaccuracy) = accuracy.as_ref().ok().and_then(|accuracy| accuracy.inaccuracy.as_ref()) {
             output::warn_inaccurate(&compiled, "", inaccuracy, format);
         }
         let origin = self.origin(accuracy::affordable(&compiled, &accuracy))?;
         let live = moving::documentation(&scene, &compiled, origin);
-        let path = self.output.unwrap_or_else(|| format!("{}.fmu", compiled.description.identifier).into());
+        let named = || output::after(&self.scene, &compiled.description.identifier, "fmu", format);
+        let path = self.output.clone().unwrap_or_else(named);
         output::apart(&[Some(&self.scene)], &[Some(&path)])?;
         let page = Page { drawing: &overview.drawing, facts: &overview.facts, accuracy: &accuracy, live: &live };
         let extras = page.files(&compiled.description, self.fmi)?;

@@ -1,7 +1,7 @@
 //! Where results go: standard output, or a file that is whole or not there.
 
 use std::io::{self, BufWriter, IsTerminal, StdoutLock, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use cotree::compile::{self, Compiled};
 use cotree::diagnostic::visible::visible;
@@ -173,6 +173,17 @@ pub fn is_table(path: Option<&Path>, instead: &str) -> Result<(), Failure> {
 /// Does a name end with this, in any case?
 pub fn has_extension(path: &Path, extension: &str) -> bool {
     path.extension().is_some_and(|own| own.eq_ignore_ascii_case(extension))
+}
+
+/// The file that a command writes if none is named: called after the scene's file, since several may have one name in them; after that name where
+/// the file is `scene.toml`. Says so if it was there already.
+pub fn after(scene: &Path, name: &str, extension: &str, format: MessageFormat) -> PathBuf {
+    let stem = scene.file_stem().filter(|stem| *stem != "scene").map_or(name.into(), |stem| stem.to_string_lossy());
+    let path = PathBuf::from(format!("{stem}.{extension}"));
+    if path.exists() && format == MessageFormat::Human {
+        failure::say(&format!("{} was there already: it is written anew\n", path.display()));
+    }
+    path
 }
 
 /// Says on standard error what has been written.

@@ -30,7 +30,7 @@ const MOST_PICTURES: u32 = 100_000;
 pub struct View {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
-    /// Where the page goes [default: the name of the scene, .html (.svg with --svg), in the current folder]
+    /// Where the page goes [default: the name of the scene file, .html (.svg with --svg), in the current folder; for `scene.toml` the name in it]
     #[arg(short, long, value_name = "FILE", conflicts_with = "frames")]
     output: Option<PathBuf>,
     /// An animated SVG instead of the page, for a README: it plays the experiment again and again (as with `-o film.svg`)
@@ -68,7 +68,7 @@ impl View {
         let (compiled, page) = moving::page(scene, module)?;
         output::warn(compiled.warnings.as_ref(), format);
         let page = page.map_err(Failure::Numerical)?;
-        self.write(&compiled, "html", &page.html())
+        self.write(&compiled, "html", &page.html(), format)
     }
 
     fn film(&self, scene: &Scene, format: MessageFormat) -> Result<(), Failure> {
@@ -87,7 +87,7 @@ impl View {
                 self.write_frames(folder, film.len(), |sample| film.frame(sample))?;
                 output::print(&format!("{}\n", folder.display()))?;
             }
-            None => self.write(&compiled, "svg", &film.svg())?,
+            None => self.write(&compiled, "svg", &film.svg(), format)?,
         }
         let pictures = film.len();
         cut.map_or(Ok(()), |error| {
@@ -96,8 +96,8 @@ impl View {
     }
 
     /// Writes the page or the film, and prints where it is.
-    fn write(&self, compiled: &Compiled, kind: &str, text: &str) -> Result<(), Failure> {
-        let named = || format!("{}.{kind}", compiled.description.identifier).into();
+    fn write(&self, compiled: &Compiled, kind: &str, text: &str, format: MessageFormat) -> Result<(), Failure> {
+        let named = || output::after(&self.scene, &compiled.description.identifier, kind, format);
         let path = self.output.clone().unwrap_or_else(named);
         output::apart(&[Some(&self.scene)], &[Some(&path)])?;
         output::write(&path, text)?;

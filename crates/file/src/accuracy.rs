@@ -83,10 +83,26 @@ pub fn warn_of_growth(compiled: &mut Compiled, accuracy: &Result<Accuracy, Strin
     compiled.warn(vec![Fault::warning("scene::growing_motion", message, Span::default()).help(help)]);
 }
 
+/// Warns of an experiment that cannot be run to its end, and says why.
+pub fn warn_of_end(compiled: &mut Compiled, why: Option<&String>) {
+    let Some(why) = why else { return };
+    let message = format!("the motion ends before the experiment does: {why}");
+    let help = "what is made of it shows the motion up to there";
+    compiled.warn(vec![Fault::warning("scene::ends_early", message, Span::default()).help(help)]);
+}
+
+/// Why a run of the experiment cannot go on, as far as looking costs no more than measuring its accuracy.
+pub fn end(compiled: &Compiled) -> Option<String> {
+    let experiment = compiled.description.experiment;
+    let model = Arc::new(Model::new(compiled.program.clone()).ok()?);
+    let mut reached = experiment.start;
+    within_budget(&model, experiment, experiment.tolerance, &mut reached).err()
+}
+
 /// Simulates the model at each tolerance and compares the variables with those of a run at [`REFERENCE`].
 fn measure(model: &Arc<Model>, variables: &[usize], experiment: Experiment) -> Result<Accuracy, String> {
     let Experiment { start, mut stop, .. } = experiment;
-    let growing = within_budget(model, experiment, &mut stop)?;
+    let growing = within_budget(model, experiment, REFERENCE, &mut stop)?;
     let subject = Subject { model, variables, experiment: Experiment { stop, ..experiment } };
     let at = |point: u32| start + (stop - start) * f64::from(point) / f64::from(POINTS);
     let times: Vec<f64> = (1..=POINTS).map(at).collect();
@@ -112,16 +128,21 @@ fn measure(model: &Arc<Model>, variables: &[usize], experiment: Experiment) -> R
     })
 }
 
-/// When a run at the reference tolerance has used up its budget, and whether its work grows faster and faster by then. Each part of the
+/// When a run at a tolerance has used up its budget, and whether its work grows faster and faster by then. Each part of the
 /// experiment is at most as long as all before it, a small share of the whole, and no longer than a quarter of what is left should take.
 /// `reached` is that time, or the last one before the motion cannot be continued.
-fn within_budget(model: &Arc<Model>, experiment: Experiment, reached: &mut f64) -> Result<bool, String> {
+fn within_budget(
+    model: &Arc<Model>,
+    experiment: Experiment,
+    tolerance: f64,
+    reached: &mut f64,
+) -> Result<bool, String> {
     *reached = experiment.start;
     let tape = model.program().tapes.acceleration.instructions().len().max(1) as u64;
     let cost = Jet::new(model).map_or(tape, |jet| jet.cost() as u64);
     let whole = experiment.stop - experiment.start;
     let shortest = whole * 0.5f64.powi(HALVINGS);
-    let mut instance = Subject { model, variables: &[], experiment }.start(None, REFERENCE)?;
+    let mut instance = Subject { model, variables: &[], experiment }.start(None, tolerance)?;
     let (mut length, mut used) = (shortest, 0);
     while *reached < experiment.stop {
         // Next to a start that is not zero the shortest parts are nothing.
@@ -145,7 +166,7 @@ fn within_budget(model: &Arc<Model>, experiment: Experiment, reached: &mut f64) 
 fn reach(model: &Arc<Model>, experiment: Experiment) -> f64 {
     let mut reached = experiment.start;
     // A run that ends early has got as far as it says.
-    let _ = within_budget(model, experiment, &mut reached);
+    let _ = within_budget(model, experiment, REFERENCE, &mut reached);
     reached
 }
 

@@ -1,17 +1,19 @@
 //! From a scene to the page that shows it in motion.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use cotree::compile::{Compiled, compile_with_equations, with_everything};
 use cotree::export::description::{Description, ScalarVariable, Start};
 use cotree::formulate::Formulated;
-use cotree::mechanism::{Dimension, Experiment, Place, Units};
+use cotree::mechanism::{Dimension, Experiment, Place, Unit, Units};
 use cotree::scene::{Faults, Scene, Text};
 use cotree_draw::drawing::Geometry;
 use cotree_draw::pose::{draw, frames, positions};
 use cotree_fmu::instance::{Inaccuracy, Instance, InstanceError};
 use cotree_fmu::model::Model as Runnable;
 
+use crate::accuracy;
 use crate::overview::{Overview, overview};
 use crate::page::{Display, GroundPoint, Live, Model, MotionSource, Page, Variable, point_names, prose};
 
@@ -46,10 +48,16 @@ struct Picture {
 /// # Errors
 /// Everything that is wrong with the scene; the page is an error if its motion cannot be computed at all.
 pub fn page(scene: &Scene, module: Option<Vec<u8>>) -> Result<(Compiled, Result<Page, String>), Faults> {
-    let (compiled, mut formulated) = compile_with_equations(scene)?;
+    let (mut compiled, mut formulated) = compile_with_equations(scene)?;
     let Overview { drawing, facts } = overview(&mut formulated);
     let origin = module.map_or(Origin::Stored(compiled.description.experiment.stop), Origin::Solver);
+    let ends = match origin {
+        Origin::Solver(_) => accuracy::end(&compiled),
+        Origin::Stored(_) => None,
+    };
     let live = moving(scene, &compiled, origin, "view")?;
+    let ends = ends.as_ref().or_else(|| live.as_ref().ok()?.model.cut.as_ref());
+    accuracy::warn_of_end(&mut compiled, ends);
     let page = live.map(|live| Page {
         title: compiled.description.model_name.clone(),
         description: prose(&compiled.description.description),
@@ -132,6 +140,7 @@ fn assemble(
         ground: picture.ground,
         line: picture.line,
         variables: description.variables.iter().map(|own| variable(own, &picture.units)).collect(),
+        units: displayed(&description.variables, &picture.units),
         outputs: outputs.iter().filter(|name| has(name)).cloned().collect(),
         recorded: named(&recorded, description),
         stored: Vec::new(),
@@ -170,6 +179,15 @@ fn is_seen(name: &str) -> bool {
         [_, last] => SEEN.contains(&last),
         _ => false,
     }
+}
+
+/// The units that the scene wants instead of SI units: those of its variables, and of what the page says beside them.
+fn displayed(variables: &[ScalarVariable], units: &Units) -> BTreeMap<String, Display> {
+    let newton = Unit { exponents: [1, 1, -2, 0], si: "N".to_owned(), display: None };
+    let others = [Unit::time(), Unit::length(), Unit::angle(), newton];
+    let all = variables.iter().map(|variable| &variable.unit).chain(&others);
+    let wanted = all.map(|unit| (unit.si.clone(), units.of(unit)));
+    wanted.filter(|(si, unit)| *si != unit.name).map(|(si, unit)| (si, Display::from(unit))).collect()
 }
 
 fn variable(variable: &ScalarVariable, units: &Units) -> Variable {

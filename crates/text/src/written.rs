@@ -47,9 +47,9 @@ impl Notation {
 /// # Errors
 /// Everything that is wrong with the scene.
 pub fn equations(scene: &Scene, notation: Notation) -> Result<String, Faults> {
-    let mechanism = scene.resolve()?.mechanism;
-    let text = formulate(&mechanism).and_then(|mut formulated| written(&mut formulated, notation));
-    text.map_err(|list| Faults::new(scene.source.clone(), list))
+    let resolved = scene.resolve()?;
+    let text = formulate(&resolved.mechanism).and_then(|mut formulated| written(&mut formulated, notation));
+    text.map_err(|errors| resolved.refused(scene, errors))
 }
 
 /// How a scene derives its equations, as a lesson.
@@ -57,9 +57,9 @@ pub fn equations(scene: &Scene, notation: Notation) -> Result<String, Faults> {
 /// # Errors
 /// Everything that is wrong with the scene.
 pub fn steps(scene: &Scene, prose: Prose) -> Result<String, Faults> {
-    let mechanism = scene.resolve()?.mechanism;
-    let text = formulate(&mechanism).and_then(|mut formulated| derived(&mut formulated, prose));
-    text.map_err(|list| Faults::new(scene.source.clone(), list))
+    let resolved = scene.resolve()?;
+    let text = formulate(&resolved.mechanism).and_then(|mut formulated| derived(&mut formulated, prose));
+    text.map_err(|errors| resolved.refused(scene, errors))
 }
 
 /// Equations that have been formulated, in a notation.

@@ -1,7 +1,7 @@
 //! Parameters, inputs, points of the ground, and files that are parts.
 
 use super::Decoder;
-use super::fields::Fields;
+use super::fields::{Fields, as_vector, wrong_type};
 use crate::diagnostic::span::Text;
 use crate::scene::document::{Content, Node};
 use crate::scene::key::names;
@@ -94,6 +94,17 @@ impl Decoder {
         fields.map(|fields| self.ground_points(&fields)).unwrap_or_default()
     }
 
+    /// What is no place among the points of the ground: several of them are the keys of a body whose header is missing.
+    fn no_point(&mut self, node: &Node, what: &str) {
+        const SUBJECT: &str = "the points of the ground";
+        if !self.faults.again(SUBJECT, node.span) {
+            let fault = wrong_type(node, what, "a list of two numbers");
+            let help =
+                format!("{}; or, if a body begins here, write its header above: `[bodies.NAME]`", as_vector(node));
+            self.faults.push_about(SUBJECT, fault.help(help));
+        }
+    }
+
     fn ground_points(&mut self, fields: &Fields<'_>) -> Vec<Point> {
         let Some(node) = fields.get("points") else {
             return Vec::new();
@@ -104,6 +115,10 @@ impl Decoder {
         let mut points = Vec::new();
         for (name, node) in entries {
             let what = format!("point `ground.{}`", name.text);
+            if !matches!(node.kind, Content::Array(_)) {
+                self.no_point(node, &what);
+                continue;
+            }
             match self.faults.vector(node, &what) {
                 Some(at) => points.push(Point { name: name.clone(), at, within: 0 }),
                 None => self.broken.push(format!("ground.{}", name.text)),

@@ -16,6 +16,8 @@ pub(crate) struct Fields<'n> {
     entries: &'n [(Text, Node)],
     /// Entries whose keys are not known, with the keys that may be meant: they are read as these, so that a slip is one fault.
     meant: Vec<(String, &'n (Text, Node))>,
+    /// The others whose keys are not known.
+    strange: Vec<&'n (Text, Node)>,
 }
 
 impl<'n> Fields<'n> {
@@ -26,14 +28,23 @@ impl<'n> Fields<'n> {
             let key = &entry.0;
             // Editors find the schema of a JSON file by this key.
             if !keys.contains(&key.text.as_str()) && key.text != "$schema" {
-                let otherwise = format!("the keys of {owner} are {}", suggest::list(keys.iter().copied()));
+                let near = meant(&key.text, keys);
+                let help = match near {
+                    Some(near) => format!("did you mean `{near}`?"),
+                    None => format!(
+                        "the keys of {owner} are {}",
+                        suggest::joined(keys.iter().map(|key| format!("`{key}`")), keys.len())
+                    ),
+                };
                 faults.push(
                     Fault::new("scene::unknown_key", format!("{owner} has no key `{}`", key.text), key.span)
                         .label("unknown key")
-                        .help(suggest::hint(&key.text, keys.iter().copied(), otherwise)),
+                        .help(help),
                 );
-                let near = suggest::nearest(&key.text, keys.iter().copied());
-                fields.meant.extend(near.map(|near| (near.to_string(), entry)));
+                match near {
+                    Some(near) => fields.meant.push((near.to_string(), entry)),
+                    None => fields.strange.push(entry),
+                }
             }
         }
         Some(fields)
@@ -45,7 +56,17 @@ impl<'n> Fields<'n> {
             faults.push(wrong_type(node, owner, "a table"));
             return None;
         };
-        Some(Fields { owner: owner.to_string(), span, entries, meant: Vec::new() })
+        Some(Fields { owner: owner.to_string(), span, entries, meant: Vec::new(), strange: Vec::new() })
+    }
+
+    /// The names of tables in tables whose keys are not known: what they are, nobody knows, but they are there.
+    pub fn strange_names(&self) -> impl Iterator<Item = &'n str> {
+        let tables = self.strange.iter().filter_map(|(_, node)| match &node.kind {
+            Content::Table(entries) => Some(entries),
+            _ => None,
+        });
+        let is_table = |(_, node): &&(Text, Node)| matches!(node.kind, Content::Table(_));
+        tables.flatten().filter(is_table).map(|(name, _)| name.text.as_str())
     }
 
     pub fn get(&self, key: &str) -> Option<&'n Node> {
@@ -81,9 +102,72 @@ impl<'n> Fields<'n> {
     }
 }
 
-fn wrong_type(node: &Node, what: &str, wanted: &str) -> Fault {
-    Fault::new("scene::wrong_type", format!("{what} is {}, but must be {wanted}", node.kind.name()), node.span)
-        .label(format!("not {wanted}"))
+/// What keys are called by people who know other programs.
+const CALLED: [(&str, &[&str]); 8] = [
+    ("parameters", &["param", "params", "constants", "variables"]),
+    ("ground", &["frame", "fixed", "base"]),
+    ("bodies", &["body", "link", "links", "member", "members", "segments"]),
+    ("joints", &["constraint", "constraints", "connection", "connections", "hinges"]),
+    ("drivers", &["motor", "motors", "drives", "actuator", "actuators"]),
+    ("loads", &["force", "forces", "torques", "spring", "springs", "damper", "dampers"]),
+    ("initial", &["init", "initial_conditions", "initial_values", "start"]),
+    ("experiment", &["simulation", "sim", "time"]),
+];
+
+/// The one of the keys that is meant by a word that is none of them.
+fn meant<'k>(word: &str, keys: &[&'k str]) -> Option<&'k str> {
+    let called = CALLED.iter().find(|(_, words)| words.contains(&word.to_lowercase().as_str()));
+    let known = called.and_then(|(key, _)| keys.iter().find(|own| *own == key));
+    known.copied().or_else(|| suggest::nearest(word, keys.iter().copied()))
+}
+
+pub(super) fn wrong_type(node: &Node, what: &str, wanted: &str) -> Fault {
+    let fault =
+        Fault::new("scene::wrong_type", format!("{what} is {}, but must be {wanted}", node.kind.name()), node.span)
+            .label(format!("not {wanted}"));
+    match &node.kind {
+        // `[[bodies.NAME]]`
+        Content::Array(items)
+            if !items.is_empty() && items.iter().all(|item| matches!(item.kind, Content::Table(_))) =>
+        {
+            fault.help("the header of a table stands in single brackets: `[...]`")
+        }
+        _ => fault,
+    }
+}
+
+/// A value as it is written in a list, if it is a number or a text.
+fn written(node: &Node) -> Option<String> {
+    match &node.kind {
+        Content::Number(number) => Some(number.to_string()),
+        Content::Text(text) => Some(format!("\"{text}\"")),
+        Content::Table(_) | Content::Array(_) | Content::Boolean(_) | Content::Date | Content::Null => None,
+    }
+}
+
+/// Two components, as near as possible to what is there.
+pub(super) fn as_vector(node: &Node) -> String {
+    let value = |key: &str| match &node.kind {
+        Content::Table(entries) => entries.iter().find(|(own, _)| own.text == key).and_then(|(_, node)| written(node)),
+        _ => None,
+    };
+    match (written(node), value("x"), value("y")) {
+        (Some(value), ..) => format!("give x and y: `[{value}, 0]`, or `[0, {value}]`"),
+        (None, Some(x), Some(y)) => format!("give x and y as a list: `[{x}, {y}]`"),
+        _ => "give x and y, such as `[0.5, 0.0]`".to_owned(),
+    }
+}
+
+/// A list of names, as near as possible to what is there.
+fn as_list(node: &Node) -> String {
+    match &node.kind {
+        Content::Text(text) => {
+            let names = text.split([',', ';', ' ']).filter(|name| !name.is_empty());
+            let names: Vec<String> = names.map(|name| format!("\"{name}\"")).collect();
+            format!("write `[{}]`", names.join(", "))
+        }
+        _ => "give names in quotes, between `[` and `]`".to_owned(),
+    }
 }
 
 impl Sink {
@@ -114,7 +198,7 @@ impl Sink {
             Content::Text(text) => Value::Text(text.clone()),
             _ => {
                 let fault = wrong_type(node, what, "a number or a text")
-                    .help("such as `0.12`, `\"120 mm\"` or `\"0.5*crank_length\"`");
+                    .help("such as `0.12`, `\"120 mm\"`, or an expression in quotes: `\"2*0.06\"`");
                 self.push(fault);
                 return None;
             }
@@ -125,7 +209,7 @@ impl Sink {
     /// One or two components; `resolve` knows how many there must be.
     pub fn vector(&mut self, node: &Node, what: &str) -> Option<Vector> {
         let Content::Array(items) = &node.kind else {
-            self.push(wrong_type(node, what, "a list of two numbers").help("such as `[0.0, -9.81]`"));
+            self.push(wrong_type(node, what, "a list of two numbers").help(as_vector(node)));
             return None;
         };
         let components: Option<Vec<Quantity>> = items.iter().map(|item| self.quantity(item, what)).collect();
@@ -134,7 +218,7 @@ impl Sink {
 
     pub fn texts(&mut self, node: &Node, what: &str) -> Option<Vec<Text>> {
         let Content::Array(items) = &node.kind else {
-            self.push(wrong_type(node, what, "a list of names").help("such as `[\"crank\", \"rod\"]`"));
+            self.push(wrong_type(node, what, "a list of names").help(as_list(node)));
             return None;
         };
         let item = format!("an entry of {what}");

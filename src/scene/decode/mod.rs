@@ -102,6 +102,18 @@ fn unreadable(path: &Path, fault: Fault) -> Faults {
     Faults::new(Source::new(path.display().to_string(), ""), vec![fault])
 }
 
+/// What to do with a text in another encoding.
+const AS_UTF8: &str = "save it as UTF-8: editors ask for the encoding under \"Save as\" or in their status line; in PowerShell: `Set-Content -Encoding utf8`";
+
+/// Is it text in UTF-16: by its byte order mark, or as every other byte of what is ASCII is zero?
+fn is_utf16(bytes: &[u8]) -> bool {
+    /// So many characters tell it from other files.
+    const ENOUGH: usize = 16;
+    let begin = bytes.get(..2 * ENOUGH).unwrap_or_default();
+    let every_other = |first: usize| !begin.is_empty() && begin.iter().skip(first).step_by(2).all(|byte| *byte == 0);
+    bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) || every_other(0) != every_other(1)
+}
+
 /// The text of a scene file, without a byte order mark.
 pub(crate) fn text(path: &Path, bytes: Vec<u8>) -> Result<String, Fault> {
     let name = path.display();
@@ -110,14 +122,25 @@ pub(crate) fn text(path: &Path, bytes: Vec<u8>) -> Result<String, Fault> {
         let message = format!("`{name}` is an archive, not a scene");
         return Err(fault("scene::archive", message).help("`cotree info` shows what is in an FMU, `--scene` its scene"));
     }
+    if is_utf16(&bytes) {
+        let message = format!("`{name}` is text in UTF-16, not in UTF-8");
+        return Err(fault("scene::not_utf8", message).help(AS_UTF8));
+    }
     if bytes.contains(&0) {
         return Err(fault("scene::not_text", format!("`{name}` is not a text, so it is not a scene")));
     }
     let text = String::from_utf8(bytes).map_err(|error| {
         let at = error.utf8_error().valid_up_to();
-        let line = error.as_bytes()[..at].iter().filter(|byte| **byte == b'\n').count() + 1;
-        let message = format!("`{name}` is not UTF-8 text: line {line} has bytes that are no character");
-        fault("scene::not_utf8", message)
+        let before = String::from_utf8_lossy(&error.as_bytes()[..at]);
+        let (line, column) =
+            (before.matches('\n').count() + 1, before.chars().rev().take_while(|c| *c != '\n').count() + 1);
+        let mut message =
+            format!("`{name}` is not UTF-8 text: line {line}, column {column} has bytes that are no character");
+        // Latin-1 and Windows-1252 agree from here on, and there they have letters.
+        if let Some(&byte) = error.as_bytes().get(at).filter(|byte| **byte >= 0xa0) {
+            message += &format!("; in Latin-1 (Windows-1252) it is `{}`", char::from(byte));
+        }
+        fault("scene::not_utf8", message).help(AS_UTF8)
     })?;
     Ok(match text.strip_prefix(MARK) {
         Some(rest) => rest.to_owned(),
@@ -141,6 +164,7 @@ impl Decoder {
         let Some(top) = Fields::open(document, "the scene", Span::new(0, 0), &names(SCENE), &mut self.faults) else {
             return scene;
         };
+        self.broken.extend(top.strange_names().map(str::to_owned));
         self.format(&top);
         match top.get("name") {
             Some(node) => {

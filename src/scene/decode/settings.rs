@@ -2,7 +2,9 @@
 
 use super::Decoder;
 use super::fields::Fields;
+use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
+use crate::diagnostic::suggest;
 use crate::scene::document::{Content, Node};
 use crate::scene::key::{Form, Key, names};
 use crate::scene::model::{Coordinates, Experiment, Initial, Outputs, Scene, Solver};
@@ -98,7 +100,14 @@ impl Decoder {
             return outputs;
         };
         for (key, node) in entries {
-            if key.text == OUTPUTS[0].name {
+            let is_list = matches!(node.kind, Content::Array(_));
+            let nearly = is_list && suggest::nearest(&key.text, [OUTPUTS[0].name]).is_some();
+            if nearly && key.text != OUTPUTS[0].name {
+                let message = format!("`[outputs]` has no list `{}`", key.text);
+                let fault = Fault::new("scene::unknown_key", message, key.span).label("unknown key");
+                self.faults.push(fault.help(format!("did you mean `{}`?", OUTPUTS[0].name)));
+            }
+            if nearly || key.text == OUTPUTS[0].name {
                 outputs.variables = self.faults.texts(node, "`variables` of `[outputs]`").unwrap_or_default();
             } else {
                 outputs.expressions.extend(self.signal(key, node, &format!("output `{}`", key.text)));

@@ -170,9 +170,14 @@ fn shown(path: &Path, module: Option<Vec<u8>>) -> (Shown, Vec<PathBuf>) {
         }
     };
     let files = further(&scene.source);
-    let page = moving::page(&scene, module).map_err(Failure::from);
-    let page = page.and_then(|(_, page)| page.map_err(Failure::Numerical));
-    (page.map_or_else(faulty, |page| Shown::Page(page.live_html())), files)
+    let shown = match moving::page(&scene, module) {
+        Err(faults) => faulty(faults.into()),
+        Ok((_, Err(why))) => faulty(Failure::Numerical(why)),
+        Ok((compiled, Ok(page))) => {
+            Shown::Page(page.live_html(), compiled.warnings.map(|warnings| warnings.render(false, 100)))
+        }
+    };
+    (shown, files)
 }
 
 fn faulty(failure: Failure) -> Shown {

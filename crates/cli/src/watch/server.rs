@@ -16,7 +16,8 @@ const LARGEST_HEAD: u64 = 1 << 16;
 
 /// What there is to see of the file as it is now.
 pub enum Shown {
-    Page(String),
+    /// A page, and what is odd about the scene though it is no fault.
+    Page(String, Option<String>),
     Fault(String),
 }
 
@@ -24,6 +25,7 @@ pub enum Shown {
 #[derive(Default)]
 struct State {
     page: Option<String>,
+    warnings: Option<String>,
     fault: Option<String>,
     version: u64,
     /// The version of the page.
@@ -42,9 +44,9 @@ impl Board {
         let mut state = self.state();
         state.version += 1;
         match shown {
-            Shown::Page(page) => {
+            Shown::Page(page, warnings) => {
                 state.good = state.version;
-                (state.page, state.fault) = (Some(page), None);
+                (state.page, state.warnings, state.fault) = (Some(page), warnings, None);
             }
             Shown::Fault(fault) => state.fault = Some(fault),
         }
@@ -69,7 +71,7 @@ impl Board {
             return ": still here\n\n".to_owned();
         }
         *seen = state.version;
-        format!("data: {}\n\n", json!({ "good": state.good, "fault": state.fault }))
+        format!("data: {}\n\n", json!({ "good": state.good, "fault": state.fault, "warnings": state.warnings }))
     }
 }
 

@@ -108,7 +108,7 @@ fn graph<D>(system: &System, graph: &LinearGraph<D>, tree: &Tree<D>, coupled: Ve
 /// # Errors
 /// Everything that is wrong with the scene.
 pub fn linear_graphs(scene: &Scene) -> Result<(GraphDrawing, Drawing), Faults> {
-    let mechanism = scene.resolve()?.mechanism;
-    let mut formulated = formulate(&mechanism).map_err(|list| Faults::new(scene.source.clone(), list))?;
+    let resolved = scene.resolve()?;
+    let mut formulated = formulate(&resolved.mechanism).map_err(|errors| resolved.refused(scene, errors))?;
     Ok((GraphDrawing::new(&mut formulated), pose::draw(&mut formulated)))
 }

@@ -134,6 +134,24 @@ function resetSliders() {
   solveAgain();
 }
 
+/** The values that were found, as lines for the scene, and as options of the commands. */
+function foundLines() {
+  const found = knobs.filter(knob => knob.value !== knob.start).map(knob => ({ ...VARIABLES[knob.index], value: knob.value }));
+  const written = ({ value, ...variable }) => { const { name, factor } = shown(variable), number = +(value / factor).toPrecision(12); return name ? `"${number} ${name}"` : `${number}`; };
+  const table = (name, own, line) => own.length ? [`[${name}]`, ...own.map(line)] : [];
+  const [inputs, parameters, initial] = [v => v.kind === "input", v => v.kind === "parameter", v => v.initial].map(is => found.filter(is));
+  const options = [...parameters, ...inputs].map(own => `--set ${own.name}=${written(own)}`).join(" ");
+  return [
+    ...table("parameters", parameters, own => `${own.name} = ${written(own)}`), ...table("inputs", inputs, own => `${own.name} = { start = ${written(own)} }`),
+    ...table("initial", initial, own => `"${own.name}" = ${written(own)}`), ...(options ? [`# ${options}`] : []), "",
+  ].join("\n");
+}
+/** Copies them; where the browser does not let a page do so, they are shown. */
+async function copyFound() {
+  const lines = foundLines();
+  try { await navigator.clipboard.writeText(lines); $("status").textContent = "copied: lines for the scene"; } catch { tell(lines, true); }
+}
+
 /** On paper the stage is as large as the style says: 18 by 12 centimetres. */
 let printing = false;
 const stageSize = () => printing ? { width: 680, height: 454 } : $("stage").getBoundingClientRect();
@@ -168,16 +186,16 @@ function zoom(factor, x = view[0] + view[2] / 2, y = view[1] + view[3] / 2) {
   look();
 }
 const nice = value => { const e = 10 ** Math.floor(Math.log10(value)), m = value / e; return (m >= 5 ? 5 : m >= 2 ? 2 : 1) * e; };
-const metres = value => value >= 1 ? `${+value.toPrecision(3)} m` : value >= 1e-3 ? `${+(value * 1e3).toPrecision(3)} mm` : `${+(value * 1e6).toPrecision(3)} µm`;
+const metres = value => UNITS.has("m") ? `${+(value / UNITS.get("m").factor).toPrecision(3)} ${UNITS.get("m").name}` : value >= 1 ? `${+value.toPrecision(3)} m` : value >= 1e-3 ? `${+(value * 1e3).toPrecision(3)} mm` : `${+(value * 1e6).toPrecision(3)} µm`;
 function look() {
   const { width, height } = stageSize();
   if (!width || !Number.isFinite(view[2])) return;
   $("scene").setAttribute("viewBox", view.map(round).join(" "));
   size = Math.max(view[2] / width, view[3] / height);
-  const long = nice(110 * size / S), cell = nice(70 * size / S) * S, grid = $("grid");
+  const metre = UNITS.get("m")?.factor ?? 1, long = nice(110 * size / S / metre) * metre, cell = nice(70 * size / S) * S, grid = $("grid");
   $("length-bar").style.width = `${long * S / size}px`; $("length-text").textContent = gain === 1 ? metres(long) : `${metres(long)}, motion × ${gain}`;
   $("force-scale").classList.toggle("hide", !(scales.newton > 0) || !layers.forces);
-  if (scales.newton > 0) { const force = nice(80 * size / scales.newton); $("force-bar").style.width = `${force * scales.newton / size}px`; $("force-text").textContent = `${+force.toPrecision(3)} N`; }
+  if (scales.newton > 0) { const unit = UNITS.get("N"), force = unit ? nice(80 * size / scales.newton / unit.factor) * unit.factor : nice(80 * size / scales.newton); $("force-bar").style.width = `${force * scales.newton / size}px`; $("force-text").textContent = unit ? `${+(force / unit.factor).toPrecision(3)} ${pretty(unit.name)}` : `${+force.toPrecision(3)} N`; }
   grid.setAttribute("width", cell); grid.setAttribute("height", cell);
   grid.firstElementChild.setAttribute("d", `M0 0H${cell}M0 0V${cell}`); grid.firstElementChild.setAttribute("stroke-width", 2 * size);
   const back = $("backdrop");
@@ -259,6 +277,7 @@ function listenToButtons() {
   $("end").textContent = ` / ${+STOP.toFixed(3)}\u202fs`;
   $("zoom-in").addEventListener("click", () => zoom(.8)); $("zoom-out").addEventListener("click", () => zoom(1.25)); $("zoom-fit").addEventListener("click", fit);
   $("reset").addEventListener("click", resetSliders);
+  $("copy").addEventListener("click", copyFound);
   $("help").addEventListener("click", () => $("keys").showModal());
   for (const button of document.querySelectorAll("[data-layer]")) button.addEventListener("click", () => toggle(button.dataset.layer));
   $("theme").addEventListener("click", () => {

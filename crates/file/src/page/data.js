@@ -65,4 +65,18 @@ function three(value) {
 const pretty = unit => unit.replaceAll(".", "·").replace(/2(?![0-9])/g, "²").replace(/3(?![0-9])/g, "³");
 /** The unit that a variable is shown in, and its SI value. */
 const shown = variable => variable.display ?? { name: variable.unit, factor: 1 };
+/** The units of the scene's `[display]`, by the SI units in whose place they stand. */
+const UNITS = new Map(Object.entries(MODEL.units));
+/** What the solver says, in the scene's units: its numbers are SI. */
+function inUnits(text) {
+  return text.replace(/(-?\d+(?:\.\d+)?(?:e[-+]?\d+)?) (N\.m|[A-Za-z]+(?:\/s2?)?)(?![A-Za-z0-9])/g, (whole, number, si) => {
+    const unit = UNITS.get(si);
+    return unit ? `${+(number / unit.factor).toPrecision(6)} ${pretty(unit.name)}` : whole;
+  });
+}
+/** A force with three digits. */
+function newtons(value) {
+  const unit = UNITS.get("N") ?? (Math.abs(value) >= 1e3 ? { name: "kN", factor: 1e3 } : { name: "N", factor: 1 });
+  return `${three(value / unit.factor)}\u202f${pretty(unit.name)}`;
+}
 const css = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();

@@ -16,7 +16,7 @@ function paint() {
   takePose(state.run, at);
   ageDigits();
   for (const frame of frames) frame();
-  taken.length = 0;
+  taken.length = heads.length = 0;
   // What the pointer asks for comes first, then values, then names.
   paintForces(at, size);
   paintVelocities(at, size);
@@ -67,13 +67,13 @@ function take(run) {
 
 function tell(text, plain) {
   $("notice").hidden = !text;
-  $("notice").textContent = text ?? "";
+  $("notice").textContent = inUnits(text ?? "");
   $("notice").classList.toggle("plain", Boolean(plain));
 }
 
 function solveAgain() {
   const set = settings(), list = moves(), values = knobs.map(knob => knob.value), changed = set.length > 0 || list.length > 0;
-  $("reset").disabled = !changed;
+  $("reset").disabled = $("copy").disabled = !changed;
   ask(set, list, MODEL.recorded, run => {
     tell(run.error ?? run.warning);
     $("status").textContent = `${changed ? "dashed: before · " : ""}solved in ${run.ms.toFixed(run.ms < 10 ? 1 : 0)}\u202fms`;

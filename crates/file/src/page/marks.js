@@ -76,20 +76,40 @@ function chooseScales(fit) {
   scales.torque = typicalPeak(at => turns.map(turn => Math.abs(turn.torque(at))));
 }
 
-/** Room for texts: each is a rectangle by its middle, half width and half height, and none covers another. */
+/** Room for texts: each is a rectangle by its middle, half width and half height, and none covers another, nor the head of an arrow. */
 const MOST_LABELS = 40, CHARACTER = 3.9, LINE = 8.5;
-const taken = [], halfWidth = (letters, size, height) => (letters * CHARACTER + 3) * size * height / 13;
+const taken = [], heads = [], halfWidth = (letters, size, height) => (letters * CHARACTER + 3) * size * height / 13;
 function claim([x, y], letters, size, height) {
-  const wide = halfWidth(letters, size, height), high = LINE * size;
-  if (taken.length >= MOST_LABELS || taken.some(([u, v, w, h]) => Math.abs(u - x) < w + wide && Math.abs(v - y) < h + high)) return false;
+  const wide = halfWidth(letters, size, height), high = LINE * size, meets = ([u, v, w, h]) => Math.abs(u - x) < w + wide && Math.abs(v - y) < h + high;
+  if (taken.length >= MOST_LABELS || taken.some(meets) || heads.some(meets)) return false;
   taken.push([x, y, wide, high]);
   return true;
 }
-/** A place for a text within what is seen, clear of the buttons above and the scales below, if what it belongs to is seen. */
-function within(place, owner, letters, size, height) {
-  const wide = halfWidth(letters, size, height), low = [view[0] + wide, view[1] + 56 * size], high = [view[0] + view[2] - wide, view[1] + view[3] - 40 * size];
-  if (owner.some((value, axis) => value < view[axis] || value > view[axis] + view[axis + 2])) return place;
-  return place.map((value, axis) => Math.max(low[axis], Math.min(value, high[axis])));
+/** What is seen of the world: from where to where, without margins on all sides. */
+const seen = margins => [0, 1].map(axis => [view[axis] + margins[axis], view[axis] + view[axis + 2] - margins[axis + 2]]);
+const lies = (place, ranges) => place.every((value, axis) => value >= ranges[axis][0] && value <= ranges[axis][1]);
+/** The share of an arrow that fits into what is seen, if its foot does. */
+function fits(from, tip, size) {
+  const ranges = seen([8, 8, 8, 8].map(margin => margin * size));
+  if (!lies(from, ranges)) return 1;
+  return Math.min(1, ...tip.map((way, axis) => way ? (ranges[axis][way > 0 ? 1 : 0] - from[axis]) / way : 1));
+}
+/** An arrow that is too long for the picture: a gap says so. */
+function brokenData(from, tip, size) {
+  const length = Math.hypot(...tip), half = .5 * size * 6 / length, shaft = [-1.5 * size * tip[1] / length, 1.5 * size * tip[0] / length], at = share => add(from, share, tip);
+  if (!(length >= 24 * size)) return arrowData(from, tip, size);
+  const [a, b] = [at(0), at(.5 - half)];
+  return line([add(a, 1, shaft), add(b, 1, shaft), add(b, -1, shaft), add(a, -1, shaft)]) + "Z" + arrowData(at(.5 + half), tip.map(way => way * (.5 - half)), size);
+}
+/** Where the value of an arrow may stand: beyond its head, beside it, beside its middle. Clear of the buttons above and the scales below, if its foot is seen. */
+function placeOfValue(from, tip, words, size) {
+  const length = Math.hypot(...tip), [u, v] = tip.map(way => way / length), wide = halfWidth(words.length, size, 11.5), high = LINE * size;
+  // So far from the middle of the text to its edge, along the arrow and across, and the width of a head.
+  const edge = (a, b) => Math.min(wide / Math.abs(a), high / Math.abs(b)) + 7 * size, along = edge(u, v), across = edge(v, u);
+  const beside = (share, side) => [from[0] + share * tip[0] - side * across * v, from[1] + share * tip[1] + side * across * u];
+  const places = [[from[0] + tip[0] + along * u, from[1] + tip[1] + along * v], beside(1, 1), beside(1, -1), beside(.5, 1), beside(.5, -1)];
+  const room = seen([wide, 56 * size, wide, 40 * size]), isSeen = lies(from, seen([0, 0, 0, 0]));
+  return places.find(place => (!isSeen || lies(place, room)) && claim(place, words.length, size, 11.5));
 }
 /** A transform moves a text without setting it anew. */
 function put(text, place) { move(text, place); }
@@ -104,17 +124,23 @@ function ageDigits() {
 
 function paintForces(at, size) {
   let drawn = "";
+  const labelled = [];
   for (const { anchor, on, force, text } of layers.forces ? forces : []) {
-    const [fx, fy] = force(at), strength = Math.hypot(fx, fy), tip = [fx * scales.newton, -fy * scales.newton], length = Math.hypot(...tip), from = spot(anchor);
-    if (Number.isFinite(length)) drawn += arrowData(from, tip, size);
+    const [fx, fy] = force(at), strength = Math.hypot(fx, fy), whole = [fx * scales.newton, -fy * scales.newton], from = spot(anchor);
+    const share = Number.isFinite(strength) ? fits(from, whole, size) : 1, tip = whole.map(way => way * share), length = Math.hypot(...tip);
+    if (Number.isFinite(length)) drawn += (share < 1 ? brokenData : arrowData)(from, tip, size);
     if (!(length > 24 * size)) { write(text, ""); continue; }
-    const value = digits.due || !text.value ? `${three(strength >= 1e3 ? strength / 1e3 : strength)}\u202f${strength >= 1e3 ? "kN" : "N"}` : text.value;
-    text.value = value;
+    const [x, y] = add(from, 1 - 5 * size / length, tip);
+    heads.push([x, y, 5 * size, 5 * size]);
+    if (digits.due || !text.value) text.value = newtons(strength);
+    labelled.push({ from, tip, on, text });
+  }
+  for (const { from, tip, on, text } of labelled) {
     // With the body that feels it where there is room for both.
-    const beyond = add(from, (length + 15 * size) / length, tip), place = words => within(beyond, from, words.length, size, 11.5);
-    const free = [`${value} on ${on}`, value].find(words => claim(place(words), words.length, size, 11.5));
+    let place;
+    const free = [`${text.value} on ${on}`, text.value].find(words => place = placeOfValue(from, tip, words, size));
     write(text, free ?? "");
-    if (free) put(text, place(free));
+    if (free) put(text, place);
   }
   draw(arrows, drawn);
   if (!layers.forces) forces.forEach(({ text }) => write(text, ""));

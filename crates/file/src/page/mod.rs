@@ -3,6 +3,8 @@
 mod facts;
 mod pack;
 
+use std::collections::BTreeMap;
+
 use cotree::mechanism::{DisplayUnit, Experiment, Mechanism};
 use cotree_draw::drawing::Geometry;
 use cotree_draw::svg::escape;
@@ -75,6 +77,8 @@ pub struct Model {
     pub line: bool,
     /// Every variable, in the order of the program.
     pub variables: Vec<Variable>,
+    /// The units of the scene's `[display]`, by the SI units in whose place they stand.
+    pub units: BTreeMap<String, Display>,
     /// What the scene asks for.
     pub outputs: Vec<String>,
     /// What a run records.
