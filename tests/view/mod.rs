@@ -334,6 +334,50 @@ fn a_watched_scene_is_served_to_this_machine_only_and_news_come_by_themselves() 
     assert!(watched.get("/", &watched.host).contains("mended"));
 }
 
+/// A bar that turns to and fro, and jerks for a moment: the arrow of its bearing would be many times as long as usual.
+const JERK: &str = r#"
+name = "jerk"
+gravity = [0, -9.81]
+[parameters]
+length = "500 mm"
+still = 1
+[bodies.bar]
+mass = "2 kg"
+inertia = 0.05
+points = { foot = ["-length/2", 0] }
+[joints.bearing]
+type = "revolute"
+between = ["ground", "bar.foot"]
+[drivers.hand]
+joint = "bearing"
+angle = "still*(0.3*sin(t*1[rad/s]) + 0.05*exp(-((t - 2[s])/0.015[s])^2))"
+[outputs]
+variables = ["bar.angle", "bearing.fx"]
+[display]
+units = ["lbf", "mm", "ms"]
+[experiment]
+stop = "10 s"
+step = "10 ms"
+"#;
+
+#[test]
+fn arrows_stay_in_the_picture_with_free_heads_and_values_in_the_units_of_the_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("jerk.toml");
+    fs::write(&scene, JERK).unwrap();
+    let page = page(folder.path(), &scene, folder.path());
+    let Some(verdict) = seen(&page, include_str!("arrows.js")) else { return };
+    assert_eq!((&verdict["left"], &verdict["covered"]), (&0.into(), &0.into()), "{verdict}");
+    assert!(verdict["shown"].as_u64().unwrap() > 500, "{verdict}");
+    for text in [&verdict["scale"], &verdict["values"][0]] {
+        assert!(text.as_str().unwrap().contains("lbf"), "{verdict}");
+    }
+    // 3 N are 0.674427 lbf; a bar with a number for its name keeps it.
+    assert_eq!(verdict["told"], "at t = 500 ms it is 0.674427 lbf above 2000 mm, rod 2 stays");
+    let found = verdict["found"].as_str().unwrap();
+    assert_eq!(found, "[parameters]\nlength = \"750 mm\"\n# --set length=\"750 mm\"\n", "{verdict}");
+}
+
 #[test]
 fn warnings_of_a_watched_scene_come_with_its_page() {
     let folder = tempfile::tempdir().unwrap();

@@ -90,7 +90,7 @@ const seen = margins => [0, 1].map(axis => [view[axis] + margins[axis], view[axi
 const lies = (place, ranges) => place.every((value, axis) => value >= ranges[axis][0] && value <= ranges[axis][1]);
 /** The share of an arrow that fits into what is seen, if its foot does. */
 function fits(from, tip, size) {
-  const ranges = seen([8, 8, 8, 8].map(margin => margin * size));
+  const ranges = seen([8, 8, 8, 34].map(margin => margin * size));
   if (!lies(from, ranges)) return 1;
   return Math.min(1, ...tip.map((way, axis) => way ? (ranges[axis][way > 0 ? 1 : 0] - from[axis]) / way : 1));
 }
@@ -105,7 +105,7 @@ function brokenData(from, tip, size) {
 function placeOfValue(from, tip, words, size) {
   const length = Math.hypot(...tip), [u, v] = tip.map(way => way / length), wide = halfWidth(words.length, size, 11.5), high = LINE * size;
   // So far from the middle of the text to its edge, along the arrow and across, and the width of a head.
-  const edge = (a, b) => Math.min(wide / Math.abs(a), high / Math.abs(b)) + 7 * size, along = edge(u, v), across = edge(v, u);
+  const along = Math.min(wide / Math.abs(u), high / Math.abs(v)) + 7 * size, across = wide * Math.abs(v) + high * Math.abs(u) + 7 * size;
   const beside = (share, side) => [from[0] + share * tip[0] - side * across * v, from[1] + share * tip[1] + side * across * u];
   const places = [[from[0] + tip[0] + along * u, from[1] + tip[1] + along * v], beside(1, 1), beside(1, -1), beside(.5, 1), beside(.5, -1)];
   const room = seen([wide, 56 * size, wide, 40 * size]), isSeen = lies(from, seen([0, 0, 0, 0]));
