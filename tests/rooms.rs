@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 type Crate = (&'static str, &'static str, &'static [&'static str]);
 
 /// The crates, each after all that it uses.
-const CRATES: [Crate; 7] = [
+const CRATES: [Crate; 8] = [
     (
         "cotree_fmu",
         "fmu/src",
@@ -60,7 +60,26 @@ const CRATES: [Crate; 7] = [
             "gallery",
         ],
     ),
-    ("cotree_study", "crates/study/src", &["analysis", "bench", "compare", "contact", "motion", "sweep", "fit"]),
+    (
+        "cotree_synthesis",
+        "crates/synthesis/src",
+        &[
+            "random",
+            "least",
+            "poses",
+            "conics",
+            "dyad",
+            "linkage",
+            "defects",
+            "cognates",
+            "limits",
+            "function",
+            "stroke",
+            "atlas",
+            "path",
+        ],
+    ),
+    ("cotree_study", "crates/study/src", &["analysis", "bench", "compare", "contact", "motion", "sweep", "fit", "synthesis"]),
     (
         "cotree_draw",
         "crates/draw/src",

@@ -1,0 +1,148 @@
+//! What is asked of a linkage beside its task, and by how much it misses it.
+
+use crate::defects::Verdict;
+use crate::dyad::Dyad;
+use crate::linkage::Linkage;
+use crate::{Point, cross};
+
+/// Where a point may be.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Region {
+    /// From the lower left to the upper right corner \[m\].
+    Box(Point, Point),
+    /// Corners one after the other; the last one is beside the first \[m\].
+    Polygon(Vec<Point>),
+}
+
+impl Region {
+    /// How far a point is outside \[m\]; zero inside.
+    pub fn outside(&self, point: Point) -> f64 {
+        match self {
+            Region::Box(low, high) => {
+                let beyond = |value: f64, low: f64, high: f64| (low - value).max(value - high).max(0.0);
+                beyond(point.re, low.re, high.re).hypot(beyond(point.im, low.im, high.im))
+            }
+            Region::Polygon(corners) => {
+                let sides = || corners.iter().zip(corners.iter().cycle().skip(1));
+                let crosses = |(a, b): &(&Point, &Point)| {
+                    (a.im > point.im) != (b.im > point.im) && (cross(*b - *a, point - *a) > 0.0) == (b.im > a.im)
+                };
+                if sides().filter(crosses).count() % 2 == 1 {
+                    return 0.0;
+                }
+                let distance = |(a, b): (&Point, &Point)| {
+                    let along = b - a;
+                    let share = ((point - a) * along.conj()).re / along.norm_sqr().max(f64::MIN_POSITIVE);
+                    (point - a - along * share.clamp(0.0, 1.0)).norm()
+                };
+                sides().map(distance).fold(f64::INFINITY, f64::min)
+            }
+        }
+    }
+
+    /// The box around it.
+    pub fn bounds(&self) -> [Point; 2] {
+        match self {
+            Region::Box(low, high) => [*low, *high],
+            Region::Polygon(corners) => {
+                let edge = |pick: fn(f64, f64) -> f64, of: fn(&Point) -> f64, start: f64| {
+                    corners.iter().map(of).fold(start, pick)
+                };
+                let part = |pick: fn(f64, f64) -> f64, start: f64| {
+                    Point::new(edge(pick, |own| own.re, start), edge(pick, |own| own.im, start))
+                };
+                [part(f64::min, f64::INFINITY), part(f64::max, f64::NEG_INFINITY)]
+            }
+        }
+    }
+}
+
+/// What is asked of a linkage; nothing by default.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Limits {
+    /// Where pins in the ground may be.
+    pub ground: Option<Region>,
+    /// Where pins in the body may be, in its frame.
+    pub moving: Option<Region>,
+    /// Shortest and longest bar \[m\].
+    pub length: Option<[f64; 2]>,
+    /// The smallest transmission angle \[rad\].
+    pub transmission: Option<f64>,
+    /// Must the input turn fully?
+    pub crank: bool,
+}
+
+/// One of the limits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Limit {
+    /// [`Limits::ground`]
+    Ground,
+    /// [`Limits::moving`]
+    Moving,
+    /// [`Limits::length`]
+    Length,
+    /// [`Limits::crank`]
+    Crank,
+    /// [`Limits::transmission`]
+    Transmission,
+}
+
+impl Limit {
+    /// Its name in the file of a task.
+    pub fn name(self) -> &'static str {
+        match self {
+            Limit::Ground => "ground",
+            Limit::Moving => "moving",
+            Limit::Length => "length",
+            Limit::Crank => "crank",
+            Limit::Transmission => "transmission",
+        }
+    }
+}
+
+/// A limit holds up to this share of its value.
+const HELD: f64 = 1e-9;
+
+impl Limits {
+    /// The first limit that a linkage misses, and by how much: \[m\], or \[rad\] for the transmission angle.
+    pub fn missed(&self, linkage: &Linkage, verdict: &Verdict) -> Option<(Limit, f64)> {
+        let dyads = [linkage.first, linkage.second];
+        let pins = |of: fn(&Dyad) -> Option<Point>, region: &Option<Region>| {
+            let outside = |region: &Region| {
+                let all = dyads.iter().filter_map(of).map(|pin| region.outside(pin));
+                all.fold(0.0, f64::max)
+            };
+            region.as_ref().map_or(0.0, outside)
+        };
+        let ground = pins(ground_pin, &self.ground);
+        let moving = pins(moving_pin, &self.moving);
+        let wrong = |length: f64| {
+            self.length.map_or(0.0, |[low, high]| (low * (1.0 - HELD) - length).max(length - high * (1.0 + HELD)))
+        };
+        let length = linkage.lengths().into_iter().flatten().map(wrong).fold(0.0, f64::max);
+        let crank = if self.crank && !verdict.full_turn { f64::INFINITY } else { 0.0 };
+        let transmission = self.transmission.map_or(0.0, |least| least * (1.0 - HELD) - verdict.transmission);
+        let all = [
+            (Limit::Ground, ground),
+            (Limit::Moving, moving),
+            (Limit::Length, length),
+            (Limit::Crank, crank),
+            (Limit::Transmission, transmission),
+        ];
+        all.into_iter().find(|(_, miss)| *miss > 0.0)
+    }
+}
+
+fn ground_pin(dyad: &Dyad) -> Option<Point> {
+    match *dyad {
+        Dyad::Bar { ground, .. } | Dyad::Slot { ground, .. } => Some(ground),
+        Dyad::Slider { .. } => None,
+    }
+}
+
+fn moving_pin(dyad: &Dyad) -> Option<Point> {
+    match *dyad {
+        Dyad::Bar { moving, .. } | Dyad::Slider { moving, .. } => Some(moving),
+        Dyad::Slot { .. } => None,
+    }
+}

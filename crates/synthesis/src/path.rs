@@ -1,0 +1,509 @@
+//! Four-bars whose coupler point follows a path.
+//!
+//! Unknown are both dyads and the angle of the coupler at each point: no loop can fail to close on the way, and each angle is eliminated in its own
+//! block. Two dyads that coincide meet every path, so bars that vanish beside others are refused. What that finds are candidates only: the
+//! distance of the points from the curve, loops closed, decides.
+//!
+//! Source of the equations: A. P. Morgan, C. W. Wampler, *Solving a planar four-bar design problem using continuation*, J. Mech. Des. 112, 1990; of the
+//! search: starts from an atlas.
+
+use std::f64::consts::TAU;
+
+use crate::atlas::{self, Start};
+use crate::dyad::Dyad;
+use crate::least::{End, Residuals, Terms, Unknowns, minimise};
+use crate::linkage::Linkage;
+use crate::poses::{Pose, extent, way};
+use crate::random::Random;
+use crate::{Point, dot, polar};
+
+/// What a point of the coupler shall follow.
+#[derive(Clone, Debug, Default)]
+pub struct Path {
+    /// The points, in order \[m\].
+    pub points: Vec<Point>,
+    /// Is it a closed curve, whose last point is beside the first?
+    pub closed: bool,
+    /// How far the first bar has turned at each point from the first one on, if that is given \[rad\].
+    pub crank: Option<Vec<f64>>,
+    /// The pivots in the ground, if they are given \[m\].
+    pub pivots: Option<[Point; 2]>,
+}
+
+/// How much is tried.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Effort {
+    /// So many starts at most.
+    pub starts: usize,
+    /// Of what is tried beside the atlas.
+    pub seed: u64,
+}
+
+impl Default for Effort {
+    fn default() -> Effort {
+        Effort { starts: 960, seed: 1 }
+    }
+}
+
+/// A four-bar that follows a path.
+#[derive(Clone, Debug)]
+pub struct Follower {
+    /// The coupler, its frame at the point that draws, on its dyads.
+    pub linkage: Linkage,
+    /// The coupler where it is nearest to each point of the path, or where the crank has the given turn.
+    pub poses: Vec<Pose>,
+    /// The largest distance of a point from where it should be \[m\].
+    pub largest: f64,
+    /// The root mean square of the distances, in each direction \[m\].
+    pub rms: f64,
+}
+
+/// A bar shorter than this share of the longest is none: two coincident dyads meet every path.
+const SHORTEST: f64 = 3e-3;
+/// A bar longer than this is none, in sizes of the path.
+const LONGEST: f64 = 1e3;
+/// A residual is zero below this, in sizes of the path.
+const ZERO: f64 = 1e-10;
+
+struct Bars {
+    pins: [Point; 2],
+    pivots: [Point; 2],
+    lengths: [f64; 2],
+}
+
+fn bars(shared: &[f64]) -> Bars {
+    let point = |first: usize| Point::new(shared[first], shared[first + 1]);
+    Bars { pins: [point(0), point(2)], pivots: [point(4), point(6)], lengths: [shared[8], shared[9]] }
+}
+
+fn is_nothing(shared: &[f64], least: f64) -> bool {
+    let own = bars(shared);
+    let ground = (own.pivots[1] - own.pivots[0]).norm();
+    let body = (own.pins[1] - own.pins[0]).norm();
+    let all = [ground, own.lengths[0].abs(), body, own.lengths[1].abs()];
+    let longest = all.iter().copied().fold(0.0, f64::max);
+    let shortest = all.iter().copied().fold(f64::INFINITY, f64::min);
+    longest.is_nan() || shortest < least * longest || longest > LONGEST
+}
+
+/// The residual of a bar at a place and an angle of the body, and its derivatives by pin, pivot, length, angle, place.
+struct BarTerm {
+    value: f64,
+    by_pin: Point,
+    along: Point,
+    by_angle: f64,
+}
+
+fn bar(place: Point, turn: Point, pin: Point, pivot: Point, length: f64) -> BarTerm {
+    let arm = turn * pin;
+    let way = place + arm - pivot;
+    let size = way.norm();
+    let along = way / size.max(f64::MIN_POSITIVE);
+    BarTerm {
+        value: size - length,
+        by_pin: along * turn.conj(),
+        along,
+        by_angle: dot(along, Point::new(-arm.im, arm.re)),
+    }
+}
+
+/// Residuals of both bars at the points; the angle of the body is a point's own.
+struct Dyads<'p> {
+    points: &'p [Point],
+    held: bool,
+}
+
+fn by_bar<const G: usize>(slopes: &mut [f64; G], which: usize, term: &BarTerm, held: bool) {
+    let (pin, pivot) = (2 * which, 4 + 2 * which);
+    (slopes[pin], slopes[pin + 1]) = (term.by_pin.re, term.by_pin.im);
+    if !held {
+        (slopes[pivot], slopes[pivot + 1]) = (-term.along.re, -term.along.im);
+    }
+    slopes[8 + which] = -1.0;
+}
+
+impl Terms<10, 1, 2> for Dyads<'_> {
+    fn count(&self) -> usize {
+        self.points.len()
+    }
+
+    fn at(&self, term: usize, shared: &[f64; 10], own: &[f64; 1]) -> Residuals<10, 1, 2> {
+        let (bars, turn) = (bars(shared), polar(1.0, own[0]));
+        let mut found = Residuals::zero();
+        for which in 0..2 {
+            let one = bar(self.points[term], turn, bars.pins[which], bars.pivots[which], bars.lengths[which]);
+            found.value[which] = one.value;
+            by_bar(&mut found.by_shared[which], which, &one, self.held);
+            found.by_own[which] = [one.by_angle];
+        }
+        found
+    }
+}
+
+/// Distances of the points from places where both loops close: place and angle are a point's own; loops count much more than distances.
+struct Distances<'p> {
+    points: &'p [Point],
+    held: bool,
+    weight: f64,
+}
+
+impl Terms<10, 3, 4> for Distances<'_> {
+    fn count(&self) -> usize {
+        self.points.len()
+    }
+
+    fn at(&self, term: usize, shared: &[f64; 10], own: &[f64; 3]) -> Residuals<10, 3, 4> {
+        let (bars, place, turn) = (bars(shared), Point::new(own[0], own[1]), polar(1.0, own[2]));
+        let mut found = Residuals::zero();
+        let way = place - self.points[term];
+        (found.value[0], found.value[1]) = (way.re, way.im);
+        (found.by_own[0], found.by_own[1]) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+        for which in 0..2 {
+            let one = bar(place, turn, bars.pins[which], bars.pivots[which], bars.lengths[which]);
+            found.value[2 + which] = self.weight * one.value;
+            by_bar(&mut found.by_shared[2 + which], which, &one, self.held);
+            found.by_shared[2 + which].iter_mut().for_each(|slope| *slope *= self.weight);
+            found.by_own[2 + which] = [one.along.re, one.along.im, one.by_angle].map(|slope| slope * self.weight);
+        }
+        found
+    }
+}
+
+/// The same with the turns of the first bar given: its angle at the first point is one more unknown. Places are the points' own, or the points.
+struct Timed<'p> {
+    points: &'p [Point],
+    turns: &'p [f64],
+    held: bool,
+    weight: f64,
+}
+
+impl Terms<11, 3, 5> for Timed<'_> {
+    fn count(&self) -> usize {
+        self.points.len()
+    }
+
+    fn at(&self, term: usize, shared: &[f64; 11], own: &[f64; 3]) -> Residuals<11, 3, 5> {
+        let (bars, place, turn) = (bars(shared), Point::new(own[0], own[1]), polar(1.0, own[2]));
+        let mut found = Residuals::zero();
+        let way = place - self.points[term];
+        (found.value[0], found.value[1]) = (way.re, way.im);
+        (found.by_own[0], found.by_own[1]) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+        let crank = polar(1.0, shared[10] + self.turns[term]);
+        let arm = turn * bars.pins[0];
+        let open = place + arm - bars.pivots[0] - crank * bars.lengths[0];
+        let across = Point::new(-arm.im, arm.re);
+        let turned = Point::new(crank.im, -crank.re) * bars.lengths[0];
+        let pivot = if self.held { 0.0 } else { -1.0 };
+        let rows = [
+            (open.re, [turn.re, -turn.im], [pivot, 0.0], crank.re, turned.re, [1.0, 0.0, across.re]),
+            (open.im, [turn.im, turn.re], [0.0, pivot], crank.im, turned.im, [0.0, 1.0, across.im]),
+        ];
+        for (row, (value, by_pin, by_pivot, along, by_phase, by_own)) in rows.into_iter().enumerate() {
+            let slopes = &mut found.by_shared[2 + row];
+            (slopes[0], slopes[1], slopes[4], slopes[5]) = (by_pin[0], by_pin[1], by_pivot[0], by_pivot[1]);
+            (slopes[8], slopes[10]) = (-along, by_phase);
+            slopes.iter_mut().for_each(|slope| *slope *= self.weight);
+            found.value[2 + row] = self.weight * value;
+            found.by_own[2 + row] = by_own.map(|slope| slope * self.weight);
+        }
+        let one = bar(place, turn, bars.pins[1], bars.pivots[1], bars.lengths[1]);
+        found.value[4] = self.weight * one.value;
+        by_bar(&mut found.by_shared[4], 1, &one, self.held);
+        found.by_shared[4].iter_mut().for_each(|slope| *slope *= self.weight);
+        found.by_own[4] = [one.along.re, one.along.im, one.by_angle].map(|slope| slope * self.weight);
+        found
+    }
+}
+
+/// A path of size one around the origin.
+struct Scaled {
+    points: Vec<Point>,
+    pivots: Option<[Point; 2]>,
+    middle: Point,
+    size: f64,
+}
+
+fn scaled(path: &Path) -> Scaled {
+    let (middle, size) = extent(path.points.iter().copied());
+    let place = |point: &Point| (point - middle) / size;
+    Scaled {
+        points: path.points.iter().map(place).collect(),
+        pivots: path.pivots.map(|own| own.map(|own| place(&own))),
+        middle,
+        size,
+    }
+}
+
+/// Points that determine a four-bar up to its cognates: nine determine finitely many, more none but by chance.
+const DETERMINED: usize = 10;
+/// Candidates whose distances are looked at.
+const CANDIDATES: usize = 24;
+/// Starts that are tried together. The best of them go on to the second and the third round, each with more steps: the minima of short pieces of curves lie in
+/// long valleys (more steps for a few of the starts find twice as many known four-bars in the same time as few steps for all).
+const ROUND: usize = 96;
+const ROUNDS: [(usize, usize); 3] = [(ROUND, 18), (12, 60), (3, 1500)];
+
+/// The four-bars that follow a path best, best first, each a local minimum of the distances; cognates are not among them.
+pub fn followers(path: &Path, effort: &Effort) -> Vec<Follower> {
+    if path.points.len() < 3 {
+        return Vec::new();
+    }
+    let scaled = scaled(path);
+    let candidates = candidates(&scaled, path, effort);
+    let mut found: Vec<Follower> = match &path.crank {
+        Some(turns) => candidates.iter().filter_map(|own| timed(&scaled, turns, own)).collect(),
+        None => candidates.iter().filter_map(|own| nearest(&scaled, own)).collect(),
+    };
+    found.sort_by(|a, b| a.rms.total_cmp(&b.rms));
+    let mut apart: Vec<Follower> = Vec::new();
+    for one in found {
+        if !apart.iter().any(|other| is_same(other, &one)) {
+            apart.push(one);
+        }
+    }
+    apart
+}
+
+/// Are two four-bars the same, also with their dyads exchanged?
+fn is_same(a: &Follower, b: &Follower) -> bool {
+    let lengths = |own: &Follower| own.linkage.lengths().map(|length| length.unwrap_or(0.0));
+    let pivots = |linkage: &Linkage| {
+        [linkage.first, linkage.second].map(|dyad| match dyad {
+            Dyad::Bar { ground, .. } => ground,
+            Dyad::Slider { .. } | Dyad::Slot { .. } => Point::new(0.0, 0.0),
+        })
+    };
+    let (own, [g, r, k, s]) = (lengths(a), lengths(b));
+    let (here, [p, q]) = (pivots(&a.linkage), pivots(&b.linkage));
+    let size = own.iter().sum::<f64>();
+    let near = |other: [f64; 4], places: [Point; 2]| {
+        (0..4).all(|i| (own[i] - other[i]).abs() < 1e-6 * size)
+            && (0..2).all(|i| (here[i] - places[i]).norm() < 1e-6 * size)
+    };
+    near([g, r, k, s], [p, q]) || near([g, s, k, r], [q, p])
+}
+
+/// The best of what was found, without what is there already; none with nearly coincident dyads, which soak noise up.
+struct Pool {
+    most: usize,
+    shortest: f64,
+    own: Vec<(f64, Start)>,
+}
+
+impl Pool {
+    fn new(most: usize, shortest: f64) -> Pool {
+        Pool { most, shortest, own: Vec::new() }
+    }
+
+    fn take(&mut self, round: &[(f64, Start)]) {
+        for (sum, start) in round {
+            let full = self.own.len() >= self.most;
+            if full && self.own.last().is_some_and(|(worst, _)| worst <= sum) {
+                break;
+            }
+            if !is_nothing(&start.shared, self.shortest) && !self.own.iter().any(|(_, other)| is_near(other, start)) {
+                let place = self.own.partition_point(|(other, _)| other < sum);
+                self.own.insert(place, (*sum, start.clone()));
+                self.own.truncate(self.most);
+            }
+        }
+    }
+}
+
+/// In candidates for paths with noise, bars are longer than this share of the longest.
+const NOISY: f64 = 0.03;
+
+/// Dyads that meet the path nearly. Where a path has more points than a four-bar can meet by chance, one that meets it is enough.
+fn candidates(scaled: &Scaled, path: &Path, effort: &Effort) -> Vec<Start> {
+    let held = scaled.pivots.is_some();
+    let dyads = Dyads { points: &scaled.points, held };
+    let count = scaled.points.len();
+    let enough = if held { count > 5 } else { count >= DETERMINED };
+    let mut starts = Starts::new(scaled, path, effort);
+    let most = if enough { CANDIDATES } else { 8 * CANDIDATES };
+    let (mut early, mut late) = (Pool::new(CANDIDATES, NOISY), Pool::new(most, SHORTEST));
+    while let Some(round) = starts.next() {
+        let mut round: Vec<(f64, Start)> = round.into_iter().map(|start| (0.0, start)).collect();
+        for (number, (kept, steps)) in ROUNDS.into_iter().enumerate() {
+            round.truncate(kept);
+            round.iter_mut().for_each(|(sum, start)| *sum = minimise(&dyads, start, End::after(steps)));
+            round.retain(|(sum, start)| sum.is_finite() && !is_nothing(&start.shared, SHORTEST));
+            round.sort_by(|a, b| a.0.total_cmp(&b.0));
+            if let Some((_, first)) = round.first().filter(|(sum, _)| enough && *sum < ZERO * ZERO * count as f64) {
+                return vec![first.clone()];
+            }
+            if number + 1 < ROUNDS.len() { early.take(&round) } else { late.take(&round) }
+        }
+    }
+    late.own.into_iter().chain(early.own).map(|(_, start)| start).collect()
+}
+
+/// Are pivots and lengths the same?
+fn is_near(a: &Start, b: &Start) -> bool {
+    let (p, q) = (&a.shared, &b.shared);
+    let near = |i: usize, j: usize| (p[i] - q[j]).abs() < 1e-4 * (1.0 + p[i].abs());
+    let plain = (4..10).all(|i| near(i, i));
+    let exchanged = [(4, 6), (5, 7), (6, 4), (7, 5), (8, 9), (9, 8)];
+    plain || exchanged.into_iter().all(|(i, j)| near(i, j))
+}
+
+/// Starts, round by round: of the atlas, then beside them.
+struct Starts<'p> {
+    scaled: &'p Scaled,
+    atlas: Vec<Start>,
+    given: usize,
+    left: usize,
+    random: Random,
+}
+
+impl<'p> Starts<'p> {
+    fn new(scaled: &'p Scaled, path: &Path, effort: &Effort) -> Starts<'p> {
+        let count = (effort.starts / 2).min(10 * ROUND);
+        let likely = if path.closed { atlas::closed_starts } else { atlas::open_starts };
+        let atlas = likely(&scaled.points, count);
+        Starts { scaled, atlas, given: 0, left: effort.starts, random: Random::new(effort.seed) }
+    }
+
+    fn next(&mut self) -> Option<Vec<Start>> {
+        let count = ROUND.min(self.left);
+        self.left -= count;
+        let round: Vec<Start> = (0..count).filter_map(|_| self.one()).collect();
+        (!round.is_empty()).then_some(round)
+    }
+
+    fn one(&mut self) -> Option<Start> {
+        let index = self.given;
+        self.given += 1;
+        let mut start = match self.atlas.get(index) {
+            Some(start) => start.clone(),
+            None => {
+                let near = self.random.below(self.atlas.len());
+                atlas::beside(self.atlas.get(near)?, &mut self.random)
+            }
+        };
+        if let Some(pivots) = self.scaled.pivots {
+            hold(&mut start, pivots, &self.scaled.points);
+        }
+        Some(start)
+    }
+}
+
+/// A start with its pivots moved to where they are to be.
+fn hold(start: &mut Start, pivots: [Point; 2], points: &[Point]) {
+    let own = bars(&start.shared);
+    let mut lengths = [0.0; 2];
+    for which in 0..2 {
+        let way = |(point, own_angle): (&Point, &[f64; 1])| {
+            (point + polar(1.0, own_angle[0]) * own.pins[which] - pivots[which]).norm()
+        };
+        lengths[which] = points.iter().zip(&start.own).map(way).sum::<f64>() / points.len().max(1) as f64;
+    }
+    start.shared[4..].copy_from_slice(&[
+        pivots[0].re,
+        pivots[0].im,
+        pivots[1].re,
+        pivots[1].im,
+        lengths[0],
+        lengths[1],
+    ]);
+}
+
+/// Weights of the loops, one after the other: at the last one, loops are open by 1e-8 of the distances.
+const WEIGHTS: [f64; 2] = [30.0, 1e4];
+
+fn nearest(scaled: &Scaled, start: &Start) -> Option<Follower> {
+    let own = scaled.points.iter().zip(&start.own).map(|(point, angle)| [point.re, point.im, angle[0]]).collect();
+    let mut at = Unknowns { shared: start.shared, own };
+    let held = scaled.pivots.is_some();
+    for weight in WEIGHTS {
+        minimise(&Distances { points: &scaled.points, held, weight }, &mut at, End { share: 1e-7, ..End::after(80) });
+    }
+    built(scaled, &at.shared, &at.own)
+}
+
+/// With the turns of the first bar; either bar may be the first one.
+fn timed(scaled: &Scaled, turns: &[f64], start: &Start) -> Option<Follower> {
+    let swapped = |start: &Start| {
+        let s = start.shared;
+        let shared = [s[2], s[3], s[0], s[1], s[6], s[7], s[4], s[5], s[9], s[8]];
+        Unknowns { shared, own: start.own.clone() }
+    };
+    let other = scaled.pivots.is_none().then(|| swapped(start));
+    let both = std::iter::once(start.clone()).chain(other);
+    both.filter_map(|start| timed_from(scaled, turns, &start)).min_by(|a, b| a.rms.total_cmp(&b.rms))
+}
+
+fn timed_from(scaled: &Scaled, turns: &[f64], start: &Start) -> Option<Follower> {
+    let bars = bars(&start.shared);
+    let angle = |(index, own): (usize, &[f64; 1])| {
+        let arm = scaled.points[index] + polar(1.0, own[0]) * bars.pins[0] - bars.pivots[0];
+        polar(1.0, arm.arg() - turns[index])
+    };
+    let phase = start.own.iter().enumerate().map(angle).sum::<Point>().arg();
+    let mut shared = [0.0; 11];
+    shared[..10].copy_from_slice(&start.shared);
+    shared[10] = phase;
+    let own = scaled.points.iter().zip(&start.own).map(|(point, angle)| [point.re, point.im, angle[0]]).collect();
+    let mut at = Unknowns { shared, own };
+    for weight in [1.0, 30.0, 1e4] {
+        let held = scaled.pivots.is_some();
+        let timed = Timed { points: &scaled.points, turns, held, weight };
+        minimise(&timed, &mut at, End { share: 1e-10, ..End::after(150) });
+    }
+    built(scaled, &at.shared, &at.own)
+}
+
+/// The linkage in the size of the path; none if a bar vanishes or a loop is open.
+fn built(scaled: &Scaled, shared: &[f64], own: &[[f64; 3]]) -> Option<Follower> {
+    if is_nothing(shared, SHORTEST) {
+        return None;
+    }
+    let bars = bars(shared);
+    let dyad = |which: usize| Dyad::Bar {
+        moving: bars.pins[which] * scaled.size,
+        ground: bars.pivots[which] * scaled.size + scaled.middle,
+        length: bars.lengths[which].abs() * scaled.size,
+    };
+    let linkage = Linkage { first: dyad(0), second: dyad(1) };
+    let pose = |own: &[f64; 3]| Pose { at: Point::new(own[0], own[1]) * scaled.size + scaled.middle, angle: own[2] };
+    let poses: Vec<Pose> = own.iter().map(|own| pose(&closed(&bars, *own))).collect();
+    let open = linkage.first.largest_error(&poses).max(linkage.second.largest_error(&poses));
+    let ways =
+        || poses.iter().zip(&scaled.points).map(|(pose, point)| (pose.at - scaled.middle - point * scaled.size).norm());
+    let largest = ways().fold(0.0, f64::max);
+    let square = ways().map(|own| own * own).sum::<f64>() / (2 * poses.len()) as f64;
+    let closes = open < CLOSED * scaled.size;
+    closes.then(|| Follower { linkage, poses: unwound(poses), largest, rms: square.sqrt() })
+}
+
+/// Loops are closed up to this share of the size.
+const CLOSED: f64 = 1e-10;
+
+/// A place moved by what its loops are open, with the angle of the body as it is (Newton's method); where the bars lie along each other there is none.
+fn closed(bars: &Bars, own: [f64; 3]) -> [f64; 3] {
+    let (mut place, turn) = (Point::new(own[0], own[1]), polar(1.0, own[2]));
+    for _ in 0..3 {
+        let [one, other] =
+            [0, 1].map(|which| bar(place, turn, bars.pins[which], bars.pivots[which], bars.lengths[which]));
+        let across = one.along.re * other.along.im - one.along.im * other.along.re;
+        if across.abs() < 1e-6 {
+            break;
+        }
+        let x = (one.value * other.along.im - other.value * one.along.im) / across;
+        let y = (other.value * one.along.re - one.value * other.along.re) / across;
+        place -= Point::new(x, y);
+    }
+    [place.re, place.im, own[2]]
+}
+
+/// Angles without a jump.
+fn unwound(mut poses: Vec<Pose>) -> Vec<Pose> {
+    if let Some(first) = poses.first_mut() {
+        first.angle = first.angle.rem_euclid(TAU);
+    }
+    for index in 1..poses.len() {
+        let before = poses[index - 1].angle;
+        poses[index].angle = before + way(before, poses[index].angle);
+    }
+    poses
+}
