@@ -181,18 +181,129 @@ fn linkages_of_pylinkage_move_as_there() {
     assert!(scene.contains("type    = \"slot\"") && scene.contains("# assumed"), "{scene}");
 }
 
+/// The block that the crank carries slides in a slot of the lever: the lever points to the crank's pin.
+#[test]
+fn a_slot_in_a_moving_link_leads_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let options =
+        ["--stop", "0.3", "--step", "0.3", "--variables", "Crank.angle,Lever.D.x,Lever.D.y,Block.angle,Lever.angle"];
+    let names = ["Crank.angle", "Lever.D.x", "Lever.D.y", "Block.angle", "Lever.angle"];
+    let [crank, x, y, block, lever] = moved(folder.path(), &example("slotted_lever.pmks"), &options, 0.3, names);
+    let turned = 0.3 * 20.0 * PI / 30.0;
+    assert!(close(crank, turned), "{crank}");
+    // In centimetres: the crank's pin is 2 from (0, 0), the lever turns about (0, -5), and D is as far from there as (3.2, 3).
+    let arm = [2.0 * turned.cos(), 2.0 * turned.sin() + 5.0];
+    let share = 3.2_f64.hypot(8.0) / arm[0].hypot(arm[1]);
+    assert!(close(x, 0.01 * share * arm[0]) && close(y, 0.01 * (share * arm[1] - 5.0)), "{x} {y}");
+    assert!(close(block, lever), "{block} {lever}");
+}
+
+/// A ram: its rod is welded to the piston, which slides in the barrel at a speed of its own, until rod and barrel lie in the boom's line.
+#[test]
+fn a_cylinder_between_moving_links_raises_a_boom() {
+    let folder = tempfile::tempdir().unwrap();
+    let options = ["--stop", "2", "--step", "1", "--variables", "Boom.angle,Barrel.angle,Rod.angle"];
+    let names = ["Boom.angle", "Barrel.angle", "Rod.angle"];
+    let [boom, barrel, rod] = moved(folder.path(), &example("cylinder.pmks"), &options, 2.0, names);
+    // In centimetres: the boom is 5 long, the pins on the ground are 3 apart, the ram is 4 long and grows by 0.5 in a second.
+    let angle = |ram: f64| ((34.0 - ram * ram) / 30.0).acos();
+    assert!(close(boom, angle(5.0) - angle(4.0)), "{boom}");
+    assert!(close(rod, barrel), "{rod} {barrel}");
+    let output = cotree(folder.path(), &["import", &example("cylinder.pmks"), "-o", "again.toml"]);
+    let note = stderr(&output);
+    let cut = note.split("the run is cut at ").nth(1).and_then(|rest| rest.split(' ').next()).map(str::parse::<f64>);
+    assert!(cut.is_some_and(|time| time.is_ok_and(|time| (7.9..=8.0).contains(&time))), "{note}");
+}
+
+/// A motor between crank and coupler; names with blanks, also as browsers copy them.
+#[test]
+fn a_drive_between_two_moving_links_turns_the_second_against_the_first() {
+    let folder = tempfile::tempdir().unwrap();
+    let options =
+        ["--stop", "0.1", "--step", "0.1", "--variables", "Long_crank.angle,Tie_rod.angle,Tie_rod.C.x,Tie_rod.C.y"];
+    let names = ["Long_crank.angle", "Tie_rod.angle", "Tie_rod.C.x", "Tie_rod.C.y"];
+    let plain = fs::read_to_string(example("between_links.pmks")).unwrap();
+    for text in
+        [plain.clone(), plain.replace(' ', "%20"), format!("https://example.org/?{}", plain.replace(' ', "%20"))]
+    {
+        fs::write(folder.path().join("linkage.pmks"), text).unwrap();
+        let [crank, rod, x, y] = moved(folder.path(), "linkage.pmks", &options, 0.1, names);
+        assert!(close(rod - crank, 0.1 * 20.0 * PI / 30.0) && crank.abs() > 1e-3, "{rod} {crank}");
+        // In centimetres: C is where the tie rod, (4, 1) from the crank's pin, ends, and as far from (5, 0) as at first.
+        let b = [-2.0 * crank.sin(), 2.0 * crank.cos()];
+        let c = [b[0] + 4.0 * rod.cos() - rod.sin(), b[1] + 4.0 * rod.sin() + rod.cos()];
+        assert!(close(x, 0.01 * c[0]) && close(y, 0.01 * c[1]), "{x} {y} {c:?}");
+        assert!(close(0.01 * (c[0] - 5.0).hypot(c[1]), 0.01 * 10.0_f64.sqrt()), "{c:?}");
+        fs::remove_file(folder.path().join("scene.toml")).unwrap();
+    }
+}
+
+/// Three links stretched between two pins: no drive moves them.
+#[test]
+fn what_locks_up_at_once_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let stretched = "0S.Fe.K.1011.MA,A,0,0,0.GB,B,VG,0,0.GC,C,_W,0,0.KD,D,1jO,0,0..YRAB,AB,Fe,Fe,Fe,0,c5cae9,A,B,,.YRBC,BC,Fe,Fe,ku,0,c5cae9,B,C,,.YRCD,CD,Fe,Fe,1Tm,0,c5cae9,C,D,,...Nc";
+    fs::write(folder.path().join("stretched.pmks"), stretched).unwrap();
+    let output = cotree(folder.path(), &["import", "stretched.pmks"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    assert!(stderr(&output).contains("note: it does not move: "), "{}", stderr(&output));
+}
+
+#[test]
+fn guides_and_drives_that_are_none_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let slotted = fs::read_to_string(example("slotted_lever.pmks")).unwrap();
+    let (_, slotted) = slotted.split_once('?').unwrap();
+    let letters: Vec<char> = ('0'..='9').chain('A'..='Z').chain('a'..='z').collect();
+    for (old, new, why) in [
+        (",CD,C,D.", ",XY,C,D.", "of the link `XY`, but there is no such link"),
+        (",CD,C,D.", ",CD,C,B.", "along `C` and `B` of the link `CD`, but there is no such link with these joints"),
+        (",CD,C,D.", ".", "slides, but neither on the ground nor on a link"),
+        ("GB,B,VG,0,0.", "QB,B,VG,0,0.", "joint `B` is driven, but welded"),
+        (
+            "YRCD,Lever,Fe,Fe,Fe,0Fe,c5cae9,C,D,,",
+            "YRCD,Lever,Fe,Fe,Fe,0Fe,c5cae9,A,C,D,,",
+            "joint `A` is driven, but joins 3 bodies",
+        ),
+        (".YPBP", ".ZPBP", "is not as PMKS+ writes one"),
+    ] {
+        assert!(slotted.contains(old), "{old}");
+        let body = slotted[..slotted.len() - 1].replace(old, new);
+        let text = format!("{body}{}", letters[body.len() % 62]);
+        fs::write(folder.path().join("odd.pmks"), text).unwrap();
+        let output = cotree(folder.path(), &["import", "odd.pmks", "-o", "odd.toml"]);
+        assert!(code(&output) == 2 && stderr(&output).contains(why), "{new}: {}", stderr(&output));
+    }
+}
+
+/// A crank to and fro within its arc, as pylinkage bounces it: here from 0.2 rad above its lower end, 0.6 below the upper one, at 0.2 rad/s.
+#[test]
+fn an_arc_driver_of_pylinkage_goes_to_and_fro() {
+    let folder = tempfile::tempdir().unwrap();
+    let options = ["--stop", "12", "--step", "1", "--variables", "wiper.angle"];
+    for (time, angle) in [(2.0, 0.4), (3.0, 0.6), (5.0, 0.2), (7.0, -0.2), (8.0, 0.0), (11.0, 0.6), (12.0, 0.4)] {
+        let [wiper] = moved(folder.path(), &example("to_and_fro.json"), &options, time, ["wiper.angle"]);
+        assert!(close(wiper, angle), "{wiper} for {angle} at {time}");
+        fs::remove_file(folder.path().join("scene.toml")).unwrap();
+    }
+    let outside = fs::read_to_string(example("to_and_fro.json")).unwrap().replace("1.3853981633974483", "0.7");
+    fs::write(folder.path().join("outside.json"), outside).unwrap();
+    let output = cotree(folder.path(), &["import", "outside.json"]);
+    assert!(code(&output) == 2 && stderr(&output).contains("outside its arc"), "{}", stderr(&output));
+}
+
 #[test]
 fn what_cannot_be_read_is_refused_with_every_reason() {
     let folder = tempfile::tempdir().unwrap();
     let good = fs::read_to_string(example("four_bar.pmks")).unwrap();
     let json = fs::read_to_string(example("four_bar.json")).unwrap();
-    let odd = json.replace("\"driver\"", "\"arc_driver\"").replace("\"coupler.1_rocker.0\"\n", "\"nowhere\"\n");
+    let odd = json.replace("\"driver\"", "\"servo\"").replace("\"coupler.1_rocker.0\"\n", "\"nowhere\"\n");
     for (text, words) in [
         (good.replace("crank", "crankshaft"), vec!["cut or changed"]),
         (good[..40].to_owned(), vec!["neither a file or address of PMKS+"]),
         (json[..60].to_owned(), vec!["not JSON of pylinkage"]),
         ("{}".to_owned(), vec!["not JSON of pylinkage"]),
-        (odd, vec!["type `arc_driver`, which is not supported", "joint `nowhere`, which is not there"]),
+        (odd, vec!["type `servo`, which is not supported", "joint `nowhere`, which is not there"]),
         ("{\"joints\": [], \"links\": []}".to_owned(), vec!["no link that moves"]),
         (String::new(), vec!["neither"]),
     ] {

@@ -23,6 +23,8 @@ pub struct Pin {
     pub kind: PinKind,
     /// Is it held by the ground?
     pub grounded: bool,
+    /// Are the links here one piece?
+    pub welded: bool,
     /// Is its path of interest?
     pub traced: bool,
 }
@@ -30,10 +32,27 @@ pub struct Pin {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PinKind {
     Turning,
-    /// The one link here slides along this direction of the ground, and does not turn.
-    Sliding([f64; 2]),
-    /// What is pinned here slides along this direction of the ground, and turns.
-    Slot([f64; 2]),
+    /// The one link here slides along the guide, and does not turn against it.
+    Sliding(Guide),
+    /// What is pinned here slides along the guide, and turns.
+    Slot(Guide),
+}
+
+impl PinKind {
+    pub fn guide(self) -> Option<Guide> {
+        match self {
+            PinKind::Turning => None,
+            PinKind::Sliding(guide) | PinKind::Slot(guide) => Some(guide),
+        }
+    }
+}
+
+/// A straight line of the ground or of a link, in its direction in the pose of the file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Guide {
+    /// The link that it is cut into; none for the ground.
+    pub on: Option<usize>,
+    pub along: [f64; 2],
 }
 
 #[derive(Clone, Debug)]
@@ -45,13 +64,24 @@ pub struct Link {
     pub centre: Option<[f64; 2]>,
 }
 
-/// A link that is turned against the ground at a constant rate.
+/// The motion of a link at a pin against what it is joined to there: an angle, or the way along a guide.
 #[derive(Clone, Copy, Debug)]
 pub struct Drive {
     pub pin: usize,
     pub link: usize,
-    /// In rad/s.
-    pub rate: f64,
+    pub course: Course,
+}
+
+/// How a drive goes on from the pose of the file, in radians or metres and a second.
+#[derive(Clone, Copy, Debug)]
+pub enum Course {
+    Steady(f64),
+    /// To and fro between two places, at this rate to the upper one first.
+    ToAndFro {
+        rate: f64,
+        from: f64,
+        to: f64,
+    },
 }
 
 #[derive(Clone, Debug)]

@@ -1,4 +1,4 @@
-//! Numbers of PMKS+: digits to the base 64 that an address may have, thousandths, a leading `0` for a sign.
+//! Numbers of PMKS+: digits to the base 64 that an address may have, thousandths, a leading `0` for a sign. And what else an address does to a text.
 
 const DIGITS: &str = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-";
 
@@ -26,12 +26,29 @@ fn value(digits: &str) -> Option<i64> {
     digits.chars().try_fold(0_i64, |value, c| value.checked_mul(64)?.checked_add(DIGITS.find(c)? as i64))
 }
 
-/// Is the last letter the one that the length of the rest asks for?
+/// Is the last letter the one that the length of the rest asks for? The length is that of JavaScript, in units of UTF-16.
 pub fn is_whole(text: &str) -> bool {
     const LETTERS: usize = 62;
     let Some(last) = text.chars().last() else { return false };
-    let length = text.chars().count() - 1;
+    let length = text.encode_utf16().count() - last.len_utf16();
     DIGITS.chars().nth(length % LETTERS) == Some(last)
+}
+
+/// The text that a part of an address stands for: `%20` is a blank. What is no such code stays.
+pub fn unescaped(text: &str) -> String {
+    let mut bytes = Vec::with_capacity(text.len());
+    let mut rest = text.as_bytes();
+    while let Some((&first, after)) = rest.split_first() {
+        let code = after.split_at_checked(2).and_then(|(code, after)| {
+            let code =
+                std::str::from_utf8(code).ok().filter(|code| code.bytes().all(|byte| byte.is_ascii_hexdigit()))?;
+            Some((u8::from_str_radix(code, 16).ok()?, after))
+        });
+        let (byte, after) = code.filter(|_| first == b'%').unwrap_or((first, after));
+        bytes.push(byte);
+        rest = after;
+    }
+    String::from_utf8(bytes).unwrap_or_else(|_| text.to_owned())
 }
 
 #[cfg(test)]
@@ -49,5 +66,13 @@ mod tests {
             assert_eq!(integer(odd), None, "{odd}");
         }
         assert_eq!(flags::<5>("M"), Some([false, true, true, false, true]));
+    }
+
+    #[test]
+    fn codes_of_addresses_are_letters() {
+        assert_eq!(unescaped("Tie%20rod%2c K%C3%BCrbel"), "Tie rod, Kürbel");
+        for same in ["100%", "5%2", "%zz", "%+1", "%C3"] {
+            assert_eq!(unescaped(same), same);
+        }
     }
 }

@@ -1,10 +1,20 @@
 //! Files of PMKS+ (<https://app.pmksplus.com>): one line, the same as in the addresses that it shares.
 //!
-//! Flags, scale, speed and time step, units, joints, links, forces, and what is selected, with a letter for its length at the end.
+//! Sections end with a point: switches, scale and speed of sliders, speed and time step, units; then joints, links and forces, each entry with a point and the
+//! list with one more; what is selected; marks such as locks and colours. The last letter stands for the length. Files of earlier PMKS+ end sooner.
+//!
+//! A joint: switches and its own letter, name, x, y, angle of its guide; then, if its guide is in a link, that link and two of its joints on the guide; then a speed
+//! of its own. A slider is two joints at one place: a pin, and one that slides, with a block between them.
 
-use super::linkage::{Drive, Force, Link, Linkage, Pin, PinKind};
-use super::number::{decimal, flags, integer, is_whole};
+use std::f64::consts::PI;
+
+use super::linkage::{Course, Drive, Force, Guide, Link, Linkage, Pin, PinKind};
+use super::number::{decimal, flags, integer, is_whole, unescaped};
 use super::pmks_older;
+use crate::columns::counted;
+
+/// The speed of driven sliders, in units of length a second, that PMKS+ takes for files which have none.
+const SPEED_OF_SLIDERS: f64 = 5.0;
 
 /// Metres of a length, kilograms of a mass, newtons of a force.
 struct Units {
@@ -14,23 +24,34 @@ struct Units {
 }
 
 pub fn read(file: &str) -> Result<Linkage, Vec<String>> {
-    let line = file.split_once('?').map_or(file, |(_, query)| query);
+    // A name may have a question mark, too: what stands before the first one is an address only if it looks like one.
+    let address = file.split_once('?').filter(|(before, _)| before.is_empty() || before.contains("://"));
+    let line = address.map_or(file, |(_, query)| query);
     if pmks_older::is_older(line) {
         return pmks_older::read(line);
-    }
-    if line.contains(char::is_whitespace) || line.split('.').count() < 8 {
-        return Err(vec!["it is neither a file or address of PMKS+ nor JSON of pylinkage".to_owned()]);
     }
     if line.starts_with("data=") {
         let why = "it is an address of a newer PMKS+, which is compressed; open it there and save a .pmks file with an older one, or export its CSV";
         return Err(vec![why.to_owned()]);
     }
-    if !is_whole(line) {
-        return Err(vec!["it is cut or changed: its last letter does not fit its length".to_owned()]);
+    if !looks_like_it(line) {
+        return Err(vec!["it is neither a file or address of PMKS+ nor JSON of pylinkage".to_owned()]);
     }
-    let mut reader = Reader { rest: line, faults: Vec::new() };
+    // Browsers write blanks and other letters of names as codes; the last letter counts the letters.
+    let plain = unescaped(line);
+    let Some(whole) = [plain.as_str(), line].into_iter().find(|text| is_whole(text)) else {
+        return Err(vec!["it is cut or changed: its last letter does not fit its length".to_owned()]);
+    };
+    let mut reader = Reader { rest: whole, faults: Vec::new() };
     let linkage = reader.linkage();
     if reader.faults.is_empty() { Ok(linkage) } else { Err(reader.faults) }
+}
+
+/// Does it begin with the settings of a file?
+fn looks_like_it(line: &str) -> bool {
+    let sections: Vec<&str> = line.split('.').collect();
+    let numbers = |section: &str| section.split(',').all(|number| integer(number).is_some());
+    sections.len() >= 8 && flags::<1>(sections[0]).is_some() && sections[1..4].iter().all(|section| numbers(section))
 }
 
 struct Reader<'a> {
@@ -38,47 +59,62 @@ struct Reader<'a> {
     faults: Vec<String>,
 }
 
+/// A joint before its links are known.
+struct Point<'a> {
+    id: &'a str,
+    pin: Pin,
+    driven: bool,
+    slides: bool,
+    /// The link that its guide is cut into, and the two joints of it on the guide.
+    guide: Option<[&'a str; 3]>,
+    /// Its own speed, or zero.
+    speed: f64,
+}
+
 /// A link before its joints are known.
-struct Draft {
+struct Draft<'a> {
     link: Link,
-    id: String,
-    joints: Vec<String>,
+    id: &'a str,
+    /// The links that were welded into it.
+    parts: Vec<&'a str>,
+    joints: Vec<&'a str>,
+}
+
+/// Speeds of what is driven without one of its own, with their sense.
+struct Speeds {
+    turning: f64,
+    sliding: f64,
 }
 
 impl<'a> Reader<'a> {
     fn linkage(&mut self) -> Linkage {
-        let settings: [bool; 8] = flags(self.section()).unwrap_or_default();
-        let [clockwise, gravity, ..] = settings;
-        self.section(); // the scale of the picture
-        let speed = self.section().split(',').next().and_then(integer);
+        // Gravity acts unless the ninth switch takes it away; the second one is a relic that PMKS+ ignores.
+        let [clockwise, .., weightless]: [bool; 9] = flags(self.section()).unwrap_or_default();
+        let sense = if clockwise { -1.0 } else { 1.0 };
+        let of_sliders = self.section().split(',').nth(1).and_then(decimal).filter(|speed| *speed > 0.0);
+        let rpm = self.section().split(',').next().and_then(integer).unwrap_or_default() as f64;
         let units = units(self.section());
-        let rpm = speed.map_or(0.0, |speed| speed as f64) * if clockwise { -1.0 } else { 1.0 };
-        let joints: Vec<(String, Pin, bool)> = self.list().iter().filter_map(|text| self.joint(text, &units)).collect();
-        let drafts: Vec<Draft> = self.list().iter().filter_map(|text| self.link(text, &units)).collect();
+        let speeds = Speeds { turning: sense * rpm, sliding: sense * of_sliders.unwrap_or(SPEED_OF_SLIDERS) };
+        let mut points: Vec<Point> = self.list().into_iter().filter_map(|text| self.point(text, &units)).collect();
+        let drafts: Vec<Draft> = self.list().into_iter().filter_map(|text| self.draft(text, &units)).collect();
         // Older files do not say what is selected: the letter for their length stands alone.
         let forces: Vec<&str> = self.list().into_iter().filter(|entry| entry.contains(',')).collect();
-        let mut links: Vec<Link> = Vec::new();
-        for draft in &drafts {
-            let place = |id: &String| joints.iter().position(|(known, ..)| known == id);
-            for id in draft.joints.iter().filter(|id| place(id).is_none()) {
-                self.faults.push(format!("link `{}` has the joint `{id}`, which is not there", draft.id));
-            }
-            links.push(Link { pins: draft.joints.iter().filter_map(place).collect(), ..draft.link.clone() });
+        self.guides(&mut points, &drafts);
+        let links = self.links(&points, &drafts);
+        let forces = forces.into_iter().filter_map(|text| self.force(text, &drafts, &units)).collect();
+        let drives = points.iter().enumerate().filter(|(_, point)| point.driven);
+        let drives: Vec<Drive> =
+            drives.filter_map(|(pin, point)| self.drive(pin, point, &links, &speeds, &units)).collect();
+        let mut notes = vec!["PMKS+ writes no units of mass: masses are taken as kilograms (pounds if forces are in lbf), moments of inertia as mass times the unit of length squared".to_owned()];
+        if of_sliders.is_none() && points.iter().any(|point| point.driven && point.slides && point.speed == 0.0) {
+            notes.push(format!("the file has no speed of driven sliders: {SPEED_OF_SLIDERS} units of length a second, as PMKS+ takes it"));
         }
-        let ids: Vec<&str> = drafts.iter().map(|draft| draft.id.as_str()).collect();
-        let forces = forces.iter().filter_map(|text| self.force(text, &ids, &units)).collect();
-        let drives = self.drives(&joints, &links, rpm * std::f64::consts::PI / 30.0);
-        let note = "PMKS+ writes no units of mass: masses are taken as kilograms (pounds if forces are in lbf), moments of inertia as mass times the unit of length squared".to_owned();
-        Linkage {
-            program: "PMKS+",
-            title: String::new(),
-            gravity,
-            pins: joints.into_iter().map(|(_, pin, _)| pin).collect(),
-            links,
-            drives,
-            forces,
-            notes: vec![note],
+        if self.rest.split('.').nth(1).is_some_and(|marks| marks.split(',').any(|mark| mark.starts_with('P'))) {
+            notes
+                .push("numbers are read to a thousandth: the further digits at the file's end are left out".to_owned());
         }
+        let pins = points.into_iter().map(|point| point.pin).collect();
+        Linkage { program: "PMKS+", title: String::new(), gravity: !weightless, pins, links, drives, forces, notes }
     }
 
     /// The text up to the next point.
@@ -93,35 +129,43 @@ impl<'a> Reader<'a> {
         std::iter::from_fn(|| Some(self.section()).filter(|entry| !entry.is_empty())).collect()
     }
 
-    /// Its own name in the file, the pin, and is it driven?
-    fn joint(&mut self, text: &str, units: &Units) -> Option<(String, Pin, bool)> {
+    fn point(&mut self, text: &'a str, units: &Units) -> Option<Point<'a>> {
         let (flag, rest) = text.split_at_checked(1)?;
         let parts: Vec<&str> = rest.split(',').collect();
-        let numbers: Vec<f64> = parts.iter().skip(2).filter_map(|part| decimal(part)).collect();
-        let (Some([sliding, driven, grounded, _, traced]), [id, name, ..], [x, y, angle]) =
-            (flags::<5>(flag), &parts[..], &numbers[..])
+        let numbers: Vec<f64> = parts.iter().skip(2).take(3).filter_map(|part| decimal(part)).collect();
+        let (Some(switches), [id, name, ..], [x, y, angle], true) =
+            (flags::<6>(flag), &parts[..], &numbers[..], parts.len() <= 9)
         else {
             self.faults.push(format!("joint `{text}` is not as PMKS+ writes one"));
             return None;
         };
-        if sliding && !grounded {
-            self.faults.push(format!("joint `{name}` slides on a link that moves, which is not supported"));
+        let [slides, driven, grounded, welded, traced, _] = switches;
+        let part = |place: usize| parts.get(place).copied().unwrap_or_default();
+        let guide = [part(5), part(6), part(7)];
+        let carried = guide.iter().any(|part| !part.is_empty());
+        if slides && !grounded && !carried {
+            self.faults.push(format!("joint `{name}` slides, but neither on the ground nor on a link"));
         }
-        if sliding && driven {
-            self.faults.push(format!("joint `{name}` is a driven slider, which is not supported"));
-        }
-        let kind = if sliding { PinKind::Sliding([angle.cos(), angle.sin()]) } else { PinKind::Turning };
+        let along = [angle.cos(), angle.sin()];
+        let kind = if slides { PinKind::Sliding(Guide { on: None, along }) } else { PinKind::Turning };
         let at = [x * units.length, y * units.length];
-        Some(((*id).to_owned(), Pin { name: (*name).to_owned(), at, kind, grounded, traced }, driven))
+        let pin = Pin { name: (*name).to_owned(), at, kind, grounded: grounded && !carried, welded, traced };
+        let speed = decimal(part(8)).unwrap_or_default();
+        Some(Point { id, pin, driven, slides, guide: (slides && carried).then_some(guide), speed })
     }
 
-    fn link(&mut self, text: &str, units: &Units) -> Option<Draft> {
-        // The parts of a welded link follow it; only the whole is a body.
-        let rest = text.strip_prefix('Y')?;
+    fn draft(&mut self, text: &'a str, units: &Units) -> Option<Draft<'a>> {
+        let (flag, rest) = text.split_at_checked(1)?;
+        // Whether it is a whole, whether mass centre and moment of inertia are chosen by hand, whether it is drawn as a disc. Parts of a welded link follow
+        // it: only the whole is a body.
+        if "Namg4567".contains(flag) {
+            return None;
+        }
         let (kind, rest) = rest.split_at_checked(1)?;
         let parts: Vec<&str> = rest.split(',').collect();
         let numbers: Vec<f64> = parts.iter().skip(2).take(4).filter_map(|part| decimal(part)).collect();
-        let (true, [id, name, ..], [mass, inertia, x, y]) = (parts.len() > 7, &parts[..], &numbers[..]) else {
+        let known = "YAMG0123".contains(flag) && ["R", "P"].contains(&kind) && parts.len() > 7;
+        let (true, [id, name, ..], [mass, inertia, x, y]) = (known, &parts[..], &numbers[..]) else {
             self.faults.push(format!("link `{text}` is not as PMKS+ writes one"));
             return None;
         };
@@ -133,11 +177,50 @@ impl<'a> Reader<'a> {
             inertia: (!block).then_some(inertia * units.mass * units.length * units.length),
             centre: (!block).then_some([x * units.length, y * units.length]),
         };
-        let joints = parts[7..].iter().take_while(|joint| !joint.is_empty()).map(|joint| (*joint).to_owned()).collect();
-        Some(Draft { link, id: (*id).to_owned(), joints })
+        let mut lists = parts[7..].split(|part| part.is_empty());
+        let [joints, parts] = [lists.next(), lists.next()].map(|list| list.unwrap_or_default().to_vec());
+        Some(Draft { link, id, parts, joints })
     }
 
-    fn force(&mut self, text: &str, links: &[&str], units: &Units) -> Option<Force> {
+    /// Puts guides that are cut into links in their place: along two joints of the link.
+    fn guides(&mut self, points: &mut [Point<'a>], drafts: &[Draft]) {
+        let places: Vec<(&str, [f64; 2])> = points.iter().map(|point| (point.id, point.pin.at)).collect();
+        for point in points {
+            let Some([link, first, second]) = point.guide else { continue };
+            let name = &point.pin.name;
+            let place = |id: &str| places.iter().find(|(known, _)| *known == id).map(|(_, at)| *at);
+            let on = whole(drafts, link);
+            let held = |id: &str| on.is_some_and(|on| drafts[on].joints.contains(&id));
+            let (Some(on), Some(from), Some(to), true) = (on, place(first), place(second), held(first) && held(second))
+            else {
+                self.faults.push(format!("joint `{name}` slides along `{first}` and `{second}` of the link `{link}`, but there is no such link with these joints"));
+                continue;
+            };
+            let way = [to[0] - from[0], to[1] - from[1]];
+            let length = way[0].hypot(way[1]);
+            if length == 0.0 {
+                self.faults.push(format!(
+                    "joint `{name}` slides along the joints `{first}` and `{second}`, which are at one place"
+                ));
+                continue;
+            }
+            point.pin.kind = PinKind::Sliding(Guide { on: Some(on), along: way.map(|part| part / length) });
+        }
+    }
+
+    fn links(&mut self, points: &[Point], drafts: &[Draft]) -> Vec<Link> {
+        let mut links = Vec::new();
+        for draft in drafts {
+            let place = |id: &&str| points.iter().position(|point| point.id == *id);
+            for id in draft.joints.iter().filter(|id| place(id).is_none()) {
+                self.faults.push(format!("link `{}` has the joint `{id}`, which is not there", draft.id));
+            }
+            links.push(Link { pins: draft.joints.iter().filter_map(place).collect(), ..draft.link.clone() });
+        }
+        links
+    }
+
+    fn force(&mut self, text: &str, drafts: &[Draft], units: &Units) -> Option<Force> {
         let (flag, rest) = text.split_at_checked(1)?;
         let parts: Vec<&str> = rest.split(',').collect();
         let numbers: Vec<f64> = parts.iter().skip(3).filter_map(|part| decimal(part)).collect();
@@ -146,7 +229,7 @@ impl<'a> Reader<'a> {
             self.faults.push(format!("force `{text}` is not as PMKS+ writes one"));
             return None;
         };
-        let Some(link) = links.iter().position(|known| known == link) else {
+        let Some(link) = whole(drafts, link) else {
             self.faults.push(format!("force `{name}` acts on the link `{link}`, which is not there"));
             return None;
         };
@@ -157,18 +240,37 @@ impl<'a> Reader<'a> {
         Some(Force { name: (*name).to_owned(), link, at, vector: [share * along, share * across], turns })
     }
 
-    fn drives(&mut self, joints: &[(String, Pin, bool)], links: &[Link], rate: f64) -> Vec<Drive> {
-        let mut drives = Vec::new();
-        for (pin, (_, joint, _)) in joints.iter().enumerate().filter(|(_, (.., driven))| *driven) {
-            match links.iter().position(|link| link.pins.contains(&pin)) {
-                Some(link) if joint.grounded => drives.push(Drive { pin, link, rate }),
-                _ => self
-                    .faults
-                    .push(format!("joint `{}` is driven, but does not join a link to the ground", joint.name)),
+    /// A driven joint moves the second of two bodies against the first: the ground, then links in the order of the file; a block against its guide.
+    fn drive(&mut self, pin: usize, point: &Point, links: &[Link], speeds: &Speeds, units: &Units) -> Option<Drive> {
+        let here: Vec<usize> = (0..links.len()).filter(|&link| links[link].pins.contains(&pin)).collect();
+        let own = (point.speed != 0.0).then_some(point.speed);
+        let name = &point.pin.name;
+        let against_other = point.pin.grounded || point.guide.is_some();
+        let course = if point.slides {
+            Course::Steady(own.unwrap_or(speeds.sliding) * units.length)
+        } else {
+            Course::Steady(own.unwrap_or(speeds.turning) * PI / 30.0)
+        };
+        match (&here[..], against_other) {
+            _ if point.pin.welded => {
+                self.faults.push(format!("joint `{name}` is driven, but welded: nothing moves there"))
+            }
+            (&[link], true) | (&[_, link], false) => return Some(Drive { pin, link, course }),
+            (links, _) => {
+                let bodies = counted(links.len() + usize::from(against_other), "body");
+                self.faults.push(format!(
+                    "joint `{name}` is driven, but joins {bodies}: only with two it is said which moves against which"
+                ));
             }
         }
-        drives
+        None
     }
+}
+
+/// The link of this letter, or the one that it was welded into.
+fn whole(drafts: &[Draft], id: &str) -> Option<usize> {
+    let named = drafts.iter().position(|draft| draft.id == id);
+    named.or_else(|| drafts.iter().position(|draft| draft.parts.contains(&id)))
 }
 
 /// The last letter of the units may be missing: PMKS+ cuts it.

@@ -6,7 +6,8 @@
 
 use std::f64::consts::PI;
 
-use super::linkage::{Drive, Link, Linkage, Pin, PinKind};
+use super::linkage::{Course, Drive, Link, Linkage, Pin, PinKind};
+use super::number::unescaped;
 
 /// Is it such an address, without what stands before its `?`?
 pub fn is_older(query: &str) -> bool {
@@ -15,7 +16,7 @@ pub fn is_older(query: &str) -> bool {
 
 pub fn read(query: &str) -> Result<Linkage, Vec<String>> {
     let parts: Vec<(&str, String)> =
-        query.split('&').filter_map(|part| part.split_once('=')).map(|(key, value)| (key, decoded(value))).collect();
+        query.split('&').filter_map(|part| part.split_once('=')).map(|(key, value)| (key, unescaped(value))).collect();
     let part = |key: &str| parts.iter().find(|(known, _)| *known == key).map_or("", |(_, value)| value.as_str());
     let mut faults = Vec::new();
     for (key, what) in [("f", "forces"), ("pp", "points of paths"), ("tp", "traced points")] {
@@ -40,12 +41,6 @@ pub fn read(query: &str) -> Result<Linkage, Vec<String>> {
         notes: vec![note.to_owned()],
         ..Linkage::default()
     })
-}
-
-/// The characters that stand in an address for others.
-fn decoded(text: &str) -> String {
-    let pairs = [("%0A", "\n"), ("%0a", "\n"), ("%7C", "|"), ("%7c", "|"), ("%2C", ","), ("%2c", ","), ("%20", " ")];
-    pairs.iter().fold(text.to_owned(), |text, (code, character)| text.replace(code, character))
 }
 
 fn rows(text: &str) -> impl Iterator<Item = &str> {
@@ -99,6 +94,7 @@ impl Joint {
             at: [x * length, y * length],
             kind: PinKind::Turning,
             grounded: ground == "t",
+            welded: false,
             traced: false,
         };
         Some(Joint { pin, driven: input == "t" })
@@ -139,7 +135,7 @@ fn drives(joints: &[Joint], links: &[Link], rate: f64, faults: &mut Vec<String>)
     let mut drives = Vec::new();
     for (pin, joint) in joints.iter().enumerate().filter(|(_, joint)| joint.driven) {
         match links.iter().position(|link| link.pins.contains(&pin)) {
-            Some(link) if joint.pin.grounded => drives.push(Drive { pin, link, rate }),
+            Some(link) if joint.pin.grounded => drives.push(Drive { pin, link, course: Course::Steady(rate) }),
             _ => faults.push(format!("joint `{}` is driven, but does not join a link to the ground", joint.pin.name)),
         }
     }

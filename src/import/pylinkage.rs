@@ -1,10 +1,11 @@
 //! Mechanisms of pylinkage (<https://github.com/HugoFara/pylinkage>) as its `mechanism_to_json` writes them.
 
 use std::collections::HashMap;
+use std::f64::consts::{PI, TAU};
 
 use serde::Deserialize;
 
-use super::linkage::{Drive, Link, Linkage, Pin, PinKind};
+use super::linkage::{Course, Drive, Guide, Link, Linkage, Pin, PinKind};
 
 #[derive(Deserialize)]
 struct Mechanism {
@@ -36,6 +37,8 @@ struct Body {
     name: Option<String>,
     angular_velocity: Option<f64>,
     motor_joint: Option<String>,
+    arc_start: Option<f64>,
+    arc_end: Option<f64>,
 }
 
 pub fn read(file: &str) -> Result<Linkage, Vec<String>> {
@@ -61,11 +64,11 @@ fn linkage(mechanism: &Mechanism, faults: &mut Vec<String>) -> Linkage {
         let own: Vec<usize> = body.joints.iter().filter_map(|id| places.get(id.as_str()).copied()).collect();
         match body.kind.as_str() {
             "link" | "" => {}
-            "driver" => match body.motor_joint.as_ref().and_then(|id| places.get(id.as_str())) {
-                Some(&pin) => {
-                    let rate = body.angular_velocity.unwrap_or(std::f64::consts::TAU / 360.0);
-                    drives.push(Drive { pin, link: links.len(), rate });
-                }
+            "driver" | "arc_driver" => match body.motor_joint.as_ref().and_then(|id| places.get(id.as_str())) {
+                Some(&pin) => match course(body, pin, &own, &mechanism.joints) {
+                    Ok(course) => drives.push(Drive { pin, link: links.len(), course }),
+                    Err(fault) => faults.push(fault),
+                },
                 None => faults.push(format!("driver `{}` has no motor joint", body.id)),
             },
             other => faults.push(format!("link `{}` is of type `{other}`, which is not supported", body.id)),
@@ -89,6 +92,38 @@ fn linkage(mechanism: &Mechanism, faults: &mut Vec<String>) -> Linkage {
     }
 }
 
+/// The course of a driver from the pose of the file: on and on, or to and fro within its arc.
+fn course(body: &Body, pin: usize, own: &[usize], joints: &[Joint]) -> Result<Course, String> {
+    let rate = body.angular_velocity.unwrap_or(TAU / 360.0);
+    if body.kind != "arc_driver" {
+        return Ok(Course::Steady(rate));
+    }
+    let place = |pin: usize| match joints.get(pin)?.position {
+        [Some(x), Some(y)] => Some([x, y]),
+        _ => None,
+    };
+    let crank = own.iter().find(|other| **other != pin).and_then(|other| Some([place(pin)?, place(*other)?]));
+    let (start, end) = (body.arc_start.unwrap_or(0.0), body.arc_end.unwrap_or(PI));
+    let Some([[x, y], [u, v]]) = crank.filter(|_| start < end && rate > 0.0) else {
+        return Err(format!(
+            "driver `{}` has no arc: two joints with places, an upper end above the lower one and a speed above zero",
+            body.id
+        ));
+    };
+    // The turn of the angle that is nearest to the middle of the arc.
+    let (angle, middle) = ((v - y).atan2(u - x), 0.5 * (start + end));
+    let angle = angle + TAU * ((middle - angle) / TAU).round();
+    // The places of the file have rounding errors.
+    let slack = 1e-9 * (end - start);
+    if angle < start - slack || angle > end + slack {
+        return Err(format!(
+            "driver `{}` stands at {angle:.6} rad, outside its arc from {start:?} to {end:?} rad",
+            body.id
+        ));
+    }
+    Ok(Course::ToAndFro { rate, from: (start - angle).min(0.0), to: (end - angle).max(0.0) })
+}
+
 fn pin(joint: &Joint, in_ground: bool, faults: &mut Vec<String>) -> Option<Pin> {
     let name = joint.name.clone().unwrap_or_else(|| joint.id.clone());
     let [Some(x), Some(y)] = joint.position else {
@@ -97,14 +132,14 @@ fn pin(joint: &Joint, in_ground: bool, faults: &mut Vec<String>) -> Option<Pin> 
     };
     let kind = match joint.kind.as_str() {
         "ground" | "revolute" | "tracker" | "" => PinKind::Turning,
-        "prismatic" => PinKind::Slot(joint.axis.unwrap_or([1.0, 0.0])),
+        "prismatic" => PinKind::Slot(Guide { on: None, along: joint.axis.unwrap_or([1.0, 0.0]) }),
         other => {
             faults.push(format!("joint `{}` is of type `{other}`, which is not supported", joint.id));
             return None;
         }
     };
     let grounded = joint.kind == "ground" || in_ground || kind != PinKind::Turning;
-    Some(Pin { name, at: [x, y], kind, grounded, traced: joint.kind == "tracker" })
+    Some(Pin { name, at: [x, y], kind, grounded, welded: false, traced: joint.kind == "tracker" })
 }
 
 /// A tracker is a point of the link that both its references are on.

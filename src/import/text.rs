@@ -4,12 +4,15 @@ use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 use std::fmt::Write;
 
-use super::linkage::{Drive, Force, Link, Linkage, PinKind};
+use super::linkage::{Course, Drive, Force, Link, Linkage, PinKind};
 use crate::mechanism::identifier;
 
 /// Assumed where the file has no mass: kilograms of a metre, and the mass of what has no length.
 const DENSITY: f64 = 1.0;
 const LEAST: f64 = 0.1;
+/// Seconds of a run without a drive that turns, and rows of any run.
+const UNDRIVEN: f64 = 10.0;
+const SAMPLES: f64 = 500.0;
 
 /// A scene, and what its reader should know.
 #[derive(Clone, Debug)]
@@ -18,6 +21,14 @@ pub struct Imported {
     pub scene: String,
     /// What was assumed or left out.
     pub notes: Vec<String>,
+}
+
+impl Imported {
+    /// With one thing more that its reader should know.
+    pub(super) fn with(mut self, note: String) -> Self {
+        self.notes.push(note);
+        self
+    }
 }
 
 /// Names as a scene has them, each once.
@@ -50,11 +61,11 @@ struct Writer<'a> {
     text: String,
 }
 
-/// The linkage as a scene of that name.
+/// The linkage as a scene of that name, with a run that ends no later than it is said.
 ///
 /// # Errors
 /// What makes it no mechanism.
-pub fn scene(name: &str, linkage: &Linkage) -> Result<Imported, Vec<String>> {
+pub fn scene(name: &str, linkage: &Linkage, end: Option<f64>) -> Result<Imported, Vec<String>> {
     let mut faults = Vec::new();
     if linkage.links.is_empty() {
         faults.push("it has no link that moves".to_owned());
@@ -85,7 +96,7 @@ pub fn scene(name: &str, linkage: &Linkage) -> Result<Imported, Vec<String>> {
     for force in &linkage.forces {
         writer.force(force);
     }
-    writer.tail();
+    writer.tail(end);
     Ok(Imported { scene: writer.text, notes })
 }
 
@@ -132,11 +143,17 @@ impl Writer<'_> {
     fn body(&mut self, index: usize, link: &Link) {
         let [x, y] = self.origin(link);
         let pins = link.pins.iter().map(|&pin| self.linkage.pins[pin].at);
-        let points = link
+        let guided = self
+            .linkage
             .pins
             .iter()
-            .zip(pins.clone())
-            .map(|(&pin, [u, v])| format!("{} = [{:?}, {:?}]", self.points[pin], u - x, v - y));
+            .enumerate()
+            .filter(|(_, pin)| pin.kind.guide().is_some_and(|guide| guide.on == Some(index)));
+        let marked = link.pins.iter().copied().chain(guided.map(|(pin, _)| pin).filter(|pin| !link.pins.contains(pin)));
+        let points = marked.map(|pin| {
+            let [u, v] = self.linkage.pins[pin].at;
+            format!("{} = [{:?}, {:?}]", self.points[pin], u - x, v - y)
+        });
         let points = points.collect::<Vec<_>>().join(", ");
         let length = 2.0 * pins.map(|[u, v]| (u - x).hypot(v - y)).fold(0.0, f64::max);
         let mass = link.mass.unwrap_or_else(|| (DENSITY * length).max(LEAST));
@@ -149,52 +166,62 @@ impl Writer<'_> {
         ));
     }
 
-    /// All joints; returns for each pin and link the joint that turns the link there against the ground.
+    /// All joints; returns for each pin and link the joint that moves the link there.
     fn joints(&mut self) -> Vec<(usize, usize, String)> {
         let linkage = self.linkage;
-        let mut turned = Vec::new();
+        let mut joints = Vec::new();
         for (index, pin) in linkage.pins.iter().enumerate() {
             let links: Vec<usize> =
                 (0..linkage.links.len()).filter(|&link| linkage.links[link].pins.contains(&index)).collect();
-            let point = self.points[index].clone();
-            let on = |writer: &Self, link: usize| format!("{}.{point}", writer.bodies[link]);
-            let ground = format!("ground.{point}");
             let Some(&first) = links.first() else { continue };
-            let (held, others) = match pin.kind {
-                PinKind::Turning if pin.grounded => (ground.clone(), &links[..]),
-                _ => (on(self, first), &links[1..]),
-            };
-            if let Some((kind, [u, v])) = slide(pin.kind) {
-                let second = on(self, first);
+            let held = self.point_on(Some(first), index);
+            let ground = self.point_on(None, index);
+            if let Some((kind, on, [u, v])) = slide(pin.kind) {
                 let name = self.names.fresh(&format!("{}_guide", pin.name));
+                let guide = self.point_on(on, index);
                 self.add(format_args!(
-                    "\n[joints.{name}]\ntype    = \"{kind}\"\nbetween = [\"{ground}\", \"{second}\"]\naxis    = [{u:?}, {v:?}]\n"
+                    "\n[joints.{name}]\ntype    = \"{kind}\"\nbetween = [\"{guide}\", \"{held}\"]\naxis    = [{u:?}, {v:?}]\n"
                 ));
+                joints.push((index, first, name));
+            } else if pin.grounded {
+                joints.push((index, first, self.joint("revolute", &pin.name, [&ground, &held])));
             }
-            for &link in others {
-                let name = self.names.fresh(&pin.name);
-                let second = on(self, link);
-                self.add(format_args!(
-                    "\n[joints.{name}]\ntype    = \"revolute\"\nbetween = [\"{held}\", \"{second}\"]\n"
-                ));
-                if held == ground {
-                    turned.push((index, link, name));
-                }
+            let onto = if pin.grounded && pin.kind == PinKind::Turning && !pin.welded { &ground } else { &held };
+            for &link in &links[1..] {
+                let kind = if pin.welded { "weld" } else { "revolute" };
+                let second = self.point_on(Some(link), index);
+                joints.push((index, link, self.joint(kind, &pin.name, [onto, &second])));
             }
         }
-        turned
+        joints
     }
 
-    fn drive(&mut self, drive: &Drive, turned: &[(usize, usize, String)], notes: &mut Vec<String>) {
-        let Some((.., joint)) = turned.iter().find(|(pin, link, _)| (*pin, *link) == (drive.pin, drive.link)) else {
+    /// The point that a pin is on a link, or on the ground.
+    fn point_on(&self, link: Option<usize>, pin: usize) -> String {
+        let body = link.map_or("ground", |link| self.bodies[link].as_str());
+        format!("{body}.{}", self.points[pin])
+    }
+
+    fn joint(&mut self, kind: &str, name: &str, [first, second]: [&String; 2]) -> String {
+        let name = self.names.fresh(name);
+        self.add(format_args!("\n[joints.{name}]\ntype    = \"{kind}\"\nbetween = [\"{first}\", \"{second}\"]\n"));
+        name
+    }
+
+    fn drive(&mut self, drive: &Drive, joints: &[(usize, usize, String)], notes: &mut Vec<String>) {
+        let Some((.., joint)) = joints.iter().find(|(pin, link, _)| (*pin, *link) == (drive.pin, drive.link)) else {
             let link = &self.linkage.links[drive.link].name;
             notes.push(format!("the drive of link `{link}` is left out: its pin does not hold it on the ground"));
             return;
         };
         let (joint, name) = (joint.clone(), self.names.fresh("drive"));
-        let rate = drive.rate;
+        let (counts, key, unit) = match self.linkage.pins[drive.pin].kind {
+            PinKind::Turning => ("Angles count", "angle", "rad"),
+            PinKind::Sliding(_) | PinKind::Slot(_) => ("The displacement counts", "displacement", "m"),
+        };
+        let law = law(drive.course);
         self.add(format_args!(
-            "\n# Angles count from the pose of the file.\n[drivers.{name}]\njoint = \"{joint}\"\nangle = \"{rate:?}*t\"            # rad, t in s\n"
+            "\n# {counts} from the pose of the file.\n[drivers.{name}]\njoint = \"{joint}\"\n{key} = \"{law}\"            # {unit}, t in s\n"
         ));
     }
 
@@ -217,19 +244,12 @@ impl Writer<'_> {
     }
 
     /// Guesses, outputs, times.
-    fn tail(&mut self) {
+    fn tail(&mut self, end: Option<f64>) {
         let linkage = self.linkage;
-        let driven: Vec<usize> = linkage.drives.iter().map(|drive| drive.link).collect();
-        let free: Vec<usize> = (0..linkage.links.len()).filter(|link| !driven.contains(link)).collect();
         self.text.push_str("\n# The pose of the file: all angles are zero there. It picks one of the ways to assemble the loops.\n[initial]\n");
-        for &link in &free {
-            let slides =
-                linkage.links[link].pins.iter().any(|&pin| matches!(linkage.pins[pin].kind, PinKind::Sliding(_)));
-            if !slides {
-                let name = self.bodies[link].clone();
-                self.add(format_args!("\"{name}.angle\" = {{ guess = 0 }}\n"));
-            }
-        }
+        let guessed = self.bodies.iter().enumerate().filter(|(link, _)| !self.angle_is_known(*link));
+        let guesses: String = guessed.map(|(_, name)| format!("\"{name}.angle\" = {{ guess = 0 }}\n")).collect();
+        self.text.push_str(&guesses);
         let angles: Vec<String> = self.bodies.iter().map(|body| format!("\"{body}.angle\"")).collect();
         let traced = linkage.pins.iter().enumerate().filter(|(_, pin)| pin.traced && !pin.grounded);
         let places = traced.filter_map(|(index, _)| {
@@ -238,22 +258,53 @@ impl Writer<'_> {
             Some(format!("\"{point}.x\", \"{point}.y\""))
         });
         let variables: Vec<String> = angles.into_iter().chain(places).collect();
-        let rate = linkage.drives.iter().map(|drive| drive.rate.abs()).fold(0.0, f64::max);
-        let stop = if rate > 0.0 { 2.0 * TAU / rate } else { 10.0 };
-        let why = if rate > 0.0 { "  # two turns of the drive" } else { "" };
+        let (stop, why) = end.map_or_else(|| self.stop(), |end| (end, "  # the motion ends there"));
         self.add(format_args!(
             "\n[outputs]\nvariables = [{}]\n\n[experiment]\nstop = {stop:?}{why}\nstep = {:?}\n",
             variables.join(", "),
-            stop / 500.0
+            stop / SAMPLES
         ));
+    }
+
+    /// Is the angle of a link given, by a drive against the ground or because it cannot turn?
+    fn angle_is_known(&self, link: usize) -> bool {
+        let linkage = self.linkage;
+        let driven = |drive: &Drive| drive.link == link && linkage.pins[drive.pin].grounded;
+        let slides = |pin: usize| matches!(linkage.pins[pin].kind, PinKind::Sliding(guide) if guide.on.is_none());
+        linkage.drives.iter().any(driven) || linkage.links[link].pins.iter().any(|&pin| slides(pin))
+    }
+
+    /// How long the drives are looked at, and why so long.
+    fn stop(&self) -> (f64, &'static str) {
+        let period = |drive: &Drive| match (drive.course, self.linkage.pins[drive.pin].kind) {
+            (Course::ToAndFro { rate, from, to }, _) => Some((2.0 * (to - from) / rate, "  # twice to and fro")),
+            (Course::Steady(rate), PinKind::Turning) => Some((TAU / rate.abs(), "  # two turns of the drive")),
+            (Course::Steady(_), PinKind::Sliding(_) | PinKind::Slot(_)) => None,
+        };
+        let shortest = self.linkage.drives.iter().filter_map(period).filter(|(period, _)| period.is_finite());
+        let shortest = shortest.min_by(|(one, _), (other, _)| one.total_cmp(other));
+        shortest.map_or((UNDRIVEN, ""), |(period, why)| (2.0 * period, why))
     }
 }
 
-/// The joint that lets a pin slide on the ground, and along what.
-fn slide(kind: PinKind) -> Option<(&'static str, [f64; 2])> {
+/// The joint that lets a pin slide, on which link or on the ground, and along what.
+fn slide(kind: PinKind) -> Option<(&'static str, Option<usize>, [f64; 2])> {
     match kind {
         PinKind::Turning => None,
-        PinKind::Sliding(axis) => Some(("prismatic", axis)),
-        PinKind::Slot(axis) => Some(("slot", axis)),
+        PinKind::Sliding(guide) => Some(("prismatic", guide.on, guide.along)),
+        PinKind::Slot(guide) => Some(("slot", guide.on, guide.along)),
+    }
+}
+
+/// The motion of a drive over time, from zero in the pose of the file.
+fn law(course: Course) -> String {
+    match course {
+        Course::Steady(rate) => format!("{rate:?}*t"),
+        // How far it is from the turning point below, without its returns; it goes back over what exceeds the way up.
+        Course::ToAndFro { rate, from, to } => {
+            let (way, below, twice) = (to - from, -from, 2.0 * (to - from));
+            let far = format!("{rate:?}*t + {below:?}");
+            format!("{to:?} - abs({way:?} - ({far} - {twice:?}*floor(({far})/{twice:?})))")
+        }
     }
 }
