@@ -244,7 +244,9 @@ pub fn latex(title: &str, blocks: &[Block]) -> String {
 
 fn latex_equations(rows: Vec<DisplayRow>) -> String {
     let row = |row: &DisplayRow| {
-        let lines = row.lines.join(" \\\\\n    &\\quad");
+        // A blank ends the command: a line may begin with a letter.
+        let lines: Vec<&str> = row.lines.iter().map(|line| line.trim_start()).collect();
+        let lines = lines.join(" \\\\\n    &\\quad ");
         match &row.left {
             Some(left) => format!("  {left} &= {lines}"),
             None => format!("  &{lines}"),
