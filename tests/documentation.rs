@@ -109,16 +109,39 @@ fn a_large_mechanism_stands_still_and_says_so() {
     assert!(page.contains("<svg") && page.contains("<h2>Use</h2>") && !page.contains("<script"));
 }
 
-/// Wheels and archives are made after the runtime for browsers, and have it.
+/// The job of this name in the workflow of releases.
+fn job<'a>(workflow: &'a str, name: &str) -> &'a str {
+    let (_, rest) = workflow.split_once(&format!("\n  {name}:\n")).unwrap_or_else(|| panic!("no job {name}"));
+    let end = rest.match_indices("\n  ").find(|(at, _)| !rest[at + 3..].starts_with([' ', '#']));
+    end.map_or(rest, |(at, _)| &rest[..at])
+}
+
+/// A tag publishes what the scripts build and try, for every platform; wheels and archives are made after the runtime for browsers, and have it.
 #[test]
-fn what_is_released_has_the_runtime_for_browsers() {
+fn what_is_released_is_tried_and_has_the_runtime_for_browsers() {
     let workflow = fs::read_to_string(Path::new(ROOT).join(".github/workflows/release.yml")).unwrap();
-    let at = |words: &str| workflow.find(words).unwrap_or_else(|| panic!("no `{words}`"));
-    let runtime = at("tools/build-runtimes.sh web");
-    for words in ["python/cotree/runtimes", "target/release/runtimes"] {
-        assert!(at(words) > runtime && at(words) < at("maturin build"), "{words}");
-    }
-    assert!(workflow.rfind("target/release/runtimes").unwrap() > at("upload-artifact"));
+    let in_order = |name: &str, steps: &[&str]| {
+        let job = job(&workflow, name);
+        let places: Vec<usize> =
+            steps.iter().map(|step| job.find(step).unwrap_or_else(|| panic!("{name}: no `{step}`"))).collect();
+        assert!(places.is_sorted(), "{name}: {steps:?}");
+    };
+    in_order("archives", &["tools/release.sh", "tools/test-release.sh", "upload-artifact", "target/release-files"]);
+    in_order(
+        "macos",
+        &["macos-aarch64", "macos-x86_64", "tools/build-runtimes.sh web", "cp -r target/runtimes", "upload-artifact"],
+    );
+    in_order(
+        "wheels",
+        &[
+            "windows-latest",
+            "tools/build-runtimes.sh web",
+            "python/cotree/runtimes",
+            "maturin build",
+            "upload-artifact",
+        ],
+    );
+    in_order("publish", &["needs: [archives, macos, wheels]", "download-artifact", "SHA256SUMS", "gh release create"]);
     let script = fs::read_to_string(Path::new(ROOT).join("tools/release.sh")).unwrap();
     let wheel = script.split_once("wheel() {").unwrap().1.split_once("\n}").unwrap().0;
     assert!(

@@ -11,7 +11,11 @@ use std::sync::LazyLock;
 const REQUIREMENTS: &str = include_str!("../examples/requirements.txt");
 
 /// One environment for all examples, made once.
-static ENVIRONMENT: LazyLock<Option<(PathBuf, PathBuf)>> = LazyLock::new(|| python::python("examples", REQUIREMENTS));
+static ENVIRONMENT: LazyLock<Option<(PathBuf, PathBuf)>> = LazyLock::new(|| {
+    // Neither Ray, which is large, nor cotree's package, which takes long to build, is needed by what is run here.
+    let needed = REQUIREMENTS.lines().filter(|line| !line.starts_with(['#', '.']) && !line.starts_with("ray="));
+    python::python("examples", &needed.collect::<Vec<_>>().join("\n"))
+});
 
 fn root() -> &'static Path {
     Path::new(ROOT)
@@ -57,6 +61,26 @@ fn says(page: &str, table: &str) {
 /// The numbers of a line.
 fn numbers(line: &str) -> Vec<f64> {
     line.split_whitespace().map(|word| word.parse().unwrap()).collect()
+}
+
+/// Who installs the packages that the page names can run all examples.
+#[test]
+fn all_packages_that_examples_import_are_named() {
+    let named: Vec<&str> = REQUIREMENTS.lines().map(|line| line.split(['=', '[']).next().unwrap_or_default()).collect();
+    let mut scripts = Vec::new();
+    for folder in ["examples", "examples/coupled", "examples/many"] {
+        let files = std::fs::read_dir(root().join(folder)).unwrap().map(|entry| entry.unwrap().path());
+        scripts.extend(files.filter(|path| path.extension().is_some_and(|extension| extension == "py")));
+    }
+    for package in ["fmpy", "numpy", "dask", "ezdxf", "ray", "cotree"] {
+        let imports = [format!("import {package}\n"), format!("from {package}"), format!("import {package} as")];
+        let used = scripts.iter().any(|path| {
+            let text = std::fs::read_to_string(path).unwrap();
+            imports.iter().any(|line| text.contains(line))
+        });
+        let line = if package == "cotree" { "." } else { package };
+        assert!(used && named.contains(&line), "{package}");
+    }
 }
 
 #[test]
