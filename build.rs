@@ -29,7 +29,15 @@ fn main() -> Result<(), String> {
         None => copy(&build(&out)?, &out)?,
     };
     println!("cargo::rustc-env=COTREE_EMBEDDED={place}");
+    println!("cargo::rustc-env=COTREE_PACKAGES={}", packages().unwrap_or_default());
     Ok(())
+}
+
+/// Where cargo keeps the sources of packages: messages of the library would name it, and with it who built it.
+fn packages() -> Option<String> {
+    let own = env::var("CARGO_HOME").ok();
+    let usual = || env::home_dir().map(|home| home.join(".cargo").display().to_string());
+    own.or_else(usual).filter(|folder| !folder.is_empty())
 }
 
 /// Puts a library into the output folder. Returns its place there.
@@ -66,7 +74,8 @@ fn build(out: &Path) -> Result<PathBuf, String> {
     }
     // No path of this machine in what others receive.
     let root = variable("CARGO_MANIFEST_DIR")?;
-    cargo.env("RUSTFLAGS", format!("--remap-path-prefix={root}=cotree"));
+    let packages = packages().map(|folder| format!("\u{1f}--remap-path-prefix={folder}=cargo")).unwrap_or_default();
+    cargo.env("CARGO_ENCODED_RUSTFLAGS", format!("--remap-path-prefix={root}=cotree{packages}"));
     let status = cargo.status().map_err(|error| format!("cargo cannot be run for the runtime: {error}"))?;
     if !status.success() {
         return Err(format!("the runtime cannot be built ({status}): name its shared library in {OVERRIDE}"));

@@ -7,10 +7,11 @@ use cotree_fmu::program::Program;
 use cotree_fmu::program::check;
 
 use crate::diagnostic::suggest;
-use crate::export::archive::{self, Extra, Package, SceneText};
+use crate::export::archive::{self, Extra, Package};
 use crate::export::describe::describe;
 use crate::export::description::Description;
 use crate::export::runtime::Runtime;
+use crate::export::scene_text::SceneText;
 use crate::export::{ExportError, FmiVersion};
 use crate::expr::Property;
 use crate::formulate::{Formulated, formulate, lacking, undetermined};

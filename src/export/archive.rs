@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::{Cursor, Write};
-use std::path::{Component, Path};
+use std::path::Path;
 use std::sync::OnceLock;
 
 use zip::result::ZipError;
@@ -11,10 +11,10 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, System, ZipArchive, ZipWriter};
 
 use super::description::Description;
-use super::runtime::{LIBRARY, Platform, Runtime};
+use super::runtime::{Platform, Runtime};
+use super::scene_text::SceneText;
 use super::xml::related::Related;
 use super::{ExportError, FmiVersion, libraries, xml};
-use crate::diagnostic::Source;
 use crate::files;
 
 const LICENSE: &str = include_str!("license.txt");
@@ -40,47 +40,6 @@ pub struct Extra {
     /// Where it is in the FMU.
     pub name: &'static str,
     pub bytes: Vec<u8>,
-}
-
-/// The text of a scene file.
-#[derive(Clone, Copy, Debug)]
-pub struct SceneText<'a> {
-    /// `toml` or `json`.
-    pub extension: &'a str,
-    /// The files that it is made of, with their texts, its own first.
-    pub source: &'a Source,
-}
-
-impl<'a> SceneText<'a> {
-    /// Its files with their names in the FMU: where they are relative to the scene, so that it can be run from there.
-    fn files(self) -> Vec<(String, &'a str)> {
-        let own = format!("resources/scene.{}", self.extension);
-        let folder = Path::new(&self.source.name).parent().unwrap_or(Path::new(""));
-        let mut named: Vec<(String, &'a str)> = Vec::new();
-        for (index, (path, text)) in self.source.files().enumerate() {
-            let beside = Path::new(path).strip_prefix(folder).ok().and_then(within);
-            let name = if index == 0 { own.clone() } else { beside.unwrap_or_default() };
-            let taken =
-                name.is_empty() || name == cotree_fmu::PROGRAM_FILE || named.iter().any(|(other, _)| *other == name);
-            let last = Path::new(path).file_name().unwrap_or_default().to_string_lossy();
-            named.push((if taken { format!("resources/elsewhere/{index}/{last}") } else { name }, text));
-        }
-        named
-    }
-}
-
-/// The place in the FMU of a file beside the scene or below; none if it is elsewhere.
-fn within(path: &Path) -> Option<String> {
-    let mut names = vec!["resources".to_owned()];
-    for component in path.components() {
-        match component {
-            Component::Normal(name) => names.push(name.to_str()?.to_owned()),
-            Component::CurDir => {}
-            Component::ParentDir if names.len() > 1 => _ = names.pop(),
-            _ => return None,
-        }
-    }
-    Some(names.join("/"))
 }
 
 /// Packs an FMU and writes it to a file: all of it or nothing.
@@ -117,7 +76,7 @@ fn packed() -> Result<&'static [u8], ZipError> {
     }
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
     zip.start_file("runtime", options().unix_permissions(0o755))?;
-    zip.write_all(LIBRARY)?;
+    zip.write_all(&Runtime::own_library())?;
     let archive = zip.finish()?.into_inner();
     Ok(PACKED.get_or_init(|| archive))
 }
@@ -166,12 +125,12 @@ fn entries<'a>(package: &'a Package) -> Result<BTreeMap<String, Content<'a>>, Ex
         let text = xml::related::manifest(&related).map_err(ExportError::Description)?;
         entries.insert(xml::related::PLACE.to_owned(), Content::Bytes(text.into()));
     }
-    entries.extend(scene.into_iter().map(|(name, text)| (name, Content::Bytes(text.as_bytes().into()))));
+    entries.extend(scene.into_iter().map(|(name, text)| (name, Content::Bytes(text.into_bytes().into()))));
     Ok(entries)
 }
 
 /// The files that others may want to know the role of.
-fn related<'a>(scene: &'a [(String, &str)], extras: &'a [Extra]) -> Vec<Related<'a>> {
+fn related<'a>(scene: &'a [(String, String)], extras: &'a [Extra]) -> Vec<Related<'a>> {
     let source = scene.iter().enumerate().map(|(index, (name, _))| {
         let description =
             if index == 0 { "the scene that the FMU was made from" } else { "a file that the scene uses" };

@@ -6,6 +6,7 @@ pub mod description;
 pub mod inspect;
 mod libraries;
 pub mod runtime;
+pub mod scene_text;
 mod terminals;
 pub mod xml;
 

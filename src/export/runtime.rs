@@ -15,6 +15,9 @@ use super::FmiVersion;
 /// The shared library for the platform that cotree runs on.
 pub static LIBRARY: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), env!("COTREE_EMBEDDED")));
 
+/// Where the build kept the sources of packages.
+const PACKAGES: &str = env!("COTREE_PACKAGES");
+
 /// Name of the folder beside the `cotree` program where runtimes are looked for.
 const FOLDER: &str = "runtimes";
 
@@ -111,6 +114,19 @@ fn understands(library: &[u8]) -> bool {
     library.windows(KIND.len()).any(|bytes| bytes == KIND.as_bytes())
 }
 
+/// Bytes with dots where a text stood.
+fn without<'a>(bytes: &'a [u8], text: &[u8]) -> Cow<'a, [u8]> {
+    let mut bytes = Cow::Borrowed(bytes);
+    let mut from = 0;
+    while !text.is_empty()
+        && let Some(place) = bytes[from..].windows(text.len()).position(|found| found == text)
+    {
+        from += place;
+        bytes.to_mut()[from..from + text.len()].fill(b'.');
+    }
+    bytes
+}
+
 /// A number of a header, lowest byte first.
 fn number(bytes: &[u8], from: usize, length: usize) -> Option<u32> {
     let field = bytes.get(from..from.checked_add(length)?)?;
@@ -154,6 +170,13 @@ impl Runtime {
     /// Is it the one that cotree was built with?
     pub(super) fn is_own(&self) -> bool {
         std::ptr::eq(&raw const *self.library, &raw const *LIBRARY)
+    }
+
+    /// The embedded library as FMUs have it. Its messages say where in the source something is impossible; dots stand there for the folder of whoever built
+    /// cotree. Libraries of macOS are signed and stay as they are.
+    pub(super) fn own_library() -> Cow<'static, [u8]> {
+        let signed = Platform::host().is_none_or(|platform| platform.format.0 == Format::MachO);
+        if signed { LIBRARY.into() } else { without(LIBRARY, PACKAGES.as_bytes()) }
     }
 
     /// The runtime that cotree carries inside itself.
@@ -223,6 +246,15 @@ mod tests {
         for platform in PLATFORMS {
             assert_eq!(platform.accepts(&runtime.library), platform == runtime.platform, "{platform:?}");
         }
+    }
+
+    #[test]
+    fn the_embedded_runtime_does_not_name_who_built_it() {
+        let names = |library: &[u8]| library.windows(PACKAGES.len()).any(|found| found == PACKAGES.as_bytes());
+        assert!(!PACKAGES.is_empty() && !names(&Runtime::own_library()));
+        assert!(Platform::host().unwrap().accepts(&Runtime::own_library()));
+        assert_eq!(Runtime::own_library().len(), LIBRARY.len());
+        assert_eq!(*without(b"ab/a/ab", b"ab"), *b"../a/..");
     }
 
     #[test]
