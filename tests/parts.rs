@@ -416,6 +416,55 @@ fn the_fmu_keeps_every_file() {
     }
 }
 
+/// What has been read is not read again, whatever became of the files.
+#[test]
+fn a_scene_is_restored_from_the_files_that_were_read() {
+    let host = "name = \"host\"\n[parts.a]\nfile = \"sub/part.toml\"\n[initial]\n\"a.arm.angle\" = 0.1\n";
+    let part = WISHBONE.replace("[initial]\n\"arm.angle\" = \"5 deg\"\n", "");
+    let folder = Folder::new("restored", &[("h.toml", host), ("sub/part.toml", &part)]);
+    let scene = sound(Scene::read(folder.0.join("h.toml")));
+    let files: Vec<(String, String)> =
+        scene.source.files().map(|(name, text)| (name.to_owned(), text.to_owned())).collect();
+    let bytes = |scene: &Scene| compile(scene).expect("sound").program.to_bytes().expect("bytes");
+    std::fs::write(folder.0.join("sub/part.toml"), part.replace("mass = 4.0", "mass = 5.0")).expect("a file");
+    let again = sound(Scene::from_files(&files));
+    assert_eq!(bytes(&again), bytes(&scene));
+    assert!(again.source.files().eq(scene.source.files()));
+    assert_ne!(bytes(&sound(Scene::read(folder.0.join("h.toml")))), bytes(&scene));
+}
+
+/// A part and tables outside of the scene's folder: the scene inside the FMU finds them there, and does the same; no path of its author's is in it.
+#[test]
+fn the_scene_in_an_fmu_finds_files_from_elsewhere() {
+    let part = WISHBONE.replace("[initial]\n\"arm.angle\" = \"5 deg\"\n", "").replace(
+        "\"torque - 2*angle - 0.3*omega + 0.1*arm.vx\"",
+        "'torque + table(\"../laws/push.csv\", t) - 2*angle - 0.3*omega'",
+    );
+    assert!(part.contains("push.csv"));
+    let host = "name = \"host\"\n[parts.a]\nfile = \"../parts/arm.toml\"\n[initial]\n\"a.arm.angle\" = 0.1\n[experiment]\nstop = 0.2\n";
+    let push = "t [s], torque [N.m]\n0, 1\n1, 2\n";
+    let files = [("scenes/h.toml", host), ("parts/arm.toml", &part), ("laws/push.csv", push)];
+    let folder = Folder::new("elsewhere", &files);
+    let (scene, fmu) = (folder.0.join("scenes/h.toml"), folder.0.join("h.fmu"));
+    sound_export(&scene, &fmu);
+    let unpacked = folder.0.join("unpacked");
+    let mut archive = zip::ZipArchive::new(std::fs::File::open(&fmu).expect("a file")).expect("an archive");
+    archive.extract(&unpacked).expect("a folder");
+    std::fs::remove_dir_all(folder.0.join("parts")).expect("the author's files are away");
+    std::fs::remove_dir_all(folder.0.join("laws")).expect("the author's files are away");
+    let again = sound(Scene::read(&unpacked.join("resources/scene.toml")));
+    let mut program = Vec::new();
+    archive.by_name("resources/program.bin").expect("a program").read_to_end(&mut program).expect("bytes");
+    assert_eq!(compile(&again).expect("sound").program.to_bytes().expect("bytes"), program);
+    let author = folder.0.display().to_string();
+    for index in 0..archive.len() {
+        let mut file = archive.by_index(index).expect("a file");
+        let mut bytes = Vec::new();
+        file.read_to_end(&mut bytes).expect("bytes");
+        assert!(!bytes.windows(author.len()).any(|found| found == author.as_bytes()), "{}", file.name());
+    }
+}
+
 fn sound_export(scene: &Path, fmu: &Path) {
     let scene = sound(Scene::read(scene));
     scene.export_fmu(fmu).expect("an FMU");

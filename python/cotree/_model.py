@@ -66,11 +66,20 @@ def _plain(value: Any) -> Any:
     raise TypeError(f"a scene has no place for {type(value).__name__}")
 
 
+def _restored(text: bytes, name: str, files: list[tuple[str, str]]) -> Model:
+    """The model that was read from these files, whatever became of them since."""
+    model = Model.__new__(Model)
+    model._text, model._name = text, name
+    with raised():
+        model._core = _cotree.Core.restored(files)
+    return model
+
+
 class Model:
     """A mechanism. It does not change; settings are given with each call.
 
-    It can be pickled and sent to other processes, and used from several threads at once: calls release the interpreter's lock and
-    end with KeyboardInterrupt on Ctrl-C.
+    It can be pickled and sent to other processes, with all files that it was read from, and used from several threads at once: calls release the
+    interpreter's lock and end with KeyboardInterrupt on Ctrl-C.
     """
 
     def __init__(self, text: str | bytes, name: str = "scene") -> None:
@@ -82,7 +91,7 @@ class Model:
             self._core.check()
 
     def __reduce__(self):
-        return Model, (self._text, self._name)
+        return _restored, (self._text, self._name, self._core.files())
 
     def __repr__(self) -> str:
         return f"<cotree.Model {self.name!r}>"

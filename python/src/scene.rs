@@ -63,6 +63,18 @@ impl Core {
         Ok(Core { scene: scene.map_err(|faults| scene_error(&faults))?, compiled: Mutex::default() })
     }
 
+    /// A scene from files that were read before, each with its path and text, its own first.
+    #[staticmethod]
+    fn restored(py: Python<'_>, files: Vec<(String, String)>) -> PyResult<Self> {
+        let scene = py.detach(|| Scene::from_files(&files));
+        Ok(Core { scene: scene.map_err(|faults| scene_error(&faults))?, compiled: Mutex::default() })
+    }
+
+    /// The files that it was read from.
+    fn files(&self) -> Vec<(String, String)> {
+        self.scene.source.files().map(|(name, text)| (name.to_owned(), text.to_owned())).collect()
+    }
+
     fn name(&self) -> String {
         self.scene.name.text.clone()
     }

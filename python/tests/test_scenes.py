@@ -1,5 +1,6 @@
 """Scenes: read, built, wrong, pickled."""
 
+import copy
 import json
 import pickle
 import subprocess
@@ -43,6 +44,44 @@ def test_all_faults_come_at_once_with_their_places():
     assert "did you mean" in str(caught.value)
     again = pickle.loads(pickle.dumps(caught.value))
     assert again.faults == faults and str(again) == str(caught.value)
+
+
+def test_a_copy_keeps_the_files_that_were_read(tmp_path, monkeypatch):
+    """Also when they are changed or gone, and from another folder."""
+    (tmp_path / "parts").mkdir()
+    part = tmp_path / "parts/bob.toml"
+    part.write_text(
+        """
+        [bodies.bob]
+        mass = 2.0
+        inertia = 0.1
+        [joints.rail]
+        type = "prismatic"
+        between = ["ground", "bob"]
+        axis = [1, 0]
+        [loads.push]
+        type = "force"
+        on = "bob"
+        vector = ['table("push.csv", t)', 0]
+        """
+    )
+    (tmp_path / "parts/push.csv").write_text("0, 3\n10, 3\n")
+    (tmp_path / "scene.toml").write_text('name = "pushed"\n[parts.one]\nfile = "parts/bob.toml"\n[outputs]\nvariables = ["one_bob.x"]\n')
+    monkeypatch.chdir(tmp_path)
+    model = cotree.load("scene.toml")
+    stored = pickle.dumps(model)
+    # Half of the acceleration of 3 N on 2 kg, after a second.
+    where = lambda model: model.simulate(stop=1.0)["one_bob.x"][-1]
+    assert where(model) == pytest.approx(0.75)
+    part.write_text(part.read_text().replace("mass = 2.0", "mass = 4.0"))
+    (tmp_path / "parts/push.csv").write_text("0, 5\n10, 5\n")
+    assert where(cotree.load("scene.toml")) == pytest.approx(0.625)
+    for copied in (pickle.loads(stored), copy.deepcopy(model), copy.copy(model), pickle.loads(pickle.dumps(pickle.loads(stored)))):
+        assert where(copied) == pytest.approx(0.75) and copied.text == model.text
+    part.unlink()
+    (tmp_path / "parts/push.csv").unlink()
+    monkeypatch.chdir("/")
+    assert where(pickle.loads(stored)) == pytest.approx(0.75)
 
 
 def test_what_is_wrong_with_bodies_and_loops_is_raised_by_reading(root, tmp_path):

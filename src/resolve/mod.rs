@@ -52,7 +52,7 @@ impl Scene {
     /// Everything that is wrong with its form.
     pub fn from_source(source: Source, json: bool) -> Result<Scene, Faults> {
         let mut faults = Sink::default();
-        let Some(mut scene) = Scene::decode(&source.text, json, 0, false, &mut faults) else {
+        let Some(mut scene) = Scene::decode(source.own_text(), json, 0, false, &mut faults) else {
             return Err(faults.into_faults(source));
         };
         scene.source = source;

@@ -129,14 +129,17 @@ impl Library<'_> {
                 .label("this file")
                 .help("a path is relative to the folder of the file that names it")
         };
-        let bytes = files::read(path, Scene::LARGEST);
-        let bytes = bytes.map_err(|error| unreadable(format!("`{name}` cannot be read: {error}")));
-        let read = bytes.and_then(|bytes| {
-            text(path, bytes).map_err(|fault| Fault { span: used.file.span, ..fault }.label("this file"))
-        });
-        // A file that is not there belongs to the scene all the same: who watches it waits for it.
-        let start = self.source.append(&name, read.as_deref().unwrap_or_default());
-        let text = read.map_err(|fault| self.faults.push(fault)).ok()?;
+        let known = self.source.text_of(&name).map(|(text, start)| (text.to_owned(), start));
+        let (text, start) = known.filter(|(text, _)| !text.is_empty()).or_else(|| {
+            let bytes = files::read(path, Scene::LARGEST);
+            let bytes = bytes.map_err(|error| unreadable(format!("`{name}` cannot be read: {error}")));
+            let read = bytes.and_then(|bytes| {
+                text(path, bytes).map_err(|fault| Fault { span: used.file.span, ..fault }.label("this file"))
+            });
+            // A file that is not there belongs to the scene all the same: who watches it waits for it.
+            let start = self.source.append(&name, read.as_deref().unwrap_or_default());
+            Some((read.map_err(|fault| self.faults.push(fault)).ok()?, start))
+        })?;
         let mut part = Scene::decode(&text, is_json(path), start, true, self.faults)?;
         find_files(&mut part, path);
         self.put_in(&mut part, path).then_some(part)

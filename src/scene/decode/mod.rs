@@ -46,6 +46,20 @@ impl Scene {
         Scene::from_source(Source::new(path.display().to_string(), text), is_json(path))
     }
 
+    /// Reads a scene from files that have been read already, its own first, each with its path and its text, as [`Source::files`] gives them. What is among
+    /// them is not looked for on the disk.
+    ///
+    /// # Errors
+    /// Everything that is wrong with its form; names and units too, if there is such a fault.
+    pub fn from_files(files: &[(String, String)]) -> Result<Scene, Faults> {
+        let (name, text) = files.first().map(|(name, text)| (name.as_str(), text.as_str())).unwrap_or_default();
+        let mut source = Source::new(name, text);
+        for (name, text) in files.iter().skip(1) {
+            source.append(name, text);
+        }
+        Scene::from_source(source, is_json(Path::new(name)))
+    }
+
     /// Reads a scene from a text in TOML, or in JSON if it begins with `{`.
     ///
     /// # Errors
