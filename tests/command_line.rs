@@ -8,6 +8,61 @@ use std::process::Command;
 
 use command::{code, cotree, stderr, stdout, with_scene};
 
+/// Runs the command with a text at its standard input.
+fn with_input(folder: &Path, arguments: &[&str], text: &str) -> std::process::Output {
+    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_cotree"))
+        .args(arguments)
+        .current_dir(folder)
+        .stdin(std::process::Stdio::piped())
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    std::io::Write::write_all(&mut child.stdin.take().unwrap(), text.as_bytes()).unwrap();
+    child.wait_with_output().unwrap()
+}
+
+#[test]
+fn a_scene_comes_from_standard_input() {
+    let folder = tempfile::tempdir().unwrap();
+    let bob = "[bodies.bob]\nmass = 2\ninertia = 1\n[joints.rail]\ntype = \"prismatic\"\nbetween = [\"ground\", \"bob\"]\naxis = [1, 0]\n";
+    std::fs::create_dir(folder.path().join("parts")).unwrap();
+    std::fs::write(folder.path().join("parts/bob.toml"), bob).unwrap();
+    // Parts are looked for in the current folder.
+    let scene = "name = \"piped\"\n[parts.one]\nfile = \"parts/bob.toml\"\n[initial]\n\"one_rail.sdot\" = 3\n[experiment]\nstop = 2\nstep = 1\n";
+    for (arguments, expected) in [
+        (&["check", "-"][..], "1 body, 1 joint, mobility 1"),
+        (&["show", "-"], "piped"),
+        (&["simulate", "-", "--variables", "one_bob.x"], "2.0,6.0"),
+    ] {
+        let output = with_input(folder.path(), arguments, scene);
+        assert_eq!(code(&output), 0, "{arguments:?}: {}", stderr(&output));
+        assert!(stdout(&output).contains(expected), "{arguments:?}: {}", stdout(&output));
+    }
+    let wrong = with_input(folder.path(), &["check", "-"], &scene.replace("stop = 2", "stop = \"2 m\""));
+    assert!(code(&wrong) == 1 && stderr(&wrong).contains("standard input:7:"), "{}", stderr(&wrong));
+    assert!(stderr(&with_input(folder.path(), &["watch", "-"], scene)).contains("follows a file"));
+}
+
+#[test]
+fn several_scenes_are_checked_one_after_the_other() {
+    let folder = tempfile::tempdir().unwrap();
+    let good = "name = \"a\"\n[bodies.bob]\nmass = 2\ninertia = 1\n[joints.pin]\ntype = \"revolute\"\nbetween = [\"ground\", \"bob\"]\n";
+    for (name, text) in
+        [("a.toml", good.to_owned()), ("b.toml", good.replace("mass", "mas")), ("c.toml", good.to_owned())]
+    {
+        std::fs::write(folder.path().join(name), text).unwrap();
+    }
+    let output = cotree(folder.path(), &["check", "a.toml", "b.toml", "missing.toml", "c.toml"]);
+    // The first one that is wrong gives the exit code: a fault of a scene.
+    assert_eq!(code(&output), 1, "{}", stderr(&output));
+    assert!(stdout(&output).contains("a.toml: no errors") && stdout(&output).contains("c.toml: no errors"));
+    assert!(stderr(&output).contains("b.toml:3:") && stderr(&output).contains("missing.toml"), "{}", stderr(&output));
+    assert_eq!(code(&cotree(folder.path(), &["check", "a.toml", "c.toml"])), 0);
+    let output = cotree(folder.path(), &["check", "a.toml", "c.toml", "--drawing", "x.svg"]);
+    assert!(code(&output) == 2 && !folder.path().join("x.svg").exists(), "{}", stderr(&output));
+}
+
 #[test]
 fn every_command_explains_itself_with_an_example() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,6 +1,6 @@
 //! `cotree check`
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use cotree::columns::counted;
@@ -19,14 +19,17 @@ use super::{MessageFormat, output};
 
 /// Check a scene: every fault at once, with its place and what to do
 ///
-/// A scene without faults is described in a few lines, with what was assumed because the scene does not say it.
+/// A scene without faults is described in a few lines, with what was assumed because the scene does not say it. Several scenes are looked at one after the
+/// other, whatever is wrong with one of them.
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  cotree check slider_crank.toml\n  cotree check slider_crank.toml --drawing attempt.png"
+    after_help = "Examples:\n  cotree check slider_crank.toml\n  cotree check slider_crank.toml --drawing attempt.png\n  \
+                  cotree check *.toml\n  cat slider_crank.toml | cotree check -"
 )]
 pub struct Check {
-    /// Scene file (TOML or JSON)
-    scene: PathBuf,
+    /// Scene files (TOML or JSON); `-` is standard input
+    #[arg(required = true, value_name = "SCENE")]
+    scenes: Vec<PathBuf>,
     /// Draw it into an SVG or PNG file; if its loops cannot be closed, the best attempt with the gap in red
     #[arg(long, value_name = "FILE")]
     drawing: Option<PathBuf>,
@@ -35,8 +38,32 @@ pub struct Check {
 impl Check {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         output::is_written_as(self.drawing.as_deref(), &["svg", "png"])?;
-        output::apart(&[Some(&self.scene)], &[self.drawing.as_deref()])?;
-        let scene = output::load(&self.scene)?;
+        let [scene] = &self.scenes[..] else { return self.run_each(format) };
+        output::apart(&[Some(scene)], &[self.drawing.as_deref()])?;
+        self.one(scene, format)
+    }
+
+    /// One scene after the other; the exit code is that of the first one that is wrong.
+    fn run_each(&self, format: MessageFormat) -> Result<(), Failure> {
+        if self.drawing.is_some() {
+            return Err(Failure::Usage("--drawing is one file: give one scene".to_owned()));
+        }
+        let mut first = None;
+        for scene in &self.scenes {
+            match self.one(scene, format) {
+                Ok(()) => {}
+                Err(Failure::ClosedPipe) => return Err(Failure::ClosedPipe),
+                Err(failure) => {
+                    let code = failure.report(format);
+                    first.get_or_insert(code);
+                }
+            }
+        }
+        first.map_or(Ok(()), |code| Err(Failure::Told(code)))
+    }
+
+    fn one(&self, path: &Path, format: MessageFormat) -> Result<(), Failure> {
+        let scene = output::load(path)?;
         let (mut compiled, mut formulated) = match compile_with_equations(&scene) {
             Ok(made) => made,
             Err(faults) => {
@@ -57,9 +84,9 @@ impl Check {
         match format {
             MessageFormat::Human => {
                 output::warn(compiled.warnings.as_ref(), format);
-                output::print(&self.verdict(&summary, &assumptions))
+                output::print(&verdict(path, &summary, &assumptions))
             }
-            MessageFormat::Json => output::print(&format!("{:#}\n", self.json(&compiled, assumptions))),
+            MessageFormat::Json => output::print(&format!("{:#}\n", json(path, &compiled, assumptions))),
         }
     }
 
@@ -69,32 +96,32 @@ impl Check {
         let Some(mut attempt) = attempt(&resolved.mechanism) else { return Ok(()) };
         output::picture(path, &draw_attempt(&mut attempt).svg(), "the best attempt, with the gap in red", format)
     }
+}
 
-    fn verdict(&self, summary: &Summary, assumptions: &[String]) -> String {
-        let mut text = format!(
-            "{}: no errors: {}, {}, mobility {}\n",
-            self.scene.display(),
-            counted(summary.bodies.len(), "body"),
-            counted(summary.joints.len(), "joint"),
-            summary.mobility
-        );
-        if summary.mobility == 0 && summary.drivers.is_empty() {
-            text += "  nothing can move: the joints alone hold every body\n";
-        }
-        for assumption in assumptions {
-            text += &format!("  assumed: {assumption}\n");
-        }
-        text
+fn verdict(path: &Path, summary: &Summary, assumptions: &[String]) -> String {
+    let mut text = format!(
+        "{}: no errors: {}, {}, mobility {}\n",
+        path.display(),
+        counted(summary.bodies.len(), "body"),
+        counted(summary.joints.len(), "joint"),
+        summary.mobility
+    );
+    if summary.mobility == 0 && summary.drivers.is_empty() {
+        text += "  nothing can move: the joints alone hold every body\n";
     }
+    for assumption in assumptions {
+        text += &format!("  assumed: {assumption}\n");
+    }
+    text
+}
 
-    fn json(&self, compiled: &Compiled, assumptions: Vec<String>) -> serde_json::Value {
-        let mut json = compiled.warnings.as_ref().map_or_else(
-            || serde_json::json!({ "file": self.scene.display().to_string(), "faults": [], "omitted": 0 }),
-            |warnings| warnings.to_json(),
-        );
-        json["assumptions"] = assumptions.into();
-        json
-    }
+fn json(path: &Path, compiled: &Compiled, assumptions: Vec<String>) -> serde_json::Value {
+    let mut json = compiled.warnings.as_ref().map_or_else(
+        || serde_json::json!({ "file": path.display().to_string(), "faults": [], "omitted": 0 }),
+        |warnings| warnings.to_json(),
+    );
+    json["assumptions"] = assumptions.into();
+    json
 }
 
 fn no_value(scene: &Scene, name: &str) -> Fault {

@@ -32,6 +32,8 @@ pub enum Failure {
     Numerical(String),
     /// The user pressed Ctrl-C; what was kept.
     Stopped(String),
+    /// Several scenes were looked at, and what is wrong was told with each; the exit code.
+    Told(u8),
     /// Whoever reads the output has seen enough, or standard output is closed: nothing more is said.
     ClosedPipe,
 }
@@ -84,6 +86,7 @@ impl Failure {
                 say(&format!("{message}\n"));
                 STOPPED
             }
+            Failure::Told(code) => code,
             Failure::ClosedPipe => UNREAD,
         }
     }

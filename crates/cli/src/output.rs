@@ -1,6 +1,6 @@
 //! Where results go: standard output, or a file that is whole or not there.
 
-use std::io::{self, BufWriter, IsTerminal, StdoutLock, Write};
+use std::io::{BufWriter, IsTerminal, Read, StdoutLock, Write, self};
 use std::path::{Path, PathBuf};
 
 use cotree::compile::{self, Compiled};
@@ -64,7 +64,7 @@ pub fn file(path: Option<&Path>) -> Option<&Path> {
     path.filter(|path| !is_standard(path))
 }
 
-fn is_standard(path: &Path) -> bool {
+pub fn is_standard(path: &Path) -> bool {
     path == Path::new("-")
 }
 
@@ -193,8 +193,14 @@ pub fn wrote(path: &Path, what: &str, format: MessageFormat) {
     }
 }
 
-/// Reads a scene file.
+/// Reads a scene file, or a scene from standard input if it is called `-`: its parts are looked for in the current folder.
 pub fn load(path: &Path) -> Result<Scene, Failure> {
+    if is_standard(path) {
+        let mut bytes = Vec::new();
+        let read = io::stdin().lock().take(Scene::LARGEST).read_to_end(&mut bytes);
+        read.map_err(|error| Failure::file("read", path, error))?;
+        return Ok(Scene::from_bytes(Path::new("standard input"), bytes)?);
+    }
     // A file that cannot be read is no fault of the scene.
     let bytes = files::read(path, Scene::LARGEST).map_err(|error| Failure::file("read", path, unreadable(&error)))?;
     Ok(Scene::from_bytes(path, bytes)?)

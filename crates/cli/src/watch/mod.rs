@@ -47,6 +47,9 @@ pub struct Watch {
 
 impl Watch {
     pub fn run(self) -> Result<(), Failure> {
+        if output::is_standard(&self.scene) {
+            return Err(Failure::Usage("`watch` follows a file: standard input comes but once".to_owned()));
+        }
         let folder = self.runtimes.unwrap_or_else(runtime::default_folder);
         let module = runtime::for_browsers(&folder).map_err(ExportError::from)?;
         match output::load(&self.scene) {
@@ -184,6 +187,6 @@ fn faulty(failure: Failure) -> Shown {
     match failure {
         Failure::Scene(faults) => Shown::Fault(faults.render(false, 100)),
         Failure::Usage(message) | Failure::Numerical(message) | Failure::Stopped(message) => Shown::Fault(message),
-        Failure::ClosedPipe => Shown::Fault(String::new()),
+        Failure::Told(_) | Failure::ClosedPipe => Shown::Fault(String::new()),
     }
 }
