@@ -46,6 +46,65 @@ fn exit_codes_say_who_is_at_fault() {
     }
 }
 
+/// A force that is held on a free carriage, and on one with a spring: closed forms of the next instant. The first one's A is singular.
+#[test]
+fn held_inputs_give_the_next_instant() {
+    let folder = folder();
+    let carriage = |spring: &str| {
+        format!(
+            "name = \"carriage\"\n[inputs]\npush = \"0 N\"\n[ground.points]\nwall = [-1, 0]\n[bodies.cart]\nmass = 2\ninertia = 1\n[joints.rail]\ntype = \"prismatic\"\n\
+             between = [\"ground\", \"cart\"]\naxis = [1, 0]\n[loads.push]\ntype = \"force\"\non = \"cart\"\nvector = [\"push\", 0]\n{spring}[outputs]\nvariables = [\"cart.x\"]\n"
+        )
+    };
+    let spring = "[loads.coil]\ntype = \"spring\"\nbetween = [\"ground.wall\", \"cart\"]\nstiffness = 18\nlength = 1\n";
+    let close = |found: &Value, expected: &[&[f64]]| {
+        let rows = found.as_array().unwrap();
+        assert_eq!(rows.len(), expected.len());
+        for (row, expected) in rows.iter().zip(expected) {
+            for (entry, expected) in row.as_array().unwrap().iter().zip(*expected) {
+                assert!((entry.as_f64().unwrap() - expected).abs() < 1e-12, "{found} for {expected:?}");
+            }
+        }
+    };
+    let (h, m, w) = (0.1, 2.0, 3.0_f64);
+    let (sine, cosine) = (f64::sin(w * h), f64::cos(w * h));
+    for (text, a, b) in [
+        (carriage(""), [[1.0, h], [0.0, 1.0]], [h * h / (2.0 * m), h / m]),
+        (carriage(spring), [[cosine, sine / w], [-w * sine, cosine]], [(1.0 - cosine) / (m * w * w), sine / (m * w)]),
+    ] {
+        std::fs::write(folder.path().join("carriage.toml"), text).unwrap();
+        let output = cotree(folder.path(), &["linearize", "carriage.toml", "--discrete", "100 ms", "--json"]);
+        assert!(output.status.success(), "{}", stderr(&output));
+        let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+        close(&json["A"], &[&a[0], &a[1]]);
+        close(&json["B"], &[&b[..1], &b[1..]]);
+        close(&json["C"], &[&[1.0, 0.0]]);
+        assert_eq!(json["step"], 0.1);
+    }
+    let output = cotree(folder.path(), &["linearize", "carriage.toml", "--discrete", "0.1", "-o", "plant.m"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let script = std::fs::read_to_string(folder.path().join("plant.m")).unwrap();
+    for line in [
+        "x(k+1) = A x(k) + B u(k)",
+        "h = 0.1;",
+        "inputs = {'push'};",
+        "outputs = {'cart.x'};",
+        "A = [\n 0.9553",
+        "D = [\n 0.0\n];",
+    ] {
+        assert!(script.contains(line), "{line}\n{script}");
+    }
+    // A driver that follows the input would have to jump with it.
+    let driven = carriage("[drivers.led]\njoint = \"rail\"\ndisplacement = \"0.1[m/N]*push\"\n")
+        .replace("variables = [\"cart.x\"]", "variables = [\"led.force\"]");
+    std::fs::write(folder.path().join("driven.toml"), driven).unwrap();
+    let output = cotree(folder.path(), &["linearize", "driven.toml", "--discrete", "0.1"]);
+    assert!(output.status.code() == Some(2) && stderr(&output).contains("d(push)/dt"), "{}", stderr(&output));
+    for wrong in ["0", "-1 ms", "2 m"] {
+        assert_eq!(cotree(folder.path(), &["linearize", "carriage.toml", "--discrete", wrong]).status.code(), Some(2));
+    }
+}
+
 #[test]
 fn settings_reach_the_analysis() {
     let folder = folder();

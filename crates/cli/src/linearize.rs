@@ -5,9 +5,9 @@ use cotree::mechanism::Experiment;
 use cotree::simulate;
 use cotree_study::analysis::At;
 
-use super::MessageFormat;
 use super::failure::Failure;
 use super::study::{self, Asked};
+use super::{MessageFormat, output, times};
 
 /// More points than this are a mistake in `--step` or `--stop`.
 const MOST_POINTS: u64 = 1_000_000;
@@ -15,10 +15,11 @@ const MOST_POINTS: u64 = 1_000_000;
 /// Linearise a mechanism: A, B, C, D from the inputs of the scene to its outputs
 ///
 /// dx/dt = A x + B u, y = C x + D u for small changes about a point of the motion. The states are independent coordinates and
-/// their rates: as few as the mechanism has. The derivatives are exact.
+/// their rates: as few as the mechanism has. The derivatives are exact. An output file that ends in `.m` is a script of MATLAB and Octave.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  cotree linearize cart_pole.toml\n  \
                   cotree linearize cart_pole.toml --equilibrium --json -o plant.json\n  \
+                  cotree linearize cart_pole.toml --equilibrium --discrete \"10 ms\" -o plant.m\n  \
                   cotree linearize four_bar.toml --at \"0.5 s\"\n  \
                   cotree linearize four_bar.toml --along --step \"50 ms\" --csv -o matrices.csv")]
 pub struct Linearize {
@@ -33,6 +34,9 @@ pub struct Linearize {
     /// At every communication point of the motion
     #[arg(long)]
     along: bool,
+    /// For inputs that are held for this time: x(k+1) = A x(k) + B u(k)
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    discrete: Option<String>,
     /// With --along: end of the motion [default: the scene's]
     #[arg(long, value_name = "TIME", requires = "along", allow_hyphen_values = true)]
     stop: Option<String>,
@@ -45,8 +49,25 @@ impl Linearize {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         let mut study = self.asked.open()?;
         let at = if self.equilibrium { At::Equilibrium } else { At::Times(self.times(study.experiment())?) };
-        let found = study.linearize(&at);
-        self.asked.write(study, format, found.map(|found| found.report()))
+        let mut found = study.linearize(&at);
+        if let Some(text) = &self.discrete {
+            let step = times::seconds("discrete", text)?;
+            if !(step > 0.0 && step.is_finite()) {
+                return Err(Failure::Usage(format!("--discrete: {step:?} s is not above zero")));
+            }
+            found = found.and_then(|found| Ok(found.held(step)?));
+        }
+        match self.asked.script() {
+            Some(path) => {
+                output::warn(study.take_warnings().as_ref(), format);
+                let text = found?.matlab();
+                let text = text.ok_or_else(|| {
+                    Failure::Usage("a `.m` file has the matrices of one point: leave out --along".to_owned())
+                })?;
+                output::write(path, text)
+            }
+            None => self.asked.write(study, format, found.map(|found| found.report())),
+        }
     }
 
     fn times(&self, mut experiment: Experiment) -> Result<Vec<f64>, Failure> {

@@ -1,6 +1,6 @@
 //! What `equilibrium`, `linearize` and `modes` share: the scene with its settings, and where results go.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use cotree::compile;
@@ -40,6 +40,11 @@ impl Asked {
     pub fn open(&self) -> Result<Study, Failure> {
         output::apart(&[Some(&self.scene)], &[output::file(self.output.as_deref())])?;
         with_settings(&output::load(&self.scene)?, &self.settings)
+    }
+
+    /// The output file, if its name asks for a script of MATLAB.
+    pub fn script(&self) -> Option<&Path> {
+        self.output.as_deref().filter(|path| output::has_extension(path, "m"))
     }
 
     /// Writes a result and the warnings of the study.

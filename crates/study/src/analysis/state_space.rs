@@ -95,6 +95,25 @@ impl StateSpace {
         })
     }
 
+    /// The same for inputs that are held from one instant to the next, `step` seconds later: x of the next instant is A x + B u, exactly, also where A is
+    /// singular: both are blocks of exp(\[A B; 0 0\] step).
+    ///
+    /// # Errors
+    /// The states over that step leave the range of numbers.
+    pub fn held(mut self, step: f64) -> Result<Self, Failure> {
+        let (states, inputs) = (self.states.len(), self.inputs.len());
+        let mut whole = DMatrix::zeros(states + inputs, states + inputs);
+        whole.view_mut((0, 0), (states, states)).copy_from(&(&self.a * step));
+        whole.view_mut((0, states), (states, inputs)).copy_from(&(&self.b * step));
+        let whole = whole.exp();
+        if whole.iter().any(|entry| !entry.is_finite()) {
+            return Err(Failure::Range);
+        }
+        self.a = whole.view((0, 0), (states, states)).into_owned();
+        self.b = whole.view((0, states), (states, inputs)).into_owned();
+        Ok(self)
+    }
+
     /// The same, if its outputs have values and derivatives.
     ///
     /// # Errors

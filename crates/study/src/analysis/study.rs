@@ -145,7 +145,7 @@ impl Study {
             })?,
             At::Times(times) => self.formulated(&self.mechanism.clone(), |formulated| along(formulated, times))?,
         };
-        Ok(Linearization { name, points })
+        Ok(Linearization { name, points, step: None })
     }
 
     /// Natural frequencies, damping ratios and shapes, about the equilibrium next to the start or about the pose at a time \[s\].

@@ -7,12 +7,14 @@ use nalgebra::DMatrix;
 use serde_json::{Value, json};
 
 use super::{at, exact};
-use crate::analysis::{Signal, StateSpace};
+use crate::analysis::{Failure, Signal, StateSpace};
 
 #[derive(Clone, Debug)]
 pub struct Linearization {
     pub name: String,
     pub points: Vec<StateSpace>,
+    /// The time \[s\] from one instant to the next, if inputs are held in between; none for rates.
+    pub step: Option<f64>,
 }
 
 /// A name and its unit.
@@ -22,12 +24,13 @@ type Label<'a> = (String, &'a str);
 type Named<'a> = (&'static str, &'a DMatrix<f64>, Vec<Label<'a>>, Vec<Label<'a>>);
 
 impl StateSpace {
-    /// Rates are by the second: they have the units of their states.
-    fn matrices(&self) -> [Named<'_>; 4] {
+    /// Rates are by the second: they have the units of their states. Of inputs that are held the rows are states of the next instant.
+    fn matrices(&self, held: bool) -> [Named<'_>; 4] {
         fn labels(signals: &[Signal]) -> Vec<Label<'_>> {
             signals.iter().map(|own| (own.name.clone(), &*own.unit.si)).collect()
         }
-        let rates = || labels(&self.states).into_iter().map(|(name, si)| (format!("d({name})/dt"), si)).collect();
+        let row = |name| if held { format!("next({name})") } else { format!("d({name})/dt") };
+        let rates = || labels(&self.states).into_iter().map(|(name, si)| (row(name), si)).collect();
         let (states, inputs, outputs) = (labels(&self.states), labels(&self.inputs), labels(&self.outputs));
         [
             ("A", &self.a, rates(), states.clone()),
@@ -37,7 +40,7 @@ impl StateSpace {
         ]
     }
 
-    fn data(&self) -> Value {
+    fn data(&self, held: bool) -> Value {
         let rows = |matrix: &DMatrix<f64>| {
             matrix.row_iter().map(|row| row.iter().copied().collect::<Value>()).collect::<Value>()
         };
@@ -45,19 +48,19 @@ impl StateSpace {
         let signals = |signals: &[Signal]| signals.iter().map(signal).collect::<Value>();
         let [states, inputs, outputs] = [&self.states, &self.inputs, &self.outputs].map(|own| signals(own));
         let mut data = json!({"time": self.time, "states": states, "inputs": inputs, "outputs": outputs});
-        for (name, matrix, ..) in self.matrices() {
+        for (name, matrix, ..) in self.matrices(held) {
             data[name] = rows(matrix);
         }
         data
     }
 
     /// Signals and matrices below the time.
-    fn tables(&self) -> Vec<Table> {
+    fn tables(&self, held: bool) -> Vec<Table> {
         let signal =
             |own: &Signal| row![own.name, number(own.value, &own.unit.si).within(Noise(ROUNDING)), unit(&own.unit.si)];
         let signals = [("states", &self.states), ("inputs", &self.inputs), ("outputs", &self.outputs)];
         let signals = signals.map(|(title, signals)| Table::list(title, signals.iter().map(signal)));
-        let matrices = self.matrices().into_iter().filter(|(_, matrix, ..)| !matrix.is_empty());
+        let matrices = self.matrices(held).into_iter().filter(|(_, matrix, ..)| !matrix.is_empty());
         let matrices = matrices.map(|(name, matrix, rows, columns)| {
             let noise = Noise(ROUNDING * matrix.amax());
             let entry = |row: usize, column: usize| {
@@ -71,8 +74,8 @@ impl StateSpace {
     }
 
     /// One value a line.
-    fn entries(&self) -> impl Iterator<Item = Vec<Cell>> {
-        self.matrices().into_iter().flat_map(|(name, matrix, rows, columns)| {
+    fn entries(&self, held: bool) -> impl Iterator<Item = Vec<Cell>> {
+        self.matrices(held).into_iter().flat_map(|(name, matrix, rows, columns)| {
             let entry = |(place, value): (usize, &f64)| {
                 let (row, column) = (&rows[place / columns.len()].0, &columns[place % columns.len()].0);
                 row![number(self.time, "s"), name, row, column, exact(*value)]
@@ -83,28 +86,75 @@ impl StateSpace {
 }
 
 impl Linearization {
+    /// For inputs that are held, each for `step` seconds.
+    ///
+    /// # Errors
+    /// An input's rate counts, which a held input has not, or the numbers leave their range.
+    pub fn held(self, step: f64) -> Result<Self, Failure> {
+        let rate = |own: &&Signal| own.name.contains(")/dt");
+        if let Some(rate) = self.points.iter().flat_map(|point| &point.inputs).find(rate) {
+            return Err(Failure::Unknown(vec![format!(
+                "a driver follows `{}`, too: an input that is held and jumps would move it without bound; let the driver follow an input that it integrates",
+                rate.name
+            )]));
+        }
+        let points = self.points.into_iter().map(|point| point.held(step)).collect::<Result<_, _>>()?;
+        Ok(Linearization { points, step: Some(step), ..self })
+    }
+
+    /// What the matrices are of.
+    fn law(&self) -> &'static str {
+        if self.step.is_some() { "x(k+1) = A x(k) + B u(k), y = C x + D u" } else { "dx/dt = A x + B u, y = C x + D u" }
+    }
+
     pub fn report(&self) -> Report {
-        let rows = self.points.iter().flat_map(StateSpace::entries);
-        let mut title = row![format!("{}: dx/dt = A x + B u, y = C x + D u", self.name)];
+        let held = self.step.is_some();
+        let rows = self.points.iter().flat_map(|point| point.entries(held));
+        let mut title = row![format!("{}: {}", self.name, self.law())];
         title.extend(self.points.first().map(|first| at(first.time)));
         Report {
             // The first time stands in the title.
-            tables: self.points.iter().flat_map(StateSpace::tables).skip(1).collect(),
+            tables: self.points.iter().flat_map(|point| point.tables(held)).skip(1).collect(),
             sheet: Table::new(row!["time", "matrix", "row", "column", "value"], rows),
             data: self.data(),
             ..Report::new(title)
         }
     }
 
+    /// A script of MATLAB and Octave that gives A, B, C, D and their names, in SI units; none for more points than one.
+    pub fn matlab(&self) -> Option<String> {
+        let [point] = &self.points[..] else { return None };
+        let names = |name: &str, signals: &[Signal]| {
+            let listed: Vec<String> = signals.iter().map(|own| format!("'{}'", own.name.replace('\'', "''"))).collect();
+            format!("{name} = {{{}}};\n", listed.join(", "))
+        };
+        let mut text = format!("% {}: {}; at t = {:?} s, in SI units\n", self.name, self.law(), point.time);
+        text += &self.step.map(|step| format!("h = {step:?}; % s from k to k + 1\n")).unwrap_or_default();
+        text += &names("states", &point.states);
+        text += &names("inputs", &point.inputs);
+        text += &names("outputs", &point.outputs);
+        for (name, matrix, ..) in point.matrices(self.step.is_some()) {
+            let row = |row: usize| matrix.row(row).iter().map(|entry| format!(" {entry:?}")).collect::<String>();
+            let rows: Vec<String> = (0..matrix.nrows()).map(row).collect();
+            text += &match matrix.is_empty() {
+                true => format!("{name} = zeros({}, {});\n", matrix.nrows(), matrix.ncols()),
+                false => format!("{name} = [\n{}\n];\n", rows.join("\n")),
+            };
+        }
+        Some(text)
+    }
+
     /// One point is an object with the matrices, more are a list of those.
     fn data(&self) -> Value {
-        match self.points.as_slice() {
-            [point] => {
-                let mut value = point.data();
-                value["name"] = json!(self.name);
-                value
-            }
-            points => json!({"name": self.name, "points": points.iter().map(StateSpace::data).collect::<Value>()}),
+        let held = self.step.is_some();
+        let mut value = match self.points.as_slice() {
+            [point] => point.data(held),
+            points => json!({"points": points.iter().map(|point| point.data(held)).collect::<Value>()}),
+        };
+        value["name"] = json!(self.name);
+        if let Some(step) = self.step {
+            value["step"] = json!(step);
         }
+        value
     }
 }
