@@ -161,6 +161,8 @@ pub mod resolve;
 #[doc(hidden)]
 pub mod scene;
 #[doc(hidden)]
+pub mod sheet;
+#[doc(hidden)]
 pub mod simulate;
 #[doc(hidden)]
 pub mod tree;

@@ -215,6 +215,38 @@ fn the_command_reports_draws_and_writes_the_scene() {
     assert_eq!(json["columns"][0]["residuals"].as_array().unwrap().len(), COUNT);
 }
 
+/// Columns may be called as the instrument calls them, with units as it writes them; those that are not chosen are left alone.
+#[test]
+fn columns_have_other_names_and_units() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("scene.toml"), SCENE).unwrap();
+    csv(&folder.path().join("measured.csv"));
+    let table = measured(5);
+    let rows = |line: &dyn Fn(usize, f64) -> String| {
+        table.times().iter().enumerate().map(|(row, time)| line(row, *time)).collect::<String>()
+    };
+    let (places, speeds) = (table.column(1), table.column(0));
+    let named = rows(&|row, time| format!("{:?},{:?},{:?},20.5\n", 1e3 * places[row], 1e3 * time, speeds[row]));
+    let named = format!("Displacement (mm),Clock (ms),Speed (m/s),Temperature (C)\n{named}");
+    fs::write(folder.path().join("named.csv"), named).unwrap();
+    let tails = rows(&|row, time| format!("{:?}\t{:?}\t{:?}\n", 1e3 * places[row], 1e3 * time, speeds[row]));
+    fs::write(folder.path().join("tails.csv"), format!("block.x_mm\ttime_ms\tblock.vx (m/s)\n{tails}")).unwrap();
+    let value = |more: &[&str]| {
+        let arguments = ["fit", "scene.toml", "--vary", "stiffness,damping", "--json", "--to"];
+        let output = cotree(folder.path(), &[&arguments[..], more].concat());
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        let json: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
+        json["quantities"][0]["value"].as_f64().unwrap()
+    };
+    let wanted = value(&["measured.csv"]);
+    let chosen = ["--column", "block.x=Displacement", "--column", "block.vx=Speed (m/s)", "--column", "time=Clock"];
+    assert!((value(&[&["named.csv"][..], &chosen].concat()) / wanted - 1.0).abs() < 1e-9);
+    assert!((value(&["tails.csv"]) / wanted - 1.0).abs() < 1e-9);
+    let wrong = ["fit", "scene.toml", "--vary", "damping", "--to", "named.csv", "--column", "block.x=Displacment"];
+    let output = cotree(folder.path(), &wrong);
+    assert!(code(&output) == 2 && stderr(&output).contains("did you mean `Displacement`?"), "{}", stderr(&output));
+}
+
 #[test]
 fn given_deviations_weigh_the_columns() {
     let folder = tempfile::tempdir().unwrap();
@@ -255,6 +287,9 @@ fn what_is_wrong_is_said() {
         ("measured.csv", "damping=5..9", "", 2, &["starts at 4.0"]),
         ("measured.csv", "damping=-1..9", "", 2, &["at least 0.0"]),
         ("measured.csv", "damping=5", "", 2, &["low..high"]),
+        ("measured.csv", "stiffness=1 N/mm..2", "", 2, &["`2` has no unit"]),
+        ("measured.csv", "stiffness=400..900 N/m", "", 2, &["starts at 300.0 N/m, outside 400.0 N/m..900.0 N/m"]),
+        ("measured.csv", "damping", "--column=block.x", 2, &["name=column"]),
         ("measured.csv", "damping", "--sigma=block.y=1", 2, &["no column `block.y`"]),
         ("measured.csv", "damping", "--sigma=block.x=0", 2, &["above zero"]),
         ("measured.csv", "damping,stiffness,idle", "", 3, &["do not determine `idle`"]),

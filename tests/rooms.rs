@@ -46,6 +46,7 @@ const CRATES: [Crate; 8] = [
             "expr",
             "mechanism",
             "scene",
+            "sheet",
             "component",
             "resolve",
             "tree",

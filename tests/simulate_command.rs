@@ -156,6 +156,21 @@ fn what_is_written_can_be_read_as_an_input() {
     );
     assert_eq!(value("german.csv"), plain);
     assert_eq!(value("short.csv"), plain);
+    for text in [
+        "Time (s),pressure (kN)\n0,0\n1,4\n",
+        "time_ms pressure_kN\n0 0\n1000 4,0\n",
+        "# t, pressure [kN]\n0,0\n1,4\n",
+        "time;pressure\nms;kN\n0;0\n1000;4,0\n;\n",
+        "\"time / s\",\"pressure / N\"\n0,0\n1,4000\n",
+    ] {
+        std::fs::write(path("other.csv"), text).unwrap();
+        assert_eq!(value("other.csv"), plain, "{text}");
+    }
+    std::fs::write(path("named.csv"), "Zeit (ms);Kanal 1 (kN);Kanal 2 (V)\n0;0;7,5\n1000;4;7,5\n").unwrap();
+    let chosen =
+        ["--column", "time=Zeit", "--column", "pressure=Kanal 1", "--every", "500", "--variables", "pressure,block.vx"];
+    let table = rows(&simulate(folder.path(), &[&["--input", "named.csv"][..], &chosen].concat()));
+    assert_eq!(table.iter().map(|row| (row[1], row[2])).collect::<Vec<_>>(), plain);
     simulate(
         folder.path(),
         &["--input", "plain.csv", "--variables", "pressure", "--units", "kN,ms", "-o", "again.csv"],
@@ -166,6 +181,15 @@ fn what_is_written_can_be_read_as_an_input() {
     std::fs::write(path("wrong.csv"), "time,pressure [mm]\n0,0\n").unwrap();
     let wrong = cotree(folder.path(), &["simulate", "a.toml", "--input", "wrong.csv"]);
     assert!(code(&wrong) == 2 && stderr(&wrong).contains("is in `mm`, but the input in `N`"), "{}", stderr(&wrong));
+    for (text, said) in [
+        ("time,pressure (furlong)\n0,0\n", "`furlong` is not a unit"),
+        ("time,pressure\n0,0\n1,\n", "line 3, column 2: the cell is empty"),
+        ("0,0\n1,4000\n", "no line of names"),
+    ] {
+        std::fs::write(path("wrong.csv"), text).unwrap();
+        let wrong = cotree(folder.path(), &["simulate", "a.toml", "--input", "wrong.csv"]);
+        assert!(code(&wrong) == 2 && stderr(&wrong).contains(said), "{text}: {}", stderr(&wrong));
+    }
 }
 
 /// The last row is still on the way: what is fed by a table has the rate of the table's last rows there, not that of a table that has ended.

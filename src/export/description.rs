@@ -1,5 +1,6 @@
 //! The description of an FMU: plain data, written as `modelDescription.xml` by [`super::xml`].
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use crate::mechanism::{Credits, Experiment, Unit};
@@ -183,6 +184,11 @@ impl Description {
         }
         let variables = self.variables.iter().enumerate();
         variables.filter(|(_, variable)| variable.causality == Causality::Local).map(|(index, _)| index).collect()
+    }
+
+    /// The unit of each variable.
+    pub fn units(&self) -> HashMap<&str, &Unit> {
+        self.variables.iter().map(|variable| (variable.name.as_str(), &variable.unit)).collect()
     }
 
     /// Stands for time in lists of dependencies.

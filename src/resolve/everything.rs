@@ -1,10 +1,13 @@
 //! Every variable of a scene as an output.
 
+use std::collections::HashMap;
+
 use super::variables::of_part;
 use crate::component::body::{POINT_VARIABLES as POINT, VARIABLES as BODY};
 use crate::component::{ENERGIES, RESIDUALS, Section};
+use crate::diagnostic::Faults;
 use crate::diagnostic::span::Text;
-use crate::mechanism::{Dimension, Quantity};
+use crate::mechanism::{Dimension, Quantity, Unit};
 use crate::scene::model::Scene;
 
 impl Scene {
@@ -21,6 +24,19 @@ impl Scene {
             }
         }
         scene
+    }
+
+    /// The variables of the scene, its outputs and its signals, with their units.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the scene.
+    pub fn variables(&self) -> Result<HashMap<String, Unit>, Faults> {
+        let named = self.outputs.expressions.iter().chain(&self.signals).map(|own| own.name.text.as_str());
+        let own = self.reporting(named).resolve()?.mechanism.outputs;
+        let of_parts = self.owners().into_iter().flat_map(|(owner, has)| {
+            has.into_iter().map(move |quantity| (quantity.of(&owner), Unit::of(&quantity.measure(), None)))
+        });
+        Ok(of_parts.chain(own.into_iter().map(|output| (output.name, output.unit))).collect())
     }
 
     fn owners(&self) -> Vec<(String, Vec<Quantity>)> {

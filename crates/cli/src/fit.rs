@@ -7,6 +7,7 @@ use cotree::mechanism::Units;
 use cotree::scene::Scene;
 use cotree_study::fit::{self, Fit as Found, FitError, Request, Vary};
 
+use super::columns::Columns;
 use super::failure::Failure;
 use super::times::Times;
 use super::units::InUnits;
@@ -29,6 +30,8 @@ pub struct Fit {
     /// What was measured: a CSV file with the columns `time` and variables of the scene
     #[arg(long = "to", value_name = "FILE")]
     measured: PathBuf,
+    #[command(flatten)]
+    columns: Columns,
     /// What is varied: parameters, constant inputs or initial values, with bounds if wanted, such as stiffness,damping=0..10
     #[arg(long, value_name = "NAMES", value_delimiter = ',', required = true)]
     vary: Vec<String>,
@@ -62,7 +65,7 @@ impl Fit {
         output::apart(&[Some(&self.scene), Some(&self.measured)], &[self.plot.as_deref(), self.output.as_deref()])?;
         output::is_written_as(self.plot.as_deref(), &["svg", "png"])?;
         let scene = output::load(&self.scene)?;
-        let request = self.request()?;
+        let request = self.request(&scene)?;
         let units = self.units.of(&scene)?.units;
         let named = self.measured.display().to_string();
         let reporting = scene.reporting(request.table.names().iter().map(String::as_str));
@@ -77,7 +80,8 @@ impl Fit {
         self.write(&scene, &found, &units, format)
     }
 
-    fn request(&self) -> Result<Request, Failure> {
+    fn request(&self, scene: &Scene) -> Result<Request, Failure> {
+        let (chosen, units) = (self.columns.chosen()?, scene.variables()?);
         let wrong = |option: &str, text: &str, message: String| Failure::Usage(format!("--{option} {text}: {message}"));
         let vary = self.vary.iter().map(|text| Vary::read(text).map_err(|message| wrong("vary", text, message)));
         let deviation = |text: &String| {
@@ -85,7 +89,7 @@ impl Fit {
             pair.ok_or_else(|| wrong("sigma", text, "write name=value".to_owned()))
         };
         Ok(Request {
-            table: output::table(&self.measured)?,
+            table: output::table(&self.measured, &chosen.naming(&|name| units.get(name).cloned()))?,
             vary: vary.collect::<Result<_, _>>()?,
             deviations: self.deviations.iter().map(deviation).collect::<Result<_, _>>()?,
         })

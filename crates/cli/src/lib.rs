@@ -14,6 +14,7 @@
 mod assemblies;
 mod bench;
 mod check;
+mod columns;
 mod environment;
 mod equilibrium;
 mod export;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use cotree::compile::{self, Compiled};
 use cotree::diagnostic::visible::visible;
 use cotree::files::{self, Draft};
-use cotree::output::csv::{Table, Writer};
+use cotree::output::csv::{Naming, Table, Writer};
 use cotree::scene::{Fault, Faults, Scene, Span};
 use cotree::simulate::Gaps;
 use cotree_draw::png::{self, Size};
@@ -219,12 +219,12 @@ pub fn unknown(faults: Faults, asked: &str) -> Failure {
 }
 
 /// Reads a table of values over time.
-pub fn table(path: &Path) -> Result<Table, Failure> {
+pub fn table(path: &Path, naming: &Naming<'_>) -> Result<Table, Failure> {
     let bytes = files::read(path, LARGEST_TABLE).map_err(|error| Failure::file("read", path, error))?;
     let text = String::from_utf8(bytes).ok().filter(|text| !text.contains('\0')).ok_or_else(|| {
         Failure::file("read", path, "it is not a text; an input table is CSV and begins with `time,name`")
     })?;
-    Table::parse(&text).map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))
+    Table::read(&text, naming).map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))
 }
 
 /// Why no scene can be read.

@@ -2,7 +2,7 @@
 
 mod table;
 
-pub use table::{Cells, Table, TableError, named};
+pub use table::{Naming, Table};
 
 use std::io::{self, Write};
 

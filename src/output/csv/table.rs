@@ -2,9 +2,9 @@
 
 use std::collections::HashSet;
 
-use crate::diagnostic::span::Text;
+use crate::diagnostic::suggest;
 use crate::mechanism::Unit;
-use crate::scene::unit;
+use crate::sheet::{Heading, Sheet, SheetError};
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
@@ -13,50 +13,91 @@ pub struct Table {
     units: Vec<Option<Unit>>,
     time: Vec<f64>,
     columns: Vec<Vec<f64>>,
-    layout: Layout,
 }
 
-/// How the rows are to be read.
-#[derive(Clone, Debug, PartialEq)]
-struct Layout {
-    separator: char,
-    /// The place of the time.
-    time: usize,
-    /// SI value of one in each column, that of the time too.
-    factors: Vec<f64>,
+/// What the columns of a table stand for.
+pub struct Naming<'a> {
+    /// The unit of the variable of a name, if there is one.
+    pub own: &'a dyn Fn(&str) -> Option<Unit>,
+    /// Variables and the headings of their columns; if there are any, no other columns than these and the time are read.
+    pub chosen: &'a [(String, String)],
 }
 
-/// A fault of a table and its place. Lines and columns count from 1; columns are fields.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("line {line}, column {column}: {message}")]
-pub struct TableError {
-    pub line: usize,
-    pub column: usize,
-    pub message: String,
+/// A column that is read: its place, what it stands for, and the SI value of one in it.
+struct Source {
+    place: usize,
+    name: String,
+    unit: Option<Unit>,
 }
 
-type CsvRow = (usize, Vec<String>);
+impl Source {
+    fn is_time(&self) -> bool {
+        is_time(&self.name)
+    }
+
+    fn factor(&self) -> f64 {
+        self.unit.as_ref().and_then(|unit| unit.display.as_ref()).map_or(1.0, |display| display.factor)
+    }
+}
+
+fn is_time(name: &str) -> bool {
+    name.eq_ignore_ascii_case("time") || name == "t"
+}
 
 impl Table {
-    /// Reads `time,name,...` and rows of numbers whose times do not decrease. Two rows with the same time are a jump. The columns may be
-    /// in any order, and have units, as in `gas_force [kN]`: the values of the table are SI. Between the columns there are commas,
-    /// semicolons (then the decimal sign may be a comma) or tabs.
+    /// Reads a [sheet](Sheet::read) with the columns `time` (or `t`) and those of variables, in any order. The times do not decrease; two rows with the same time are a jump. The
+    /// values of the table are SI; numbers without a unit are.
     ///
     /// # Errors
     /// The first thing that is wrong, with its place.
-    pub fn parse(text: &str) -> Result<Self, TableError> {
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let separator = separator(text);
-        let mut rows = rows(text, separator)?.into_iter();
-        let header = rows.next().ok_or_else(|| fault(1, 1, "the table is empty; begin with `time,name`"))?;
-        let mut table = Self::of_header(header, separator)?;
-        for row in rows {
-            table.push(row)?;
+    pub fn read(text: &str, naming: &Naming<'_>) -> Result<Self, SheetError> {
+        let sheet = Sheet::read(text)?;
+        let mut sources = sources(&sheet, naming)?;
+        let Some(time) = sources.iter().position(Source::is_time) else {
+            let first = sheet.headings().first().map_or("", |heading| heading.text.as_str());
+            return Err(fault(1, 1, format!("no column is `time`; the first is `{first}`")));
+        };
+        let time = sources.remove(time);
+        if let Some(unit) = time.unit.as_ref().filter(|unit| unit.exponents != Unit::time().exponents) {
+            let message = format!("the time is in `{}`, which is no unit of time", unit.shown());
+            return Err(sheet.headings()[time.place].fault(message));
+        }
+        different(&sheet, &sources)?;
+        let mut table =
+            Table { names: Vec::new(), units: Vec::new(), time: Vec::new(), columns: vec![Vec::new(); sources.len()] };
+        for row in 0..sheet.rows() {
+            table.push(&sheet, row, &time, &sources)?;
         }
         if table.time.is_empty() {
             return Err(fault(2, 1, "the table has no rows"));
         }
+        (table.names, table.units) = sources.into_iter().map(|source| (source.name, source.unit)).unzip();
         Ok(table)
+    }
+
+    fn push(&mut self, sheet: &Sheet, row: usize, time: &Source, sources: &[Source]) -> Result<(), SheetError> {
+        sheet.has_cells(row, sheet.headings().len())?;
+        let at = sheet.number(row, time.place)? * time.factor();
+        if self.time.last().is_some_and(|&last| at < last) {
+            return Err(fault(
+                sheet.line(row),
+                time.place + 1,
+                format!("time {at:?} is earlier than in the row before"),
+            ));
+        }
+        self.time.push(at);
+        for (source, column) in sources.iter().zip(&mut self.columns) {
+            column.push(sheet.number(row, source.place)? * source.factor());
+        }
+        Ok(())
+    }
+
+    /// [`Table::read`] where each column is called as its variable.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn parse(text: &str) -> Result<Self, SheetError> {
+        Table::read(text, &Naming { own: &|_| None, chosen: &[] })
     }
 
     /// A table of these columns.
@@ -82,38 +123,7 @@ impl Table {
         if !finite(&time) || time.windows(2).any(|pair| pair[1] < pair[0]) {
             return Err("the times are not finite and ascending".to_owned());
         }
-        let layout = Layout { separator: ',', time: 0, factors: vec![1.0; names.len() + 1] };
-        Ok(Self { units: vec![None; names.len()], names, time, columns, layout })
-    }
-
-    /// An empty table.
-    fn of_header((line, fields): CsvRow, separator: char) -> Result<Self, TableError> {
-        let named = fields.iter().enumerate().map(|(index, field)| name_and_unit(line, index + 1, field));
-        let mut named: Vec<(String, Option<Unit>)> = named.collect::<Result<_, _>>()?;
-        let factor =
-            |unit: &Option<Unit>| unit.as_ref().and_then(|unit| unit.display.as_ref()).map_or(1.0, |d| d.factor);
-        let factors = named.iter().map(|(_, unit)| factor(unit)).collect();
-        let is_time = |name: &str| name == "time" || name == "t";
-        let Some(time) = named.iter().position(|(name, _)| is_time(name)) else {
-            return Err(fault(line, 1, format!("no column is `time`; the first is `{}`", named[0].0)));
-        };
-        let (_, unit) = named.remove(time);
-        if let Some(unit) = unit.filter(|unit| unit.exponents != Unit::time().exponents) {
-            return Err(fault(line, time + 1, format!("the time is in `{}`, which is no unit of time", unit.shown())));
-        }
-        let mut seen = HashSet::new();
-        for (index, (name, _)) in named.iter().enumerate() {
-            let column = index + 1 + usize::from(index >= time);
-            if name.is_empty() {
-                return Err(fault(line, column, "the column has no name"));
-            }
-            if !seen.insert(name) || is_time(name) {
-                return Err(fault(line, column, format!("there are two columns `{name}`")));
-            }
-        }
-        let columns = vec![Vec::new(); named.len()];
-        let (names, units) = named.into_iter().unzip();
-        Ok(Self { names, units, time: Vec::new(), columns, layout: Layout { separator, time, factors } })
+        Ok(Self { units: vec![None; names.len()], names, time, columns })
     }
 
     /// The columns' names, without `time`.
@@ -163,146 +173,69 @@ impl Table {
             _ => 0.0,
         }
     }
+}
 
-    fn push(&mut self, (line, fields): CsvRow) -> Result<(), TableError> {
-        let Layout { separator, time, ref factors } = self.layout;
-        if fields.len() != factors.len() {
-            let (found, wanted) = (fields.len(), factors.len());
-            return Err(fault(line, found.min(wanted), format!("{found} fields, but the header has {wanted}")));
-        }
-        for (index, (field, factor)) in fields.iter().zip(factors).enumerate() {
-            let value = number(line, index + 1, field, separator)? * factor;
-            if index != time {
-                self.columns[index - usize::from(index > time)].push(value);
-            } else if self.time.last().is_some_and(|&last| value < last) {
-                return Err(fault(line, index + 1, format!("time {value:?} is earlier than in the row before")));
-            } else {
-                self.time.push(value);
-            }
-        }
-        Ok(())
+/// The columns that are read.
+fn sources(sheet: &Sheet, naming: &Naming<'_>) -> Result<Vec<Source>, SheetError> {
+    let headings = sheet.headings();
+    if headings.is_empty() {
+        let what = if sheet.rows() == 0 { "the table is empty" } else { "the table has no line of names" };
+        return Err(fault(1, 1, format!("{what}; begin with one such as `time,name`")));
     }
-}
-
-/// What is between the columns of a table: the first of `;`, tab and `,` that its header has outside of quotes.
-fn separator(text: &str) -> char {
-    let header = text.lines().find(|line| !line.trim().is_empty()).unwrap_or_default();
-    let outside: String = header.split('"').step_by(2).collect();
-    [';', '\t'].into_iter().find(|separator| outside.contains(*separator)).unwrap_or(',')
-}
-
-/// `gas_force [kN]`
-fn name_and_unit(line: usize, column: usize, field: &str) -> Result<(String, Option<Unit>), TableError> {
-    let field = field.trim();
-    let Some((name, unit)) = field.strip_suffix(']').and_then(|field| field.rsplit_once('[')) else {
-        return Ok((field.to_owned(), None));
+    if !naming.chosen.is_empty() {
+        return chosen(headings, naming.chosen);
+    }
+    let own = |name: &str| if is_time(name) { Some(Unit::time()) } else { (naming.own)(name) };
+    let source = |(place, heading): (usize, &Heading)| {
+        let (name, unit) = heading.of_variable(own)?;
+        Ok(Source { place, name, unit })
     };
-    // A pure number may be said to have the unit 1, or none.
-    let name = name.trim().to_owned();
-    if matches!(unit.trim(), "" | "1" | "-") {
-        return Ok((name, None));
+    headings.iter().enumerate().map(source).collect()
+}
+
+/// The chosen columns, and the time.
+fn chosen(headings: &[Heading], chosen: &[(String, String)]) -> Result<Vec<Source>, SheetError> {
+    let source = |place: usize, name: &str| {
+        let (_, unit) = headings[place].read()?;
+        Ok(Source { place, name: name.to_owned(), unit })
+    };
+    let called = |name: &str| {
+        let whole = headings.iter().position(|heading| heading.text == name);
+        whole.or_else(|| headings.iter().position(|heading| heading.read().is_ok_and(|(own, _)| own == name)))
+    };
+    let mut sources = Vec::new();
+    for (name, heading) in chosen {
+        let place = called(heading).ok_or_else(|| {
+            let name = |own: &Heading| own.read().map_or_else(|_| own.text.clone(), |(name, _)| name);
+            let names: Vec<String> = headings.iter().map(name).collect();
+            let known = suggest::known(heading, names.iter().map(String::as_str));
+            fault(1, 1, format!("there is no column `{heading}`; {known}"))
+        })?;
+        sources.push(source(place, name)?);
     }
-    match unit::parse(&Text::from(unit.trim())) {
-        Ok(unit) => Ok((name, Some(unit))),
-        Err(wrong) => Err(fault(line, column, format!("{}; {}", wrong.message, wrong.help))),
+    if !sources.iter().any(Source::is_time) {
+        let time = headings.iter().position(|heading| heading.read().is_ok_and(|(name, _)| is_time(&name)));
+        sources.extend(time.map(|place| source(place, "time")).transpose()?);
     }
+    Ok(sources)
 }
 
-fn number(line: usize, column: usize, field: &str, separator: char) -> Result<f64, TableError> {
-    let field = field.trim();
-    let value = plain(field, separator).parse::<f64>().ok().filter(|value| value.is_finite());
-    value.ok_or_else(|| fault(line, column, format!("`{field}` is not a finite number")))
-}
-
-fn fault(line: usize, column: usize, message: impl Into<String>) -> TableError {
-    TableError { line, column, message: message.into() }
-}
-
-/// The fields of a text, whatever they mean.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Cells {
-    /// Fields, and the line each row begins on; empty lines are skipped.
-    pub rows: Vec<CsvRow>,
-    separator: char,
-}
-
-impl Cells {
-    /// Reads a table whose columns are separated by commas, semicolons or tabs.
-    ///
-    /// # Errors
-    /// A quote that is not closed or stands in the middle of a field.
-    pub fn read(text: &str) -> Result<Self, TableError> {
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let separator = separator(text);
-        Ok(Cells { rows: rows(text, separator)?, separator })
-    }
-
-    /// A field without blanks around it and with a point as its decimal sign: between semicolons it may be a comma.
-    pub fn plain(&self, field: &str) -> String {
-        plain(field.trim(), self.separator)
-    }
-}
-
-fn plain(field: &str, separator: char) -> String {
-    if separator == ';' { field.replacen(',', ".", 1) } else { field.to_owned() }
-}
-
-/// The name and the unit of a heading such as `gas_force [kN]`.
-///
-/// # Errors
-/// The unit is none.
-pub fn named(heading: &str) -> Result<(String, Option<Unit>), String> {
-    name_and_unit(1, 1, heading).map_err(|fault| fault.message)
-}
-
-/// The rows of a text, each with the line it begins on; empty lines are skipped.
-fn rows(text: &str, separator: char) -> Result<Vec<CsvRow>, TableError> {
-    let mut rows = Vec::new();
-    let mut lines = text.split('\n').enumerate().map(|(index, line)| (index + 1, line));
-    while let Some((line, first)) = lines.next() {
-        let mut record = first.to_owned();
-        // A line break inside quotes belongs to the field.
-        let mut quotes = first.matches('"').count();
-        while quotes % 2 == 1 {
-            let (_, next) = lines.next().ok_or_else(|| fault(line, 1, "a quote is not closed"))?;
-            quotes += next.matches('"').count();
-            record.push('\n');
-            record.push_str(next);
-        }
-        let record = record.strip_suffix('\r').unwrap_or(&record);
-        if !record.trim().is_empty() {
-            rows.push((line, fields(record, line, separator)?));
-        }
-    }
-    Ok(rows)
-}
-
-/// The fields of a record, without their quotes.
-fn fields(record: &str, line: usize, separator: char) -> Result<Vec<String>, TableError> {
-    let mut fields = vec![String::new()];
-    let mut quoted = false;
-    let mut characters = record.chars().peekable();
-    while let Some(c) = characters.next() {
-        let column = fields.len();
-        let Some(field) = fields.last_mut() else {
-            break;
+/// No two columns have the same name, and none has no name.
+fn different(sheet: &Sheet, sources: &[Source]) -> Result<(), SheetError> {
+    let mut seen = HashSet::new();
+    for Source { place, name, .. } in sources {
+        let wrong = match name.as_str() {
+            "" => "the column has no name".to_owned(),
+            name if !seen.insert(name) || is_time(name) => format!("there are two columns `{name}`"),
+            _ => continue,
         };
-        match c {
-            '"' if quoted && characters.peek() == Some(&'"') => {
-                characters.next();
-                field.push('"');
-            }
-            '"' if quoted => quoted = false,
-            '"' if field.trim().is_empty() => {
-                field.clear();
-                quoted = true;
-            }
-            '"' => return Err(fault(line, column, "a quote in the middle of a field")),
-            c if c == separator && !quoted => fields.push(String::new()),
-            c => field.push(c),
-        }
+        return Err(sheet.headings()[*place].fault(wrong));
     }
-    Ok(fields)
+    Ok(())
+}
+
+fn fault(line: usize, column: usize, message: impl Into<String>) -> SheetError {
+    SheetError { line, column, message: message.into() }
 }
 
 #[cfg(test)]
@@ -364,11 +297,14 @@ mod tests {
             ("time,t\n0,1\n", 1, 2, "two columns"),
             ("time [mm],a\n0,1\n", 1, 1, "no unit of time"),
             ("time,a [furlong]\n0,1\n", 1, 2, "not a unit"),
-            ("time;a\n0;1,2,3\n", 2, 2, "not a finite number"),
+            ("time;a\n0;1,2,3\n", 2, 2, "not a number"),
             ("time,a,a\n0,1,2\n", 1, 3, "two columns `a`"),
-            ("time,a,\n", 1, 3, "no name"),
+            ("time,a,\n0,1,2\n", 1, 3, "no name"),
             ("time,a\n", 2, 1, "no rows"),
-            ("time,a\n0,1\n1,x\n", 3, 2, "`x` is not a finite number"),
+            ("time,a\n0,1\n1,x\n", 3, 2, "`x` is not a number"),
+            ("0,1\n", 1, 1, "no line of names"),
+            ("time,a\n0,1\n1,\n", 3, 2, "empty"),
+            ("time,a\ns,furlong\n0,1\n", 2, 2, "not a unit"),
             ("time,a\n0,NaN\n", 2, 2, "finite"),
             ("time,a\n0\n", 2, 1, "1 fields"),
             ("time,a\n0,1,2\n", 2, 2, "3 fields"),

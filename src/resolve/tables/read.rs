@@ -1,8 +1,9 @@
-//! Tables as they are written: two columns, separated by commas, semicolons, tabs or blanks, with a line of names and units above them or without.
+//! Two columns of a file, in SI.
 
 use crate::diagnostic::fault::Fault;
-use crate::diagnostic::span::{Span, Text};
-use crate::scene::unit::{self, Exponents};
+use crate::diagnostic::span::Span;
+use crate::scene::unit::Exponents;
+use crate::sheet::{Sheet, SheetError};
 
 /// Two columns in SI.
 #[derive(Clone, Debug)]
@@ -15,60 +16,22 @@ pub(in crate::resolve) struct Table {
     pub places: Vec<Span>,
 }
 
-/// A line that is being read.
-struct Line<'t> {
-    file: &'t str,
-    number: usize,
-    text: &'t str,
-    span: Span,
-}
-
 impl Table {
     /// The table in a text; `start` is where that begins in the source.
     pub fn read(file: &str, text: &str, start: Option<usize>) -> Result<Table, Fault> {
-        let mut table = Table { x: Vec::new(), y: Vec::new(), units: [None; 2], places: Vec::new() };
-        let (mut factors, mut offset, mut begun) = ([1.0; 2], 0, false);
-        for (index, whole) in text.split('\n').enumerate() {
-            let place = Span::new(offset, offset + whole.trim_end().len());
-            offset += whole.len() + 1;
-            let content = whole.trim();
-            if content.is_empty() || content.starts_with('#') {
-                continue;
-            }
-            let span = start.map_or(Span::default(), |start| place.shifted(start));
-            let line = Line { file, number: index + 1, text: content, span };
-            let fields = line.fields();
-            let is_header = !begun && fields.first().is_some_and(|field| field.parse::<f64>().is_err());
-            begun = true;
-            if is_header {
-                (table.units, factors) = line.units()?;
-            } else {
-                table.push(&line, &fields, factors)?;
-                table.places.extend(start.map(|_| line.span));
-            }
-        }
-        if table.x.is_empty() {
+        let lines = Places::of(text, start);
+        let faulty = |SheetError { line, column, message }| {
+            Fault::new("scene::bad_table", format!("line {line} of `{file}`, column {column}: {message}"), lines.of_line(line))
+                .label("this line")
+                .help("a table has two columns of numbers, the first increasing: `0.5, 12.3`; names and units may stand above them: `angle [deg], lift [mm]`")
+        };
+        let sheet = Sheet::read(text).map_err(faulty)?;
+        if sheet.rows() == 0 {
             return Err(Fault::new("scene::bad_table", format!("`{file}` has no rows"), Span::default()));
         }
-        Ok(table)
-    }
-
-    fn push(&mut self, line: &Line<'_>, fields: &[&str], factors: [f64; 2]) -> Result<(), Fault> {
-        let [x, y] = fields else {
-            return Err(line.fault(&format!("has {} columns instead of two", fields.len())));
-        };
-        let number = |field: &str| match field.parse::<f64>() {
-            Ok(value) if value.is_finite() => Ok(value),
-            Ok(_) => Err(line.fault(&format!("has `{field}`, which is no finite number"))),
-            Err(_) => Err(line.fault(&format!("has `{field}`, which is no number"))),
-        };
-        let (x, y) = (number(x)? * factors[0], number(y)? * factors[1]);
-        if self.x.last().is_some_and(|last| *last >= x) {
-            return Err(line.fault("does not increase: its first value is not above the one before"));
-        }
-        self.x.push(x);
-        self.y.push(y);
-        Ok(())
+        let places = (0..sheet.rows()).filter(|_| start.is_some()).map(|row| lines.of_line(sheet.line(row))).collect();
+        let [x, y] = columns(&sheet).map_err(faulty)?;
+        Ok(Table { x: x.0, y: y.0, units: [x.1, y.1], places })
     }
 
     /// Where a row is written.
@@ -77,33 +40,51 @@ impl Table {
     }
 }
 
-impl<'t> Line<'t> {
-    fn fields(&self) -> Vec<&'t str> {
-        let separator = [';', ',', '\t'].into_iter().find(|separator| self.text.contains(*separator));
-        match separator {
-            Some(separator) => self.text.split(separator).map(str::trim).collect(),
-            None => self.text.split_whitespace().collect(),
+/// Numbers in SI, and their unit if it is said.
+type Column = (Vec<f64>, Option<Exponents>);
+
+fn columns(sheet: &Sheet) -> Result<[Column; 2], SheetError> {
+    let (mut columns, mut factors): ([Column; 2], [f64; 2]) = (Default::default(), [1.0; 2]);
+    for (place, heading) in sheet.headings().iter().enumerate() {
+        let (_, unit) = heading.read()?;
+        let Some(column) = columns.get_mut(place) else {
+            return Err(heading.fault("a third column, where a table has two"));
+        };
+        column.1 = unit.as_ref().map(|unit| unit.exponents);
+        factors[place] = unit.and_then(|unit| unit.display).map_or(1.0, |display| display.factor);
+    }
+    for row in 0..sheet.rows() {
+        sheet.has_cells(row, 2)?;
+        for (place, column) in columns.iter_mut().enumerate() {
+            column.0.push(sheet.number(row, place)? * factors[place]);
+        }
+        if let [.., before, own] = columns[0].0[..]
+            && own <= before
+        {
+            let what = "does not increase: the number is not above the one before";
+            return Err(SheetError { line: sheet.line(row), column: 1, message: what.to_owned() });
         }
     }
+    Ok(columns)
+}
 
-    /// The units in the brackets of the names of both columns, and what makes their numbers SI.
-    fn units(&self) -> Result<([Option<Exponents>; 2], [f64; 2]), Fault> {
-        let (mut units, mut factors) = ([None; 2], [1.0; 2]);
-        for (column, field) in self.text.split([';', ',', '\t']).take(2).enumerate() {
-            let Some((_, rest)) = field.split_once('[') else { continue };
-            let name = rest.split_once(']').map_or(rest, |(name, _)| name).trim();
-            let unit = unit::parse(&Text::new(name, self.span));
-            let unit = unit.map_err(|fault| self.fault(&format!("has a unit that is not known: {}", fault.message)))?;
-            factors[column] = unit.display.as_ref().map_or(1.0, |display| display.factor);
-            units[column] = Some(unit.exponents);
-        }
-        Ok((units, factors))
+/// Where the lines of a file stand in the source.
+struct Places(Vec<Span>);
+
+impl Places {
+    fn of(text: &str, start: Option<usize>) -> Places {
+        let mut offset = start.unwrap_or(0);
+        let place = |line: &str| {
+            let place = Span::new(offset, offset + line.trim_end().len());
+            offset += line.len();
+            place
+        };
+        let break_ = if text.contains('\n') { '\n' } else { '\r' };
+        Places(if start.is_some() { text.split_inclusive(break_).map(place).collect() } else { Vec::new() })
     }
 
-    fn fault(&self, what: &str) -> Fault {
-        let message = format!("line {} of `{}` {what}", self.number, self.file);
-        Fault::new("scene::bad_table", message, self.span)
-            .label("this line")
-            .help("a table has two columns of numbers, the first increasing: `0.5, 12.3`")
+    /// Nowhere if the text is not known.
+    fn of_line(&self, line: usize) -> Span {
+        line.checked_sub(1).and_then(|index| self.0.get(index)).copied().unwrap_or_default()
     }
 }

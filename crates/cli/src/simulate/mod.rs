@@ -19,6 +19,7 @@ use cotree::simulate::{self, Gaps, Run, RunError};
 use cotree_fmu::instance::{Inaccuracy, InstanceError};
 use cotree_fmu::model::Model;
 
+use super::columns::Columns;
 use super::failure::Failure;
 use super::times::Times;
 use super::units::{InUnits, Shown};
@@ -79,6 +80,8 @@ pub struct Simulate {
     /// Inputs over time: a CSV file with the columns `time` and inputs of the scene
     #[arg(long, value_name = "FILE")]
     input: Option<PathBuf>,
+    #[command(flatten)]
+    columns: Columns,
     /// Begin where the mechanism rests, as `cotree equilibrium` finds it, instead of where `[initial]` says
     #[arg(long)]
     from_equilibrium: bool,
@@ -112,7 +115,11 @@ impl Simulate {
         let compiled = compile(&scene).map_err(|faults| output::unknown(faults, "the command line"))?;
         output::warn(compiled.warnings.as_ref(), format);
         let shown = self.units.of(&scene)?;
-        let [input, overlay] = [&self.input, &self.overlay].map(|file| file.as_deref().map(output::table).transpose());
+        let (chosen, units) = (self.columns.chosen()?, compiled.description.units());
+        let own = |name: &str| units.get(name).copied().cloned();
+        let read =
+            |file: &Option<PathBuf>| file.as_deref().map(|file| output::table(file, &chosen.naming(&own))).transpose();
+        let [input, overlay] = [&self.input, &self.overlay].map(read);
         let (input, overlay) = (input?, overlay?);
         let reported = asked::reported(&self, &compiled)?;
         let mut record = Record::new(&compiled, &reported, &shown);

@@ -3,7 +3,7 @@
 use cotree::compile::quantity;
 use cotree::export::description::Description;
 use cotree::mechanism::Unit;
-use cotree::output::csv::{Cells, named};
+use cotree::sheet::{Heading, Sheet, SheetError};
 use cotree::simulate::settings;
 
 use super::factor::{Factor, Values};
@@ -26,30 +26,34 @@ type Columns = (Vec<Factor>, Vec<Vec<f64>>);
 /// # Errors
 /// Everything that is wrong with the table, with its lines.
 pub fn columns(description: &Description, text: &str) -> Result<Columns, Vec<String>> {
-    let cells = Cells::read(text).map_err(|error| vec![error.to_string()])?;
-    let Some(((_, names), rows)) = cells.rows.split_first() else {
-        return Err(vec!["the table is empty; begin with a line of names".to_owned()]);
-    };
-    let mut wrong = Vec::new();
+    let sheet = Sheet::read(text).map_err(|error| vec![error.to_string()])?;
+    let headings = sheet.headings();
+    if headings.is_empty() {
+        return Err(vec!["the table has no line of names to begin with".to_owned()]);
+    }
+    let (mut wrong, units) = (Vec::new(), description.units());
+    let read =
+        |own: &Heading| column(description, own.of_variable(|name| units.get(name).copied().cloned()), &own.text);
     let found: Vec<Option<Column>> =
-        names.iter().map(|name| column(description, name).map_err(|message| wrong.push(message)).ok()).collect();
+        headings.iter().map(|own| read(own).map_err(|message| wrong.push(message)).ok()).collect();
     let mut columns: Vec<Column> = found.into_iter().flatten().collect();
-    if columns.len() < names.len() {
+    if columns.len() < headings.len() {
         return Err(wrong); // what their values mean is not known
     }
-    for (line, fields) in rows {
-        if fields.len() != columns.len() {
-            wrong.push(format!("line {line}: {} fields, but the header has {}", fields.len(), columns.len()));
+    for row in 0..sheet.rows() {
+        let line = sheet.line(row);
+        if let Err(SheetError { message, .. }) = sheet.has_cells(row, columns.len()) {
+            wrong.push(format!("line {line}: {message}"));
             continue;
         }
-        for (field, column) in fields.iter().zip(&mut columns) {
-            match value(description, &cells.plain(field), column) {
+        for (place, column) in columns.iter_mut().enumerate() {
+            match value(description, &sheet.cell(row, place), column) {
                 Ok(value) => column.values.push(value),
                 Err(message) => wrong.push(format!("line {line}, `{}`: {message}", column.factor.name)),
             }
         }
     }
-    if rows.is_empty() {
+    if sheet.rows() == 0 {
         wrong.push("the table has names but no runs".to_owned());
     }
     if wrong.is_empty() {
@@ -61,13 +65,17 @@ pub fn columns(description: &Description, text: &str) -> Result<Columns, Vec<Str
     Err(wrong)
 }
 
-/// The column called `name` or `name [unit]`.
-fn column(description: &Description, heading: &str) -> Result<Column, String> {
-    let (name, unit) = named(heading)?;
+/// The column of a variable, from its name and unit.
+fn column(
+    description: &Description,
+    named: Result<(String, Option<Unit>), SheetError>,
+    heading: &str,
+) -> Result<Column, String> {
+    let (name, unit) = named.map_err(|error| error.to_string())?;
     let variable = settings::settable(description, &name)?;
     let known = &description.variables[variable];
     if let Some(unit) = unit.as_ref().filter(|unit| !known.unit.si.is_empty() && !unit.is_compatible(&known.unit)) {
-        return Err(format!("the column `{}` is in {}, not in {}", heading.trim(), unit.shown(), known.unit.si));
+        return Err(format!("the column `{heading}` is in {}, not in {}", unit.shown(), known.unit.si));
     }
     let (name, si) = (known.name.clone(), known.unit.si.clone());
     let factor = Factor { variable, name, unit: si, values: Values::Levels(Vec::new()) };
