@@ -87,7 +87,7 @@ fn every_command_shows_its_quantities_in_the_units_that_are_asked_for() {
         ("linearize", &["--at", "0.1 s"], &["t = 100 ms", "mm/s"]),
         ("modes", &["--at", "100 ms"], &["t = 100 ms"]),
         ("modes", &["--sensitivity", "reach"], &["reach [mm]"]),
-        ("motion", &["--input", "guide", "--range", "0.1 m..0.6 m"], &["`guide` moves from 100 mm to 600 mm"]),
+        ("motion", &["--input", "guide", "--range", "100..600 mm"], &["`guide` moves from 100 mm to 600 mm"]),
         ("motion", &["--input", "guide", "--range", "0.1 m..0.6 m", "--output", "arm.tip.x"], &["arm.tip.x [mm]"]),
         (
             "motion",

@@ -482,6 +482,7 @@ fn the_report_is_a_text_a_table_and_a_plot() {
         (&["--input", "O2", "--point", "coupler.q"][..], "no point `coupler.q`"),
         (&["--input", "O2", "--range", "3"][..], "from..to"),
         (&["--input", "O2", "--range", "-30 deg..10 mm"][..], "not in rad"),
+        (&["--input", "O2", "--range", "-30 deg..10"][..], "`10` has no unit"),
         (&["--input", "O2", "--speed", "5 mm/s"][..], "not in rad/s"),
         (&["--input", "O2", "--dwell", "1 mm"][..], "not in rad"),
     ] {

@@ -36,7 +36,7 @@ pub struct Motion {
     /// Speed of the input, such as "20 rad/s" or "300 rpm" [default: that at the start of the scene, or 1 rad/s]
     #[arg(long, value_name = "SPEED")]
     speed: Option<String>,
-    /// From where to where the input moves, such as "-30 deg..60 deg" [default: one turn, or as far as it goes both ways]
+    /// From where to where the input moves, such as "-30..60 deg" [default: one turn, or as far as it goes both ways]
     #[arg(long, value_name = "FROM..TO", allow_hyphen_values = true)]
     range: Option<String>,
     /// A row of the printed table every so much of the input, such as "30 deg" [default: a twelfth of a turn or of the range]
@@ -109,7 +109,7 @@ impl Motion {
         let range = match self.range.as_deref().map(|range| range.split_once("..").ok_or(range)) {
             None => None,
             Some(Ok((from, to))) => {
-                let [from, to] = [number("range", from, &input)?, number("range", to, &input)?];
+                let [from, to] = compile::both(from, to, &input).map_err(|message| wrong("range", message))?;
                 Some([from.min(to), from.max(to)])
             }
             Some(Err(range)) => return Err(wrong("range", format!("write `from..to`, not `{range}`"))),

@@ -1,6 +1,6 @@
 //! What is asked of a fit, and whether that makes sense.
 
-use cotree::compile::quantity;
+use cotree::compile::{quantity, with_units};
 use cotree::diagnostic::suggest;
 use cotree::mechanism::Experiment;
 use cotree::output::csv::Table;
@@ -29,7 +29,7 @@ pub struct Vary {
 }
 
 impl Vary {
-    /// Reads `name`, `name=low..high`, `name=low..` or `name=..high`.
+    /// Reads `name`, `name=low..high`, `name=low..` or `name=..high`; the unit of `high` is that of `low`, too, if that has none.
     ///
     /// # Errors
     /// What is wrong with it.
@@ -38,7 +38,9 @@ impl Vary {
             return Ok(Vary { name: text.trim().to_owned(), bounds: [None, None] });
         };
         let (low, high) = range.split_once("..").ok_or("write the bounds as low..high")?;
-        let bound = |text: &str| Some(text.trim().to_owned()).filter(|text| !text.is_empty());
+        let given: Vec<&str> = [low, high].into_iter().filter(|text| !text.trim().is_empty()).collect();
+        let mut given = with_units(&given)?.into_iter();
+        let mut bound = |text: &str| if text.trim().is_empty() { None } else { given.next() };
         Ok(Vary { name: name.trim().to_owned(), bounds: [bound(low), bound(high)] })
     }
 }

@@ -1,6 +1,6 @@
 //! What is varied, and over which values.
 
-use cotree::compile::quantity;
+use cotree::compile::{both, quantities, quantity};
 use cotree::export::description::Description;
 use cotree::mechanism::Unit;
 use cotree::simulate::settings;
@@ -33,7 +33,7 @@ const MOST_LEVELS: usize = 10_000_000;
 
 impl Factor {
     /// Reads `name=values`: `1,1.2`, `0.4..0.6:21` (so many, both ends among them), `0.4..0.6` (any between), `0.5+-0.01` (any within), `0.5~0.01` (normal); tolerances may be
-    /// shares, as in `0.5+-2%`. Numbers may have units: `"400 mm..600 mm:21"`.
+    /// shares, as in `0.5+-2%`. Numbers may have units: `"400..600 mm:21"`.
     ///
     /// # Errors
     /// What is wrong with it.
@@ -52,14 +52,17 @@ impl Factor {
 impl Values {
     fn read(text: &str, unit: &Unit) -> Result<Self, String> {
         let number = |text: &str| quantity(text.trim(), unit);
+        let both = |low: &str, high: &str| both(low, high, unit);
+        let around = |mean: &str, within: &str| match share(within, || number(mean))? {
+            Some([mean, within]) => Ok::<_, String>([mean, within]),
+            None => both(mean, within),
+        };
         if let Some((mean, within)) = text.split_once("+-").or_else(|| text.split_once('±')) {
-            let mean = number(mean)?;
-            let within = share(within, mean)?.map_or_else(|| number(within), Ok)?;
+            let [mean, within] = around(mean, within)?;
             return ordered(mean - within, mean + within).map(|[low, high]| Values::Uniform(low, high));
         }
         if let Some((mean, deviation)) = text.split_once('~') {
-            let mean = number(mean)?;
-            let deviation = share(deviation, mean)?.map_or_else(|| number(deviation), Ok)?;
+            let [mean, deviation] = around(mean, deviation)?;
             let positive = deviation > 0.0 && deviation.is_finite();
             return if positive {
                 Ok(Values::Normal(mean, deviation))
@@ -68,14 +71,17 @@ impl Values {
             };
         }
         let Some((low, rest)) = text.split_once("..") else {
-            return Ok(Values::Levels(text.split(',').map(number).collect::<Result<_, _>>()?));
+            return Ok(Values::Levels(quantities(&text.split(',').collect::<Vec<_>>(), unit)?));
         };
         match rest.rsplit_once(':') {
-            None => ordered(number(low)?, number(rest)?).map(|[low, high]| Values::Uniform(low, high)),
+            None => {
+                both(low, rest).and_then(|[low, high]| ordered(low, high)).map(|[low, high]| Values::Uniform(low, high))
+            }
             Some((high, count)) => {
                 let count = count.trim().parse::<usize>().ok().filter(|count| (1..=MOST_LEVELS).contains(count));
                 let count = count.ok_or_else(|| format!("the count after `:` is not between 1 and {MOST_LEVELS}"))?;
-                Ok(Values::Levels(spaced(number(low)?, number(high)?, count)))
+                let [low, high] = both(low, high)?;
+                Ok(Values::Levels(spaced(low, high, count)))
             }
         }
     }
@@ -90,12 +96,13 @@ impl Values {
     }
 }
 
-/// A tolerance such as `2 %` of a mean; none if it is no share.
-fn share(text: &str, mean: f64) -> Result<Option<f64>, String> {
+/// A mean and a tolerance such as `2 %` of it; none if it is no share.
+fn share(text: &str, mean: impl Fn() -> Result<f64, String>) -> Result<Option<[f64; 2]>, String> {
     let Some(percent) = text.trim().strip_suffix('%') else { return Ok(None) };
+    let mean = mean()?;
     let number = percent.trim().parse::<f64>().ok().filter(|number| number.is_finite());
     let number = number.ok_or_else(|| format!("`{}` is no number of percent", text.trim()))?;
-    Ok(Some(0.01 * number * mean.abs()))
+    Ok(Some([mean, 0.01 * number * mean.abs()]))
 }
 
 fn ordered(low: f64, high: f64) -> Result<[f64; 2], String> {
@@ -130,9 +137,25 @@ mod tests {
         assert_eq!(values("7..9:1"), Ok(Values::Levels(vec![7.0])));
         assert_eq!(values("-1..-0.5"), Ok(Values::Uniform(-1.0, -0.5)));
         assert_eq!(values("500 mm +- 125 mm"), Ok(Values::Uniform(0.375, 0.625)));
-        assert_eq!(values("0.5~10 mm"), Ok(Values::Normal(0.5, 0.01)));
+        assert_eq!(values("0.5 m~10 mm"), Ok(Values::Normal(0.5, 0.01)));
         assert_eq!(values("-500 mm +- 25 %"), Ok(Values::Uniform(-0.625, -0.375)));
         assert_eq!(values("0.5 ~ 50%"), Ok(Values::Normal(0.5, 0.25)));
+    }
+
+    #[test]
+    fn the_last_unit_holds_for_all() {
+        assert_eq!(values("180..220 mm:3"), Ok(Values::Levels(vec![0.18, 0.2, 0.22])));
+        assert_eq!(values("180,200,220 mm"), Ok(Values::Levels(vec![0.18, 0.2, 0.22])));
+        assert_eq!(values("180 mm, 200, 0.22 mm"), Ok(Values::Levels(vec![0.18, 0.2, 0.000_22])));
+        assert_eq!(values("-10..10 mm"), Ok(Values::Uniform(-0.01, 0.01)));
+        assert_eq!(values("500+-125 mm"), Ok(Values::Uniform(0.375, 0.625)));
+        assert_eq!(values("500~10 mm"), Ok(Values::Normal(0.5, 0.01)));
+        let number = |text: &str| Values::read(text, &Unit::default());
+        assert_eq!(number("1..2 mm:2"), Ok(Values::Levels(vec![0.001, 0.002])));
+        assert!(number("1 deg..2 mm:2").unwrap_err().contains("different kinds"));
+        for unclear in ["180 mm..220:3", "180, 200 mm, 0.22 m", "180 mm,220"] {
+            assert!(values(unclear).unwrap_err().contains("has no unit"), "{unclear}");
+        }
     }
 
     #[test]
