@@ -99,6 +99,7 @@ mod stored_programs;
 mod sweep;
 mod tables;
 mod taylor;
+mod units;
 mod values_out_of_range;
 mod view;
 mod work;

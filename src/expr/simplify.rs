@@ -29,7 +29,9 @@ impl Arena {
     pub fn merge(&mut self, a: Expr, b: Expr) -> Expr {
         const ROUNDING: f64 = 4.0 * f64::EPSILON;
         let ((x, left), (y, right)) = (self.signed_term(a), self.signed_term(b));
-        let cancel = left == right && (x + y).abs() <= ROUNDING * x.abs().max(y.abs());
+        let largest = x.abs().max(y.abs());
+        // What is too large for a number is no rounding error of another.
+        let cancel = left == right && largest.is_finite() && (x + y).abs() <= ROUNDING * largest;
         if cancel { Expr::ZERO } else { self.add(a, b) }
     }
 

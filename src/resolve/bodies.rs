@@ -55,7 +55,7 @@ impl Resolver<'_> {
             return body;
         };
         if let Some(points) = fields.get("points") {
-            self.faults.entries(points, &fields.name_of("points"));
+            self.faults.points(points, &fields.name_of("points"));
         }
         let mut centre = None;
         let reader = Reader { fields: &fields, user: &called, context: Context::Constant };

@@ -10,6 +10,7 @@ use super::{Resolver, UNKNOWN};
 use crate::columns::counted;
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
+use crate::expr::{Binary, Function};
 use crate::mechanism::{Bound, Formula, Range, Unit};
 use crate::scene::constant;
 use crate::scene::dimension::{
@@ -150,6 +151,9 @@ impl Resolver<'_> {
                     return (UNKNOWN, None, Known::Nothing);
                 };
                 self.check_unit(known, what, wanted, quantity.span, context);
+                if !text.text.contains('[') {
+                    self.suspect_turns(&formula, what, wanted, quantity.span);
+                }
                 let formula = match constant::number(&formula) {
                     Some(number) => self.finite(number, what, quantity.span),
                     None => formula,
@@ -170,6 +174,22 @@ impl Resolver<'_> {
             let fault = Fault::warning("scene::degrees", message, span).label("degrees?");
             self.faults.push(
                 fault.help(format!("write `\"{number} deg\"` for degrees, `\"{number} rad\"` if radians are meant")),
+            );
+        }
+    }
+
+    /// Warns of an angle that is a usual number of degrees times the time.
+    fn suspect_turns(&mut self, formula: &Formula, what: &str, wanted: &Wanted, span: Span) {
+        let Formula::Call(Function::Two(Binary::Multiply), sides) = formula else { return };
+        let ([Formula::Number(number), Formula::Time] | [Formula::Time, Formula::Number(number)]) = sides[..] else {
+            return;
+        };
+        let usual = number.abs() >= 90.0 && number % 45.0 == 0.0;
+        if usual && wanted.exponents == ANGLE.exponents {
+            let message = format!("{what} grows by {number} radians a second, {:.1} turns", number / TAU);
+            let fault = Fault::warning("scene::degrees", message, span).label("degrees?");
+            self.faults.push(
+                fault.help(format!("write `{number}[deg]*t` for degrees, `{number}[rad]*t` if radians are meant")),
             );
         }
     }

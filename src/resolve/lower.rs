@@ -70,7 +70,7 @@ impl Resolver<'_> {
             TreeKind::Measure(value, unit) => {
                 let written = site.text.text.get(tree.start..tree.end).unwrap_or_default();
                 let hertz = hertz(Some(unit), None, Some(&written.into()));
-                Some((Formula::Number(*value), Known::constant(Some(unit.exponents)).in_hertz(hertz)))
+                Some((Formula::Number(*value), Known::written(unit.exponents).in_hertz(hertz)))
             }
             TreeKind::Name(name) => self.lower_name(name, tree, site),
             TreeKind::Call(function, arguments) => self.lower_call(*function, arguments, tree, site),

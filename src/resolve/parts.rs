@@ -47,6 +47,18 @@ struct Reading<'n> {
     complete: bool,
 }
 
+/// What people write for a driver's speed, and how it is written.
+const RATES: [(&[&str], &str); 2] = [
+    (
+        &["omega", "rpm", "angular_velocity", "rotational_speed", "frequency"],
+        "a speed is written as the angle that it makes over the time: `angle = \"2*pi*t\"` for one turn in a second",
+    ),
+    (
+        &["speed", "velocity", "rate", "v"],
+        "a speed is written as the motion that it makes over the time: `angle = \"2*pi*t\"` for one turn in a second, or `displacement = \"0.1*t\"` for 0.1 m in a second",
+    ),
+];
+
 impl<'s> Resolver<'s> {
     pub(super) fn parts(&mut self, section: Section) -> Vec<Part> {
         let scene = self.scene;
@@ -120,9 +132,9 @@ impl<'s> Resolver<'s> {
         let message = format!("{} must have exactly one of {wanted}, but has {found}", fields.owner);
         let drivers = Section::Drivers.components();
         let help: Vec<String> = drivers.map(|component| format!("`{}` {}", component.name, component.about)).collect();
-        self.faults.push(
-            Fault::new("scene::driver_motion", message, span).label("exactly one is wanted").help(help.join(", ")),
-        );
+        let rate = RATES.iter().find(|(rates, _)| rates.iter().any(|key| fields.get(key).is_some()));
+        let help = rate.filter(|_| given.is_empty()).map_or_else(|| help.join(", "), |(_, help)| (*help).to_owned());
+        self.faults.push(Fault::new("scene::driver_motion", message, span).label("exactly one is wanted").help(help));
     }
 
     /// Refuses what a scene of one dimension has no room for; none if nothing of it is worth reading.

@@ -48,7 +48,11 @@ impl Resolver<'_> {
             false => format!("{} has {}", found.called, suggest::list(names.iter().copied())),
         };
         let near = suggest::nearest(last, names.iter().copied());
+        let bare = last.split(['[', '(', ' ', '/']).next().unwrap_or_default();
         let help = match near {
+            _ if bare != last && names.contains(&bare) => format!(
+                "write `{owner}.{bare}`: units are no part of names; `[display]` with `units = [\"deg\", \"mm\"]`, or `--units deg,mm`, chooses them"
+            ),
             _ if name.text.contains('.') && self.find_owner(&name.text).is_some() => {
                 format!("`{0}` is a point; write `{0}.x` or `{0}.y`", name.text)
             }

@@ -43,6 +43,11 @@ impl Known {
         })
     }
 
+    /// The unit of a number that is written with it. An angle in degrees is a number, too: as a coefficient it may have a unit of its own, as in `360[deg]*t`.
+    pub fn written(exponents: Exponents) -> Known {
+        Known::Unit(Measured { exponents, scaled: exponents == RADIAN, moving: false, hertz: 0 })
+    }
+
     /// The same, so many times in hertz.
     pub fn in_hertz(self, hertz: i8) -> Known {
         match self {
@@ -138,9 +143,12 @@ fn power(base: Known, right: Known, exponent: &Formula) -> Known {
         return if (base, right) == (Known::Number, Known::Number) { Known::Number } else { Known::Nothing };
     };
     let Formula::Number(exponent) = exponent else {
-        return if unit.exponents == PURE { base } else { Known::Nothing };
+        let is_pure = compatible(unit.exponents, PURE);
+        return if is_pure { Known::Unit(Measured { exponents: PURE, ..unit }) } else { Known::Nothing };
     };
-    let scaled = unit.exponents.map(|e| f64::from(e) * exponent);
+    let mut scaled = unit.exponents.map(|e| f64::from(e) * exponent);
+    // The radian counts as a pure number, and so does its root.
+    scaled[3] = if scaled[3].fract() == 0.0 { scaled[3] } else { 0.0 };
     if scaled.iter().any(|e| e.fract() != 0.0 || e.abs() > f64::from(i8::MAX)) {
         return Known::Nothing;
     }

@@ -10,7 +10,7 @@
 //! ```
 
 use super::lookalike;
-use super::quantity::{number_length, unit_in_expression};
+use super::quantity::{number_length, unit_in_expression, without_product};
 use super::unit;
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
@@ -445,6 +445,11 @@ impl<'t> Parser<'t> {
         self.at > 0 && matches!(self.tokens[self.at - 1].0, Token::Number(_))
     }
 
+    fn follows_factor(&self) -> bool {
+        let before = self.at.checked_sub(1).map(|before| self.tokens[before].0);
+        matches!(before, Some(Token::Number(_) | Token::Name(_) | Token::Close | Token::Unit(_)))
+    }
+
     fn follows(&self, token: Token<'_>) -> bool {
         self.at > 0 && self.tokens[self.at - 1].0 == token && self.tokens[self.at - 1].2 == self.place().0
     }
@@ -458,8 +463,14 @@ impl<'t> Parser<'t> {
         let (start, end) = self.place();
         if let (Token::Name(unit), true) = (self.peek(), self.follows_number()) {
             let (number, until) = (self.tokens[self.at - 1].1, self.tokens[self.at - 1].2);
+            if !unit::is_meant(unit) {
+                return without_product(self.text, start, end);
+            }
             let meant = format!("{}[{unit}]", &self.text.text[number..until]);
             return unit_in_expression(self.text.part(start, end), &meant);
+        }
+        if self.follows_factor() && matches!(self.peek(), Token::Name(_) | Token::Open | Token::Number(_)) {
+            return without_product(self.text, start, end);
         }
         if let Token::Unit(_) = self.peek() {
             let fault = self.fault("a unit in brackets follows a number, as in `0.5[m]`").label("no number before it");
@@ -525,6 +536,9 @@ mod tests {
             ("a < b", "scene::bad_expression", (2, 3)),
             ("if(a, 1, 2)", "scene::bad_expression", (4, 5)),
             ("x + 3 mm", "scene::unit_in_expression", (6, 8)),
+            ("x + 2 pi", "scene::bad_expression", (6, 8)),
+            ("2(x + 1)", "scene::bad_expression", (1, 2)),
+            ("x y", "scene::bad_expression", (2, 3)),
             ("x + 3[mn]", "scene::unknown_unit", (6, 8)),
             ("x[mm]", "scene::bad_expression", (1, 5)),
             ("x + 3[mm", "scene::bad_expression", (5, 6)),

@@ -76,11 +76,14 @@ pub(crate) fn read(text: &Text) -> Result<Reading, Fault> {
     if let Some(fault) = decimal_comma(text, at) {
         return Err(fault);
     }
-    if !rest.starts_with(|c: char| c.is_alphabetic() || c == '°' || c == '%') && !rest.starts_with("1/") {
+    if !rest.starts_with(|c: char| c.is_alphabetic() || "°º˚%\"″”'′".contains(c)) && !rest.starts_with("1/") {
         return Ok(Reading::Expression);
     }
     let begin = at + (text.text[at..].len() - text.text[at..].trim_start().len());
     let unit_text = Text::new(rest, text.part(begin, begin + rest.len()));
+    if let Some(fault) = missing_product(text, begin) {
+        return Err(fault);
+    }
     if unit_text.text.contains(|c: char| "+-() ,<>".contains(c) && !unit_text.text.contains("^-")) {
         let known = unit::separated(&unit_text.text).is_some();
         return Err(unit::parse(&unit_text).err().filter(|_| known).unwrap_or_else(|| {
@@ -110,11 +113,51 @@ fn decimal_comma(text: &Text, at: usize) -> Option<Fault> {
 
 /// `"360 deg*t"`: a unit, and then something that is none.
 fn factor_with_unit(text: &Text, number: usize, unit: &Text) -> Option<Fault> {
-    let end = unit.text.find(['*', '/'])?;
+    let is_unit = |end: &usize| unit::parse(&Text::from(unit.text[..*end].trim())).is_ok();
+    let end = unit.text.match_indices(['*', '/']).map(|(end, _)| end).filter(is_unit).last()?;
     let first = Text::new(unit.text[..end].trim(), unit.part(0, end));
-    unit::parse(&first).ok()?;
+    let rest = || unit.text[end + 1..].split(['.', '*', '/']);
+    if rest().all(|factor| unit::is_meant(factor.trim())) || unit::separated(&unit.text).is_some() {
+        return None;
+    }
     let meant = format!("{}[{}]{}", text.text[..number].trim(), first.text, &unit.text[end..]);
     Some(unit_in_expression(first.span, &meant))
+}
+
+/// `"2 pi t"`, `"2pi"`: a number, and then a name that is no unit in an expression of several words, or that of a constant.
+fn missing_product(text: &Text, at: usize) -> Option<Fault> {
+    let rest = &text.text[at..];
+    let word = &rest[..rest.find(|c: char| !c.is_alphanumeric() && c != '_' && c != '.').unwrap_or(rest.len())];
+    let is_unit = unit::is_meant(word) || unit::separated(rest.trim()).is_some();
+    let is_expression = word == "pi" || rest.trim().contains(|c: char| "+-() ,<>*^".contains(c));
+    (is_expression && !is_unit && !word.is_empty()).then(|| without_product(text, at, at + word.len()))
+}
+
+/// A name or a parenthesis behind a number or a name, with no `*` between them.
+pub(crate) fn without_product(text: &Text, start: usize, end: usize) -> Fault {
+    let (before, behind) = (text.text[..start].trim_end(), &text.text[start..]);
+    let found = &text.text[start..end];
+    Fault::new("scene::bad_expression", format!("no `*` stands before `{found}`"), text.part(start, end))
+        .label("a factor, or a unit that is not known")
+        .help(format!("a product is written with `*`: `{}`", with_products(&format!("{before}*{behind}"))))
+}
+
+/// With `*` for the blanks between two factors.
+fn with_products(text: &str) -> String {
+    let mut words = text.split_whitespace();
+    let mut written = words.next().unwrap_or_default().to_owned();
+    for word in words {
+        let is_factor = |c: char| c.is_alphanumeric() || c == '_';
+        if written.ends_with(|c: char| c.is_ascii_digit()) && unit::parse(&Text::from(word)).is_ok() {
+            written += &format!("[{word}]");
+            continue;
+        }
+        let product = written.ends_with(|c: char| is_factor(c) || c == ')')
+            && word.starts_with(|c: char| is_factor(c) || c == '(');
+        written += if product { "*" } else { " " };
+        written += word;
+    }
+    written
 }
 
 /// `"2 m + x"` and the like.
@@ -217,8 +260,64 @@ mod tests {
         assert_eq!(read(&Text::from("2 m + x")).unwrap_err().code, "scene::unit_in_expression");
         let fault = read(&Text::from("360 deg*t")).unwrap_err();
         assert_eq!((fault.code, &*fault.help), ("scene::unit_in_expression", "write `360[deg]*t`"));
+        assert_eq!(&*read(&Text::from("2 rad/s*t")).unwrap_err().help, "write `2[rad/s]*t`");
         assert!(matches!(read(&Text::from("360[deg]*t")), Ok(Reading::Expression)));
         assert_eq!(read(&Text::from("2 furlong")).unwrap_err().code, "scene::unknown_unit");
         assert_eq!(read(&Text::from("2 t")).unwrap_err().code, "scene::unknown_unit");
+        for (text, meant) in [
+            ("2 pi t", "`2*pi*t`"),
+            ("2pi", "`2*pi`"),
+            ("2pi*t", "`2*pi*t`"),
+            ("3 l + 2 m", "`3*l + 2[m]`"),
+            ("-2 sin(t)", "`-2*sin(t)`"),
+        ] {
+            let fault = read(&Text::from(text)).unwrap_err();
+            assert_eq!(fault.code, "scene::bad_expression", "{text}");
+            assert!(fault.help.ends_with(meant), "{text}: {}", fault.help);
+        }
+    }
+
+    /// Nothing becomes a number by accident, and the advice is a unit that can be written.
+    #[test]
+    fn what_is_no_unit_is_refused_with_what_is_meant() {
+        for (text, meant) in [
+            ("30 Grad", "`deg`"),
+            ("30 grad", "`deg`"),
+            ("2 g0", ""),
+            ("2 m^0", ""),
+            ("2 Mrad", ""),
+            ("5 Nm", "`N.m`"),
+            ("5 kNm", "`kN.m`"),
+            ("5 Nmm", "`N.mm`"),
+            ("5 Nm/rad", "`N.m/rad`"),
+            ("30°", "`deg`"),
+            ("3 °/s", "`deg`"),
+            ("9.81 m/s²", "`m/s2`"),
+            ("9.81 m·s⁻²", "`m.s-2`"),
+            ("9.81 m s-2", "`m.s-2`"),
+            ("2\"", "`in`"),
+            ("2 inches", "`in`"),
+            ("2 lbm", "`lb`"),
+            ("2 lbs", "`lb`"),
+            ("2 lbm/s", "`lb`"),
+            ("3 psi", "6894.757 Pa"),
+            ("3 RPM", "`rpm`"),
+            ("3 Rpm", "`rpm`"),
+            ("3 U/min", "`rpm`"),
+            ("2 t", "`tonne`"),
+            ("2 dm", "100 mm"),
+            ("50 milimeter", "`mm`"),
+            ("5 ft-lb", "`lbf.ft`"),
+            ("3 rad/sec", "`s`"),
+            ("2 kgs", "`kg`"),
+            ("5 kgf", "9.80665 N"),
+        ] {
+            let fault = read(&Text::from(text)).unwrap_err();
+            assert_eq!(fault.code, "scene::unknown_unit", "{text}");
+            assert!(fault.help.contains(meant), "{text}: {}", fault.help);
+        }
+        for text in ["11", "1^2", "12", "m0", "m+2", "m^^2", "g0", "Grad", ""] {
+            assert!(unit::parse(&Text::from(text)).is_err(), "{text}");
+        }
     }
 }

@@ -1,4 +1,4 @@
-//! Units: `unit = factor (('.' | '*' | '/') factor)*`, `factor = [prefix] symbol ['^'] [exponent]`.
+//! Units: `unit = factor (('.' | '*' | '/') factor)*`, `factor = [prefix] symbol ['^'] [exponent]`. An exponent is a whole number but zero; the unit 1 has none.
 
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
@@ -14,39 +14,44 @@ struct Symbol {
     name: &'static str,
     factor: f64,
     si: &'static [(&'static str, i8)],
-    /// May `k`, `m` and the like stand before it?
-    prefixed: bool,
+    /// Which prefixes may stand before it.
+    prefixes: &'static str,
 }
 
-const fn symbol(name: &'static str, factor: f64, si: &'static [(&'static str, i8)], prefixed: bool) -> Symbol {
-    Symbol { name, factor, si, prefixed }
+const fn symbol(name: &'static str, factor: f64, si: &'static [(&'static str, i8)], prefixes: &'static str) -> Symbol {
+    Symbol { name, factor, si, prefixes }
 }
+
+const ALL: &str = "nuµμmckMG";
+const NONE: &str = "";
+/// Larger angles have no prefix: `Grad` and `grad` are degrees or gons to those who write them.
+const SMALL: &str = "nuµμmk";
 
 const POUND: f64 = 0.453_592_37;
 
 const SYMBOLS: [Symbol; 21] = [
-    symbol("m", 1.0, &[("m", 1)], true),
-    symbol("in", 0.0254, &[("m", 1)], false),
-    symbol("ft", 0.3048, &[("m", 1)], false),
-    symbol("g", 1e-3, &[("kg", 1)], true),
-    symbol("tonne", 1e3, &[("kg", 1)], false),
-    symbol("lb", POUND, &[("kg", 1)], false),
-    symbol("s", 1.0, &[("s", 1)], true),
-    symbol("min", 60.0, &[("s", 1)], false),
-    symbol("h", 3600.0, &[("s", 1)], false),
-    symbol("rad", 1.0, &[("rad", 1)], true),
-    symbol("deg", PI / 180.0, &[("rad", 1)], false),
-    symbol("rev", TAU, &[("rad", 1)], false),
-    symbol("rpm", TAU / 60.0, &[("rad", 1), ("s", -1)], false),
-    symbol("Hz", 1.0, &[("s", -1)], true),
-    symbol("N", 1.0, &[("N", 1)], true),
-    symbol("lbf", POUND * 9.80665, &[("N", 1)], false),
-    symbol("J", 1.0, &[("J", 1)], true),
-    symbol("W", 1.0, &[("W", 1)], true),
-    symbol("Pa", 1.0, &[("Pa", 1)], true),
-    symbol("bar", 1e5, &[("Pa", 1)], false),
+    symbol("m", 1.0, &[("m", 1)], ALL),
+    symbol("in", 0.0254, &[("m", 1)], NONE),
+    symbol("ft", 0.3048, &[("m", 1)], NONE),
+    symbol("g", 1e-3, &[("kg", 1)], ALL),
+    symbol("tonne", 1e3, &[("kg", 1)], NONE),
+    symbol("lb", POUND, &[("kg", 1)], NONE),
+    symbol("s", 1.0, &[("s", 1)], ALL),
+    symbol("min", 60.0, &[("s", 1)], NONE),
+    symbol("h", 3600.0, &[("s", 1)], NONE),
+    symbol("rad", 1.0, &[("rad", 1)], SMALL),
+    symbol("deg", PI / 180.0, &[("rad", 1)], NONE),
+    symbol("rev", TAU, &[("rad", 1)], NONE),
+    symbol("rpm", TAU / 60.0, &[("rad", 1), ("s", -1)], NONE),
+    symbol("Hz", 1.0, &[("s", -1)], ALL),
+    symbol("N", 1.0, &[("N", 1)], ALL),
+    symbol("lbf", POUND * 9.80665, &[("N", 1)], NONE),
+    symbol("J", 1.0, &[("J", 1)], ALL),
+    symbol("W", 1.0, &[("W", 1)], ALL),
+    symbol("Pa", 1.0, &[("Pa", 1)], ALL),
+    symbol("bar", 1e5, &[("Pa", 1)], NONE),
     // `1/s`
-    symbol("1", 1.0, &[], false),
+    symbol("1", 1.0, &[], NONE),
 ];
 
 const PREFIXES: [(char, f64); 9] =
@@ -54,6 +59,59 @@ const PREFIXES: [(char, f64); 9] =
 
 /// The units that "did you mean" knows beside the symbols.
 const USUAL: [&str; 14] = ["mm", "cm", "km", "kg", "mg", "ms", "us", "kN", "mN", "kJ", "kW", "N.m", "kg.m2", "rad/s"];
+
+/// Other spellings of units, and how they are written here: each word with its plural; case does not count.
+const OTHERWISE: [(&[&str], &str); 24] = [
+    (&["°", "º", "˚", "degree", "degrees"], "deg"),
+    (&["\"", "″", "”", "''", "inch", "inches"], "in"),
+    (&["foot", "feet"], "ft"),
+    (&["lbm", "lbs", "pound", "pounds"], "lb"),
+    (&["RPM", "U/min", "r/min"], "rpm"),
+    (&["turn", "turns", "revolution", "revolutions"], "rev"),
+    (&["radian", "radians"], "rad"),
+    (&["sec", "secs", "second", "seconds"], "s"),
+    (&["millisecond", "milliseconds", "msec"], "ms"),
+    (&["minute", "minutes"], "min"),
+    (&["hr", "hour", "hours"], "h"),
+    (&["metre", "meter", "metres", "meters"], "m"),
+    (&["millimetre", "millimeter", "millimetres", "millimeters"], "mm"),
+    (&["centimetre", "centimeter", "centimetres", "centimeters"], "cm"),
+    (&["micrometre", "micrometer", "micron", "microns"], "um"),
+    (&["gram", "grams"], "g"),
+    (&["kgs", "kilogram", "kilograms"], "kg"),
+    // By its letters alone it would be newtons on square metres.
+    (&["Nmm"], "N.mm"),
+    (&["newton", "newtons"], "N"),
+    (&["kilonewton", "kilonewtons"], "kN"),
+    (&["joule", "joules"], "J"),
+    (&["watt", "watts"], "W"),
+    (&["pascal", "pascals"], "Pa"),
+    (&["hertz"], "Hz"),
+];
+
+/// Units that are not known, and what each is: exactly, but for the horsepower (550 ft lbf/s) and the pound on the square inch.
+const UNKNOWN: [(&[&str], &str); 17] = [
+    (&["t"], "`t` is the time; the unit of 1000 kg is `tonne`"),
+    (&["ton", "tons"], "write `tonne` for 1000 kg; a ton of 2000 pounds is 907.18474 kg"),
+    (&["dm"], "1 dm is 100 mm"),
+    (&["psi"], "1 psi is 6894.757 Pa, or `lbf/in2`"),
+    (&["gon", "grad", "gradian", "gradians"], "write `deg` for degrees; 1 gon is 0.9 deg"),
+    (&["kgf", "kp"], "1 kgf is 9.80665 N"),
+    (&["oz", "ounce", "ounces"], "1 oz is 0.028349523125 kg"),
+    (&["slug", "slugs"], "1 slug is 14.5939 kg"),
+    (&["yd", "yard", "yards"], "1 yd is 0.9144 m"),
+    (&["mile", "miles"], "1 mile is 1609.344 m"),
+    (&["mph"], "1 mph is 0.44704 m/s"),
+    (&["kmh", "kph"], "write `km/h`"),
+    (&["hp"], "1 hp is 745.69987 W"),
+    (&["PS"], "1 PS is 735.49875 W"),
+    (&["atm"], "1 atm is 101325 Pa"),
+    (
+        &["ft-lb", "lb-ft", "ft-lbs", "ft lb", "lb ft", "ft-lbf", "in-lb", "lb-in", "in lb", "in-lbf"],
+        "write `lbf.ft` or `lbf.in`: `lb` is a mass",
+    ),
+    (&["%", "percent"], "write a share as a number: 0.02 for 2 %"),
+];
 
 /// Exponents of a unit of which SI names are made.
 fn exponents_of(si: &str) -> Exponents {
@@ -97,9 +155,12 @@ pub(crate) fn parse(text: &Text) -> Result<Unit, Fault> {
 
 fn parse_factor(text: &Text, start: usize, end: usize) -> Result<(&'static Symbol, f64, i32), Fault> {
     let word = text.text[start..end].trim();
-    let letters = if word.starts_with('1') { 1 } else { word.find(|c: char| !c.is_alphabetic()).unwrap_or(word.len()) };
-    let exponent = word[letters..].trim_start_matches('^');
-    let exponent = if letters == word.len() { Some(1) } else { exponent.parse().ok().filter(|e: &i32| e.abs() <= 9) };
+    let letters = if word == "1" { 1 } else { word.find(|c: char| !c.is_alphabetic()).unwrap_or(word.len()) };
+    let exponent = &word[letters..];
+    let exponent = exponent.strip_prefix('^').unwrap_or(exponent);
+    let is_whole = exponent.trim_start_matches('-').starts_with(|c: char| c.is_ascii_digit());
+    let sensible = |e: &i32| (1..=9).contains(&e.abs()) && is_whole;
+    let exponent = if letters == word.len() { Some(1) } else { exponent.parse().ok().filter(sensible) };
     match (find(&word[..letters]), exponent) {
         (Some((symbol, size)), Some(exponent)) => Ok((symbol, size, exponent)),
         _ => Err(unknown(text, start, end)),
@@ -113,36 +174,68 @@ fn find(word: &str) -> Option<(&'static Symbol, f64)> {
     }
     let (prefix, scale) = PREFIXES.iter().find(|(prefix, _)| word.starts_with(*prefix))?;
     let rest = &word[prefix.len_utf8()..];
-    let symbol = SYMBOLS.iter().find(|symbol| symbol.prefixed && symbol.name == rest)?;
+    let symbol = SYMBOLS.iter().find(|symbol| symbol.prefixes.contains(*prefix) && symbol.name == rest)?;
     // `kg` is exactly one: 1e3 * 1e-3 is 1.
     Some((symbol, scale * symbol.factor))
 }
 
 fn unknown(text: &Text, start: usize, end: usize) -> Fault {
-    if let Some(separated) = separated(&text.text) {
-        let fault =
-            Fault::new("scene::unknown_unit", format!("`{}` is not a unit that cotree knows", text.text), text.span);
-        return fault.label("no such unit").help(format!("write `{separated}`: units are multiplied with a point"));
-    }
     let word = text.text[start..end].trim();
     let known = SYMBOLS.iter().map(|symbol| symbol.name).filter(|name| *name != "1").chain(USUAL);
-    let help = match word {
-        "t" => "`t` is the time; the unit of 1000 kg is `tonne`".to_string(),
-        "°" | "degree" | "degrees" => "write `deg`".to_string(),
-        _ => suggest::hint(
-            word,
-            known,
-            "units are written like `mm`, `kg.m2`, `N.s/m`, `deg`, `rpm`; the prefixes are n u m c k M G".to_string(),
-        ),
+    let usual =
+        || "units are written like `mm`, `kg.m2`, `N.s/m`, `deg`, `rpm`; the prefixes are n u m c k M G".to_string();
+    let fault = |span| {
+        Fault::new("scene::unknown_unit", format!("`{}` is not a unit that cotree knows", text.text), span)
+            .label("no such unit")
     };
-    Fault::new("scene::unknown_unit", format!("`{}` is not a unit that cotree knows", text.text), text.part(start, end))
-        .label("no such unit")
-        .help(help)
+    match (explained(&text.text), explained(word), separated(&text.text)) {
+        (Some(help), ..) => fault(text.span).help(help),
+        (None, Some(help), _) => fault(text.part(start, end)).help(help),
+        (None, None, Some(meant)) => {
+            fault(text.span).help(format!("write `{meant}`: units are multiplied with a point"))
+        }
+        (None, None, None) => fault(text.part(start, end)).help(suggest::hint(word, known, usual())),
+    }
+}
+
+/// What is to be written for a unit that is not known, or for a spelling near to one of a few letters more.
+fn explained(word: &str) -> Option<String> {
+    let is = |other: &&str| other.to_lowercase() == word.to_lowercase();
+    let meant = |(_, unit): &(&[&str], &str)| format!("write `{unit}` for `{word}`");
+    if let Some((_, what)) = UNKNOWN.iter().find(|(words, _)| words.iter().any(|own| own == &word)) {
+        return Some((*what).to_owned());
+    }
+    if let Some(found) = OTHERWISE.iter().find(|(words, _)| words.iter().any(|own| own == &word)) {
+        return Some(meant(found));
+    }
+    if word.chars().count() < 3 {
+        return None;
+    }
+    if let Some((_, what)) = UNKNOWN.iter().find(|(words, _)| words.iter().any(|own| is(own))) {
+        return Some((*what).to_owned());
+    }
+    let long = || OTHERWISE.iter().flat_map(|(words, _)| words.iter().copied()).filter(|own| own.chars().count() > 4);
+    let near = suggest::nearest(word, long());
+    OTHERWISE.iter().find(|(words, _)| words.iter().any(|own| is(own) || near == Some(*own))).map(meant)
+}
+
+/// Is a word a unit, or clearly meant as one? `t` is the time.
+pub(crate) fn is_meant(word: &str) -> bool {
+    let is_other = || word != "t" && explained(word).is_some();
+    parse(&Text::from(word)).is_ok() || separated(word).is_some() || is_other()
 }
 
 /// The unit that is meant where its factors are not separated by points: `Nm`, `kg m2`, `m/s²`.
 pub(crate) fn separated(text: &str) -> Option<String> {
-    let mut meant = text.replace('²', "2").replace('³', "3").replace("**", "^").replace(['·', '×', '⋅', '-', ' '], ".");
+    let plain = text.replace('°', "deg").replace('²', "2").replace('³', "3").replace('¹', "1").replace('⁻', "-");
+    let plain = plain.replace("**", "^").replace(" ^", "^");
+    let next = plain.chars().skip(1).map(Some).chain([None]);
+    let point = |(c, next): (char, Option<char>)| match c {
+        '-' if next.is_some_and(|next| next.is_ascii_digit()) => c,
+        '·' | '×' | '⋅' | '-' | ' ' => '.',
+        c => c,
+    };
+    let mut meant: String = plain.chars().zip(next).map(point).collect();
     while let Some(shorter) =
         Some(meant.replace("..", ".").replace("./", "/").replace("/.", "/")).filter(|s| *s != meant)
     {

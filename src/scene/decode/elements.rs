@@ -109,7 +109,7 @@ impl Decoder {
         let Some(node) = fields.get("points") else {
             return Vec::new();
         };
-        let Some(entries) = self.faults.entries(node, &fields.name_of("points")) else {
+        let Some(entries) = self.faults.points(node, &fields.name_of("points")) else {
             return Vec::new();
         };
         let mut points = Vec::new();

@@ -176,6 +176,16 @@ impl Sink {
         self.expect(entries, node, what, "a table")
     }
 
+    /// Points by their names.
+    pub fn points<'n>(&mut self, node: &'n Node, what: &str) -> Option<&'n [(Text, Node)]> {
+        if let Content::Array(_) = &node.kind {
+            let help = "each point has a name: `points = { a = [0, 0], b = [\"50 mm\", 0] }`";
+            self.push(wrong_type(node, what, "a table").help(help));
+            return None;
+        }
+        self.entries(node, what)
+    }
+
     fn expect<T>(&mut self, found: Option<T>, node: &Node, what: &str, wanted: &str) -> Option<T> {
         if found.is_none() {
             self.push(wrong_type(node, what, wanted));
