@@ -9,7 +9,7 @@ use command::{code, cotree, stderr, stdout};
 use cotree::Scene;
 use cotree::output::csv::Table;
 use cotree_study::analysis::Study;
-use cotree_study::fit::{Ended, Fit, Request, Vary, fit};
+use cotree_study::fit::{Ended, Fit, Request, Trial, Vary, fit, fit_watched};
 
 const SCENE: &str = r#"# A mass on a spring.
 format    = 1
@@ -313,4 +313,104 @@ fn what_is_wrong_is_said() {
         let said = stderr(&output) + &stdout(&output);
         assert!(code(&output) == exit && messages.iter().all(|text| said.contains(text)), "{arguments:?}: {said}");
     }
+}
+
+/// A four-bar whose frame is turned by 2.5 rad, far from where its guesses are good: every step of the search begins where the one before has come to.
+#[test]
+fn lengths_that_move_far_take_their_guesses_along() {
+    let scene = |turn: f64, coupler: f64, rocker: f64| {
+        format!(
+            r#"
+name = "turned"
+[parameters]
+turn = {turn:?}          # of the frame
+[ground.points]
+a = [0, 0]
+b = ["cos(turn)", "sin(turn)"]
+[bodies]
+crank   = {{ mass = 1, inertia = 0.1, points = {{ a = [0, 0], b = [0.3, 0] }} }}
+coupler = {{ mass = 1, inertia = 0.1, points = {{ b = [0, 0], c = [0.9, 0], tip = [0.4, 0.3] }} }}
+rocker  = {{ mass = 1, inertia = 0.1, points = {{ d = [0, 0], c = [0.7, 0] }} }}
+[joints]
+A = {{ type = "revolute", between = ["ground.a", "crank.a"] }}
+B = {{ type = "revolute", between = ["crank.b", "coupler.b"] }}
+C = {{ type = "revolute", between = ["coupler.c", "rocker.c"] }}
+D = {{ type = "revolute", between = ["ground.b", "rocker.d"] }}
+[drivers.motor]
+joint = "A"
+angle = "turn + 0.6 + t"
+[initial]
+"crank.angle" = {{ guess = "turn + 0.6" }}
+"coupler.angle" = {{ guess = {coupler:?} }}
+"rocker.angle" = {{ guess = {rocker:?} }}
+[outputs]
+variables = ["coupler.tip.x", "coupler.tip.y"]
+[experiment]
+stop = 6.0
+step = 0.5
+"#
+        )
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    write("truth.toml", &scene(2.5, 3.13, 4.1));
+    write("start.toml", &scene(0.0, 0.63, 1.6));
+    let run = |arguments: &[&str]| {
+        let output = cotree(folder.path(), arguments);
+        assert_eq!(code(&output), 0, "{arguments:?}: {}", stderr(&output));
+        stdout(&output)
+    };
+    run(&["simulate", "truth.toml", "-o", "measured.csv"]);
+    let arguments = ["fit", "start.toml", "--to", "measured.csv", "--vary", "turn", "-o", "fitted.toml", "--json"];
+    let json: serde_json::Value = serde_json::from_str(&run(&arguments)).unwrap();
+    let found = json["quantities"][0]["value"].as_f64().unwrap();
+    assert!((found - 2.5).abs() < 1e-6, "{json}");
+    let names: Vec<&str> =
+        json["guesses"].as_array().unwrap().iter().map(|own| own["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["coupler.angle", "rocker.angle"], "{json}");
+    // What is written assembles from its own guesses, and is what was measured.
+    run(&["check", "fitted.toml"]);
+    run(&["simulate", "fitted.toml", "-o", "fitted.csv"]);
+    let rows = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
+    let numbers = |text: &str| -> Vec<f64> { text.split([',', '\n']).filter_map(|cell| cell.parse().ok()).collect() };
+    let (truth, fitted) = (numbers(&rows("measured.csv")), numbers(&rows("fitted.csv")));
+    assert!(truth.len() == fitted.len() && truth.iter().zip(&fitted).all(|(one, other)| (one - other).abs() < 1e-5));
+}
+
+/// What is known when somebody ends the search is kept.
+#[test]
+fn a_search_that_is_stopped_keeps_the_best_values() {
+    let scene = Scene::from_toml(SCENE).unwrap();
+    let request = request(measured(3), &["stiffness", "damping"]);
+    let mut study = Study::new(&scene.reporting(request.table.names().iter().map(String::as_str))).unwrap();
+    let (mut best, mut lengths) = (Vec::new(), Vec::new());
+    let found = fit_watched(&mut study, &request, &mut |trial: Trial| {
+        if trial.is_accepted {
+            best = trial.values.to_vec();
+        }
+        lengths.extend(trial.length);
+        lengths.len() < 3
+    })
+    .unwrap();
+    let values: Vec<f64> = found.quantities.iter().map(|own| own.value).collect();
+    assert_eq!((found.ended, values), (Ended::Stopped, best));
+    assert!(lengths.len() == 3 && lengths[2] < lengths[0], "{lengths:?}");
+    assert!(found.report().text(&cotree::mechanism::Units::default()).contains("it was stopped"));
+}
+
+/// A motion whose work is limited is refused where it is more.
+#[test]
+fn a_motion_that_costs_more_than_it_may_is_refused() {
+    let mut study = Study::new(&Scene::from_toml(SCENE).unwrap()).unwrap();
+    let names = ["stiffness".to_owned()];
+    study
+        .varying(&names, |varying| {
+            let whole = varying.along(&[300.0], &[2.0], None, u64::MAX)?;
+            let again = varying.along(&[300.0], &[2.0], None, whole.work)?;
+            assert_eq!(again.rows, whole.rows);
+            let refused = varying.along(&[300.0], &[2.0], None, whole.work / 4).unwrap_err().to_string();
+            assert!(refused.contains("more work than was permitted"), "{refused}");
+            Ok(())
+        })
+        .unwrap();
 }

@@ -79,3 +79,55 @@ fn gears_that_have_turned_often_close() {
     let mut begun = started(&model_of(&scene), 0.0);
     assert!((value(&mut begun, "driven.angle") + 101.0).abs() < 1e-10);
 }
+
+/// A four-bar on a frame that is turned.
+const ON_A_TURNED_FRAME: &str = r#"
+name = "turned"
+[parameters]
+turn = 0.0
+[ground.points]
+a = [0, 0]
+b = ["cos(turn)", "sin(turn)"]
+[bodies]
+crank   = { mass = 1, inertia = 0.1, points = { a = [0, 0], b = [0.3, 0] } }
+coupler = { mass = 1, inertia = 0.1, points = { b = [0, 0], c = [0.9, 0], tip = [0.4, 0.3] } }
+rocker  = { mass = 1, inertia = 0.1, points = { d = [0, 0], c = [0.7, 0] } }
+[joints]
+A = { type = "revolute", between = ["ground.a", "crank.a"] }
+B = { type = "revolute", between = ["crank.b", "coupler.b"] }
+C = { type = "revolute", between = ["coupler.c", "rocker.c"] }
+D = { type = "revolute", between = ["ground.b", "rocker.d"] }
+[drivers.motor]
+joint = "A"
+angle = "turn + 0.6 + t"
+[initial]
+"crank.angle" = { guess = "turn + 0.6" }
+"coupler.angle" = { guess = 0.63 }
+"rocker.angle" = { guess = 1.6 }
+[outputs]
+variables = ["coupler.angle", "rocker.angle", "coupler.tip.x", "coupler.tip.y"]
+[experiment]
+stop = 6.3
+"#;
+
+/// Everything turns with the frame, by more than a guess may be wrong: the guesses belong to the frame of the scene.
+#[test]
+fn a_pose_follows_what_is_set_far_from_the_guesses() {
+    let model = model_of(&Scene::from_toml(ON_A_TURNED_FRAME).expect("a scene"));
+    let angles = |turn: f64| {
+        let mut instance = Instance::new(model.clone());
+        instance.setup(0.0, None, None).expect("times");
+        let parameter = instance.variable("turn").expect("turn");
+        instance.set(parameter, turn).expect("a value");
+        instance.initialise().unwrap_or_else(|error| panic!("turned by {turn}: {error}"));
+        ["coupler.angle", "rocker.angle"].map(|name| value(&mut instance, name))
+    };
+    let own = angles(0.0);
+    for turn in [-3.0, -1.7, 0.4, 1.7, 2.5, 3.1] {
+        for (angle, own) in angles(turn).into_iter().zip(own) {
+            let missed = angle - own - turn;
+            let whole = (missed / std::f64::consts::TAU).round() * std::f64::consts::TAU;
+            assert!((missed - whole).abs() < 1e-9, "turned by {turn}: {angle} and {own}");
+        }
+    }
+}

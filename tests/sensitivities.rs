@@ -518,3 +518,109 @@ fn mechanisms_of_every_kind_have_series() {
     has(&parallel, |form| form.repeating() > 0);
     check(&parallel, &["mass", "first.omega"], 0.4, 1e-4, 1e-7);
 }
+
+/// Derivatives of outputs at times, and how many steps they took for each step of the plain run.
+fn dearness(text: &str, names: &[&str], times: &[f64]) -> (cotree_study::analysis::Sensitivities, f64) {
+    let compiled = cotree::compile(&Scene::from_toml(text).unwrap()).unwrap();
+    let mut plain = Instance::new(Arc::new(Model::new(compiled.program).unwrap()));
+    plain.setup(0.0, None, None).unwrap();
+    plain.initialise().unwrap();
+    plain.step_to(times[times.len() - 1]).unwrap();
+    let found = derivatives(text, names, times);
+    let dear = found.steps as f64 / plain.statistics().steps as f64;
+    (found, dear)
+}
+
+/// A bar that hangs on a pin with friction and comes to rest.
+const COMES_TO_REST: &str = "
+    name = 'bar'
+    gravity = [0, -9.81]
+    [parameters]
+    damping = '0.35 N.m.s'
+    mass = '1.4 kg'
+    shift = '3 cm'
+    [bodies.bar]
+    mass = 'mass'
+    inertia = 0.03
+    points = { top = ['shift', 0.22] }
+    [joints.pin]
+    type = 'revolute'
+    between = ['ground', 'bar.top']
+    [loads.friction]
+    type = 'torsion_damper'
+    between = ['ground', 'bar']
+    damping = 'damping'
+    [initial]
+    'bar.angle' = '35 deg'
+    [outputs]
+    variables = ['bar.angle']
+    [experiment]
+    stop = 60.0
+    tolerance = 1e-8
+";
+
+/// The centre of mass comes to rest below the pin: tan of the angle is shift/0.22.
+#[test]
+fn derivatives_of_what_comes_to_rest_become_those_of_the_rest_at_the_price_of_the_run() {
+    check(COMES_TO_REST, &["damping", "mass", "shift"], 1.0, 1e-3, 1e-6);
+    let (found, dear) = dearness(COMES_TO_REST, &["damping", "mass", "shift"], &[1.0, 60.0]);
+    let [early, late] = [0, 1].map(|row| &found.derivatives[row]);
+    let (long, shift) = (0.22, 0.03);
+    assert!((late[(0, 2)].abs() - long / (long * long + shift * shift)).abs() < 1e-6, "{late}");
+    assert!(
+        late[(0, 0)].abs() < 1e-6 * early[(0, 0)].abs() && late[(0, 1)].abs() < 1e-6 * early[(0, 1)].abs(),
+        "{late}"
+    );
+    assert!(dear <= 10.0, "{dear} steps for each of the plain run");
+}
+
+/// A light cart between a strong damper and a spring, under a load: one of its rates is ten million times the other.
+#[test]
+fn derivatives_of_a_stiff_motion_cost_a_few_steps_for_each_of_its_own() {
+    let text = "
+        name = 'cart'
+        dimension = 1
+        [parameters]
+        damping = '900 N.s/m'
+        stiffness = '9 N/mm'
+        load = '300 N'
+        [bodies.cart]
+        mass = 1e-5
+        [loads.strut]
+        type = 'spring'
+        between = ['ground', 'cart']
+        stiffness = 'stiffness'
+        damping = 'damping'
+        length = 0.0
+        [loads.pull]
+        type = 'force'
+        on = 'cart'
+        vector = ['load']
+        [initial]
+        'cart.x' = 0.0
+        'cart.vx' = 0.0
+        [outputs]
+        variables = ['cart.x']
+        [experiment]
+        stop = 4.0
+        tolerance = 1e-8
+    ";
+    let times = [0.05, 0.1, 4.0];
+    let (found, dear) = dearness(text, &["damping", "stiffness", "load"], &times);
+    // x = load/stiffness (1 - exp(-s t)) but for 1e-7, with the slow rate s = stiffness/damping.
+    let (damping, stiffness, load) = (900.0, 9000.0, 300.0);
+    for (time, derivatives) in times.iter().zip(&found.derivatives) {
+        let fading = (-stiffness / damping * time).exp();
+        let exact = [
+            -load * time * fading / damping.powi(2),
+            -load * (1.0 - fading) / stiffness.powi(2) + load / stiffness * time * fading / damping,
+            (1.0 - fading) / stiffness,
+        ];
+        for (column, exact) in exact.into_iter().enumerate() {
+            let largest = [1.3e-5, 3.7e-6, 1.2e-4][column];
+            let error = (derivatives[(0, column)] - exact).abs() / largest;
+            assert!(error < 1e-5, "{column} at {time}: {} instead of {exact}", derivatives[(0, column)]);
+        }
+    }
+    assert!(dear <= 10.0, "{dear} steps for each of the plain run");
+}

@@ -102,6 +102,9 @@ pub enum Failure {
         /// Are there loops?
         loops: bool,
     },
+    /// The loops cannot be followed from the pose for other values.
+    #[error("the loops do not stay closed on the way from the values before to these")]
+    WayEnds,
     /// The loops close on another branch than the guess.
     #[error("the loops close, but on another branch than the guess: `{condition}` was guessed {} and becomes {}; give a closer guess", value(*.guess, *.angular), value(*.found, *.angular))]
     OtherBranch {

@@ -57,7 +57,8 @@ pub fn explain(equations: &mut Equations, model: &Model, failure: &Failure, leng
         Failure::DriverUndefined { owner, .. } => {
             Fault::new("assembly::not_finite", failure.to_string(), owner_span(equations, owner)).label("not a number")
         }
-        Failure::NotFinite { .. }
+        Failure::WayEnds
+        | Failure::NotFinite { .. }
         | Failure::NoValue { .. }
         | Failure::OutOfRange { .. }
         | Failure::StepUnderflow { .. }
@@ -142,7 +143,7 @@ fn contradiction(equations: &mut Equations, model: &Model, names: &[String], vel
     let message = match needed {
         Some((name, Needed { given, found, is_free: true })) => {
             let leave = if several { "leave" } else { "leaves" };
-            format!("`{name}` cannot be {given}: {causes} {leave} it free, but not as far as that; {found} is possible")
+            format!("no pose was found with `{name}` at {given}: {causes} {leave} it free, and {found} is possible")
         }
         Some((name, Needed { given, found, .. })) => {
             format!("`{name}` cannot be {given}: {causes} {make} it {found}")
@@ -150,7 +151,7 @@ fn contradiction(equations: &mut Equations, model: &Model, names: &[String], vel
         None => format!("the initial {level} {} cannot be: {causes} {make} them impossible", list(names)),
     };
     let help = match names {
-        [name] if is_free => format!("give `{name}` a value within its reach, or make it a guess"),
+        [name] if is_free => format!("give `{name}` a value nearer to that, make it a guess, or guess other positions"),
         [name] => format!("leave `{name}` out, or make it a guess"),
         _ => format!("leave out one of {}, or make it a guess", list(names)),
     };

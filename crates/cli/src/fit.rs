@@ -1,23 +1,26 @@
 //! `cotree fit`
 
 use std::path::PathBuf;
+use std::sync::atomic::Ordering;
 
 use clap::Args;
 use cotree::mechanism::Units;
 use cotree::scene::Scene;
-use cotree_study::fit::{self, Fit as Found, FitError, Request, Vary};
+use cotree_study::fit::{self, Ended, Fit as Found, FitError, Request, Trial, Vary};
+use indicatif::{ProgressBar, ProgressStyle};
 
 use super::columns::Columns;
 use super::failure::Failure;
 use super::times::Times;
 use super::units::InUnits;
-use super::{MessageFormat, output, study};
+use super::{MessageFormat, output, stop, study};
 
 /// Find values of parameters from a measured motion: least squares, with standard errors and correlations
 ///
 /// Parameters, constant inputs and initial values are changed until the outputs are as near as possible to what was measured, by Levenberg's and
 /// Marquardt's method with the exact derivatives of the motion. Columns count by their standard deviations, which are estimated from their residuals
-/// unless --sigma gives them. Numbers without a unit are SI.
+/// unless --sigma gives them. Numbers without a unit are SI. Each motion shows its values and residuals where standard error is a terminal; Ctrl-C ends the search
+/// with the best values so far.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
                   cotree fit suspension.toml --to measured.csv --vary stiffness,damping --plot fit.png\n  \
@@ -72,12 +75,21 @@ impl Fit {
         let mut study = study::with_settings(&reporting, &self.settings).map_err(|failure| asked(failure, &named))?;
         let times = Times::of(self.stop.clone(), None, self.tolerance);
         study.set_experiment(times.experiment(study.experiment())?);
-        let found = fit::fit(&mut study, &request);
+        let (stop, mut progress) = (stop::listen()?, Progress::new(&request));
+        let found = fit::fit_watched(&mut study, &request, &mut |trial| {
+            progress.show(trial);
+            !stop.load(Ordering::Relaxed)
+        });
+        progress.end();
         output::warn(study.take_warnings().as_ref(), format);
         let found = found.map_err(|error| failure(error, &named))?;
         let report = found.report();
         output::print(&if self.json { report.json() } else { report.text(&units) })?;
-        self.write(&scene, &found, &units, format)
+        self.write(&scene, &found, &units, format)?;
+        match found.ended {
+            Ended::Stopped => Err(Failure::Stopped("stopped: these are the best values so far".to_owned())),
+            Ended::Settled | Ended::Exhausted => Ok(()),
+        }
     }
 
     fn request(&self, scene: &Scene) -> Result<Request, Failure> {
@@ -107,11 +119,43 @@ impl Fit {
         }
         if let Some(path) = &self.output {
             let values = found.quantities.iter().map(|own| (own.name.clone(), own.value, own.unit.clone()));
+            let guesses = found.guesses.iter().map(|own| (own.name.clone(), own.found, own.unit.si.clone()));
+            let values = values.chain(guesses);
             let text = fit::with_values(scene, &values.collect::<Vec<_>>()).map_err(Failure::Usage)?;
             output::write(path, &text)?;
             output::wrote(path, "the scene with these values", format);
         }
         Ok(())
+    }
+}
+
+/// The motions so far, on standard error if that is a terminal.
+struct Progress {
+    bar: ProgressBar,
+    names: Vec<String>,
+    trials: usize,
+}
+
+impl Progress {
+    fn new(request: &Request) -> Self {
+        let style =
+            ProgressStyle::with_template("{spinner} {msg}").unwrap_or_else(|_| ProgressStyle::default_spinner());
+        let names = request.vary.iter().map(|own| own.name.clone()).collect();
+        Self { bar: ProgressBar::new_spinner().with_style(style), names, trials: 0 }
+    }
+
+    fn show(&mut self, trial: Trial) {
+        self.trials += 1;
+        let residuals = trial.length.map_or("no motion".to_owned(), |length| format!("residuals {length:.6}"));
+        let verdict = if trial.is_accepted { "" } else { ", rejected" };
+        let values = self.names.iter().zip(trial.values).map(|(name, value)| format!("{name} = {value:.6}"));
+        let values = values.collect::<Vec<_>>().join(", ");
+        self.bar.println(format!("motion {}: {residuals}{verdict}; {values}", self.trials));
+        self.bar.tick();
+    }
+
+    fn end(&self) {
+        self.bar.finish_and_clear();
     }
 }
 

@@ -29,6 +29,7 @@ mod new;
 mod output;
 mod show;
 mod simulate;
+mod stop;
 mod study;
 mod sweep;
 mod times;

@@ -1,7 +1,6 @@
 //! `cotree sweep`
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Args;
@@ -13,12 +12,11 @@ use cotree::simulate::Measure;
 use cotree_draw::study::sweep::Picture;
 use cotree_study::sweep::{self, Design, Factor, Inaccurate, Record, RecordError, Sampling};
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
-use signal_hook::consts::SIGINT;
 
 use super::failure::Failure;
 use super::times::Times;
 use super::units::InUnits;
-use super::{MessageFormat, output};
+use super::{MessageFormat, output, stop};
 
 /// The largest table of runs [bytes].
 const LARGEST_TABLE: u64 = 1 << 30;
@@ -88,11 +86,7 @@ impl Sweep {
         let sweep = sweep::Sweep { compiled, experiment, measures, design, units };
         let drawn = |_| Picture::new(&sweep).map_err(|message| Failure::Usage(format!("--plot: {message}")));
         let mut picture = self.plot.as_ref().map(drawn).transpose()?;
-        let stop = Arc::new(AtomicBool::new(false));
-        // A second Ctrl-C ends the program at once.
-        let listening = signal_hook::flag::register_conditional_default(SIGINT, Arc::clone(&stop))
-            .and_then(|_| signal_hook::flag::register(SIGINT, Arc::clone(&stop)));
-        listening.map_err(|error| Failure::Usage(format!("cannot listen to Ctrl-C: {error}")))?;
+        let stop = stop::listen()?;
         match self.file() {
             Some(path) => self.record(path, &sweep, &stop, picture.as_mut(), format),
             None => self.print(&sweep, &stop, picture.as_mut(), format),

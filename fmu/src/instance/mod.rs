@@ -25,7 +25,7 @@ pub use variational::{Variational, Varied};
 
 use crate::constraints::domains::{out_of_range, undefined};
 use crate::constraints::expansion::Expansion;
-use crate::constraints::initial::solve_initial;
+use crate::constraints::initial::{solve_from, solve_initial};
 use crate::constraints::tangent::Tangent;
 use crate::context::{Deadline, Settings, Statistics};
 use crate::failure::Failure;
@@ -81,6 +81,8 @@ pub struct Instance {
     most_work: u64,
     /// Has time moved on along the last step's polynomial, and the rest of the state not yet?
     behind: bool,
+    /// A pose for other values, from which the first one is followed instead of being sought from the guesses.
+    origin: Option<State>,
 }
 
 impl Instance {
@@ -100,6 +102,7 @@ impl Instance {
             in_range: false,
             most_work: MOST_WORK,
             behind: false,
+            origin: None,
             model,
         }
     }
@@ -335,6 +338,20 @@ impl Instance {
         }
     }
 
+    /// The first pose is to be the one to which the change of what is set leads from this one, which is consistent for other values, whatever the guesses say.
+    ///
+    /// # Errors
+    /// After initialisation.
+    pub fn start_from(&mut self, pose: State) -> Result<(), InstanceError> {
+        let Phase::Initial { solved } = &mut self.now.phase else {
+            return Err(InstanceError::Phase { running: true });
+        };
+        *solved = false;
+        self.computed = Computed::default();
+        self.origin = Some(pose);
+        Ok(())
+    }
+
     /// Solves for the initial state and starts the simulation.
     pub fn initialise(&mut self) -> Result<(), InstanceError> {
         self.solve()?;
@@ -355,7 +372,11 @@ impl Instance {
             let motion = self.model.layout().followers();
             state.registers_mut()[motion..].fill(0.0);
             self.check_ranges().map_err(|failure| self.unlike_the_scene(failure))?;
-            solve_initial(&self.model, &mut state).map_err(|failure| self.unlike_the_scene(failure))?;
+            let solved = match &self.origin {
+                Some(pose) => solve_from(&self.model, &mut state, pose),
+                None => solve_initial(&self.model, &mut state),
+            };
+            solved.map_err(|failure| self.unlike_the_scene(failure))?;
             self.machine.load(&self.model, &state);
             if let Some(failure) = undefined(&self.model, &mut self.machine) {
                 return Err(self.unlike_the_scene(failure));
@@ -365,6 +386,11 @@ impl Instance {
             self.computed = Computed::default();
         }
         Ok(())
+    }
+
+    /// Does the implicit method take the steps now?
+    pub fn is_stiff(&self) -> bool {
+        self.now.engine == Engine::Radau || self.now.memory.is_stiff()
     }
 
     /// Moves on to a later time; less far if that is more work than one step may take, which is an error: the run can go on from there.
@@ -603,6 +629,7 @@ impl Instance {
         self.computed = Computed::default();
         self.in_range = false;
         self.behind = false;
+        self.origin = None;
         self.stepper.forget();
         *self.stepper.accuracy() = Accuracy::default();
         self.watch = Watch::default();

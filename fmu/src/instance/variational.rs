@@ -79,7 +79,7 @@ impl Variational {
         }
     }
 
-    /// Begins the series at the present state of a motion, with these q_p and v_p. Says how long a step they permit, up to a limit; none where there are none, because of the laws
+    /// Begins the series at the present state of a motion, with these q_p and v_p, of which the largest of each direction have reached so far: errors count relative to that. Says how long a step they permit, up to a limit; none where there are none, because of the laws
     /// or of the pose.
     ///
     /// # Errors
@@ -88,6 +88,7 @@ impl Variational {
         &mut self,
         motion: &mut Instance,
         state: [&[f64]; 2],
+        reached: &[f64],
         limit: f64,
     ) -> Result<Option<f64>, InstanceError> {
         if self.groups.is_empty() {
@@ -98,7 +99,8 @@ impl Variational {
         for group in &mut self.groups {
             group.load(motion, &self.registers, state);
             let registers = motion.machine.registers();
-            if !group.series.begin(&motion.model, self.order, registers, &group.tangents) {
+            let reached = &reached[group.places.clone()];
+            if !group.series.begin(&motion.model, self.order, registers, &group.tangents, reached) {
                 return Ok(None);
             }
             length = length.min(group.series.step_length(self.order, self.tolerance, limit));

@@ -34,6 +34,11 @@ impl Memory {
         self.implicit.forget();
     }
 
+    /// Does the implicit method take the next step, whatever method the run began with?
+    pub(crate) fn is_stiff(&self) -> bool {
+        self.choice.is_stiff()
+    }
+
     /// Does a law change over to another smooth branch at the end of the last step?
     pub(crate) fn switches(&self) -> bool {
         self.taylor.branches.known != 0

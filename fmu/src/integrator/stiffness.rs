@@ -97,6 +97,11 @@ impl Choice {
         self.patience == FIRST_LOOK
     }
 
+    /// Is the implicit method the current one?
+    pub fn is_stiff(&self) -> bool {
+        self.stiff
+    }
+
     /// Is it one that a run would write?
     pub fn is_sound(&self) -> bool {
         self.held_back.is_finite()

@@ -27,7 +27,7 @@ pub use matrix::{dense, saddle};
 pub use modes::{Mode, modes};
 pub use point::Point;
 pub use rest::at_rest;
-pub use sensitivity::{Changes, Feature, FeatureKind, ModeChanges, Sensitivities, Varied, Varying};
+pub use sensitivity::{Along, Changes, Feature, FeatureKind, Guess, ModeChanges, Sensitivities, Varied, Varying};
 pub use state_space::{Signal, StateSpace};
 pub use study::{At, Study, StudyError, state_at};
 pub use variation::Variation;

@@ -24,10 +24,11 @@ pub struct Residuals {
     pub derivatives: DMatrix<f64>,
 }
 
-/// Where the sum of squares is least.
+/// Where the sum of squares is least; with what was evaluated beside the residuals there.
 #[derive(Clone, Debug)]
-pub struct Minimum {
+pub struct Minimum<T> {
     pub values: Vec<f64>,
+    pub beside: T,
     pub ended: Ended,
     /// Why there is no motion on the other side, where the search could not go on: no minimum.
     pub blocked: Option<String>,
@@ -42,20 +43,36 @@ pub enum Ended {
     Settled,
     /// After as many evaluations as were permitted.
     Exhausted,
+    /// Somebody has asked for it.
+    Stopped,
 }
 
-/// Searches from a start within the bounds.
+/// Values that were tried.
+#[derive(Clone, Copy, Debug)]
+pub struct Trial<'a> {
+    /// SI.
+    pub values: &'a [f64],
+    /// The root of the sum of the squares of the residuals; none where there are none.
+    pub length: Option<f64>,
+    /// Does the search go on from there?
+    pub is_accepted: bool,
+}
+
+/// Searches from a start within the bounds. The values to be evaluated come with what was evaluated beside the residuals where the search is. Whoever is told of a trial says
+/// whether the search goes on.
 ///
 /// # Errors
 /// There are no residuals at the start.
-pub fn minimise(
+pub fn minimise<T>(
     start: &[f64],
     bounds: &[[f64; 2]],
     most: usize,
-    mut evaluate: impl FnMut(&[f64]) -> Result<Residuals, Failure>,
-) -> Result<Minimum, Failure> {
+    mut evaluate: impl FnMut(&[f64], Option<&T>) -> Result<(Residuals, T), Failure>,
+    mut goes_on: impl FnMut(Trial) -> bool,
+) -> Result<Minimum<T>, Failure> {
     let mut values = DVector::from_column_slice(start);
-    let mut here = evaluate(start)?;
+    let (mut here, mut beside) = evaluate(start, None)?;
+    let mut stopped = !goes_on(Trial { values: start, length: Some(here.values.norm()), is_accepted: true });
     let mut scales = DVector::zeros(start.len());
     let (mut damping, mut evaluations, mut blocked) = (FIRST, 1, None);
     let ended = 'search: loop {
@@ -70,6 +87,9 @@ pub fn minimise(
             if size(&change) <= SETTLED * size(&values) {
                 break 'search Ended::Settled;
             }
+            if stopped {
+                break 'search Ended::Stopped;
+            }
             if evaluations == most {
                 break 'search Ended::Exhausted;
             }
@@ -77,16 +97,19 @@ pub fn minimise(
             let sum = here.values.norm_squared();
             let predicted = sum - (&here.values + &here.derivatives * &change).norm_squared();
             // Where there is no motion it is worse than anything.
-            let there = evaluate(next.as_slice());
+            let there = evaluate(next.as_slice(), Some(&beside));
             blocked = there.as_ref().err().map(Failure::to_string);
-            let Some(there) = there.ok().filter(|there| there.values.norm_squared() < sum) else {
+            let length = there.as_ref().ok().map(|(there, _)| there.values.norm());
+            let there = there.ok().filter(|(there, _)| there.values.norm_squared() < sum);
+            stopped = !goes_on(Trial { values: next.as_slice(), length, is_accepted: there.is_some() });
+            let Some(there) = there else {
                 if predicted <= FLAT * sum {
                     break 'search Ended::Settled;
                 }
                 damping = (4.0 * damping).max(WORSE);
                 continue;
             };
-            let gain = (sum - there.values.norm_squared()) / predicted;
+            let gain = (sum - there.0.values.norm_squared()) / predicted;
             if gain > 0.75 {
                 damping *= 0.1;
             } else if gain < 0.25 {
@@ -94,9 +117,9 @@ pub fn minimise(
             }
             break (next, there);
         };
-        (values, here) = moved;
+        (values, (here, beside)) = moved;
     };
-    Ok(Minimum { values: values.as_slice().to_vec(), ended, blocked, evaluations })
+    Ok(Minimum { values: values.as_slice().to_vec(), beside, ended, blocked, evaluations })
 }
 
 /// The steps from a point, for any damping.
@@ -168,9 +191,21 @@ impl<'a> DampedSteps<'a> {
 
 #[cfg(test)]
 mod tests {
+    use std::cell::RefCell;
+
     use super::*;
 
     const OPEN: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+
+    /// The minimum of residuals beside which nothing is evaluated.
+    fn least(
+        start: &[f64],
+        bounds: &[[f64; 2]],
+        most: usize,
+        mut evaluate: impl FnMut(&[f64]) -> Result<Residuals, Failure>,
+    ) -> Minimum<()> {
+        minimise(start, bounds, most, |x, _| Ok((evaluate(x)?, ())), |_| true).unwrap()
+    }
 
     fn rosenbrock(x: &[f64]) -> Result<Residuals, Failure> {
         let values = DVector::from_vec(vec![10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]]);
@@ -179,18 +214,18 @@ mod tests {
 
     #[test]
     fn the_valley_of_rosenbrock_leads_to_its_minimum() {
-        let found = minimise(&[-1.2, 1.0], &[OPEN; 2], 200, rosenbrock).unwrap();
+        let found = least(&[-1.2, 1.0], &[OPEN; 2], 200, rosenbrock);
         assert!(found.ended == Ended::Settled && found.values.iter().all(|x| (x - 1.0).abs() < 1e-8), "{found:?}");
-        let short = minimise(&[-1.2, 1.0], &[OPEN; 2], 3, rosenbrock).unwrap();
+        let short = least(&[-1.2, 1.0], &[OPEN; 2], 3, rosenbrock);
         assert_eq!((short.ended, short.evaluations), (Ended::Exhausted, 3));
     }
 
     #[test]
     fn bounds_are_kept_and_left_again() {
         // Within x0 <= 0.5 the minimum is on the bound, with x1 = x0^2.
-        let found = minimise(&[-1.2, 1.0], &[[-2.0, 0.5], OPEN], 200, rosenbrock).unwrap();
+        let found = least(&[-1.2, 1.0], &[[-2.0, 0.5], OPEN], 200, rosenbrock);
         assert!((found.values[0] - 0.5).abs() < 1e-12 && (found.values[1] - 0.25).abs() < 1e-8, "{found:?}");
-        let found = minimise(&[-2.0, 4.0], &[[-2.0, 3.0], OPEN], 200, rosenbrock).unwrap();
+        let found = least(&[-2.0, 4.0], &[[-2.0, 3.0], OPEN], 200, rosenbrock);
         assert!(found.values.iter().all(|x| (x - 1.0).abs() < 1e-8), "{found:?}");
     }
 
@@ -198,7 +233,7 @@ mod tests {
     #[test]
     fn points_without_residuals_are_avoided() {
         let times = [0.0, 1.0, 2.0, 3.0];
-        let found = minimise(&[5.0], &[OPEN], 100, |x| {
+        let found = least(&[5.0], &[OPEN], 100, |x| {
             if x[0] < 0.0 {
                 return Err(Failure::Range);
             }
@@ -209,16 +244,35 @@ mod tests {
                 derivatives: DMatrix::from_iterator(4, 1, derivatives),
             })
         });
-        assert!((found.unwrap().values[0] - 0.3).abs() < 1e-8);
+        assert!((found.values[0] - 0.3).abs() < 1e-8);
     }
 
     #[test]
     fn what_has_no_effect_stays() {
-        let found = minimise(&[7.0, 2.0], &[OPEN; 2], 50, |x| {
+        let found = least(&[7.0, 2.0], &[OPEN; 2], 50, |x| {
             let derivatives = DMatrix::from_row_slice(2, 2, &[0.0, 1.0, 0.0, 1.0]);
             Ok(Residuals { values: DVector::from_vec(vec![x[1] - 1.0, x[1] - 2.0]), derivatives })
         });
-        let found = found.unwrap();
         assert!(found.values[0] == 7.0 && (found.values[1] - 1.5).abs() < 1e-8, "{found:?}");
+    }
+
+    /// Each trial starts from what was evaluated where the search is, and whoever watches ends it.
+    #[test]
+    fn trials_begin_where_the_search_is_and_can_be_stopped() {
+        let (accepted, mut told) = (RefCell::new(None), 0);
+        let evaluate = |x: &[f64], beside: Option<&Vec<f64>>| {
+            assert_eq!(beside, accepted.borrow().as_ref());
+            Ok((rosenbrock(x)?, x.to_vec()))
+        };
+        let watch = |trial: Trial| {
+            if trial.is_accepted {
+                accepted.replace(Some(trial.values.to_vec()));
+            }
+            told += 1;
+            told < 5
+        };
+        let found = minimise(&[-1.2, 1.0], &[OPEN; 2], 200, evaluate, watch).unwrap();
+        assert_eq!((found.ended, found.evaluations, told), (Ended::Stopped, 5, 5));
+        assert_eq!((Some(&found.values), &found.beside), (accepted.borrow().as_ref(), &found.values));
     }
 }

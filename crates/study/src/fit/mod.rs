@@ -7,13 +7,16 @@ mod request;
 mod student;
 mod written;
 
+use std::cell::OnceCell;
+
 use cotree::output::csv::Table;
+use cotree_fmu::model::State;
 use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
 
-use crate::analysis::{Failure, Study, StudyError, Varying};
+use crate::analysis::{Along, Failure, Guess, Study, StudyError, Varying};
 use estimate::Estimates;
-pub use levenberg::Ended;
+pub use levenberg::{Ended, Trial};
 use levenberg::{Residuals, minimise};
 use request::Weighed;
 pub use request::{Request, Vary};
@@ -27,6 +30,10 @@ const ROUNDS: usize = 20;
 const KNOWN: f64 = 1e-3;
 /// A column's standard deviation is no less than this share of its extent: nothing is simulated more accurately.
 const LEAST: f64 = 1e-9;
+/// A motion that is so many times the work of the first one is none that fits: what was measured has happened in a time like that of the first.
+const DEAREST: u64 = 100;
+/// A guess that is further away from what has become of it, in units of its scale, is written anew.
+const MOVED: f64 = 0.1;
 
 /// What was found.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,6 +52,8 @@ pub struct Fit {
     pub evaluations: usize,
     /// Why the search ended.
     pub ended: Ended,
+    /// Guesses of the scene that are far from the start that fits best.
+    pub guesses: Vec<Guess>,
 }
 
 /// A fitted quantity, SI.
@@ -105,14 +114,26 @@ pub enum FitError {
 /// # Errors
 /// Something is wrong with the scene or with what is asked for, there is no motion at the start, or the measured values do not determine the quantities.
 pub fn fit(study: &mut Study, request: &Request) -> Result<Fit, FitError> {
+    fit_watched(study, request, &mut |_| true)
+}
+
+/// The same; whoever watches is told of each trial, with its residuals in standard deviations, and says whether the search goes on. What is known by then is kept.
+///
+/// # Errors
+/// Those of [`fit`].
+pub fn fit_watched(
+    study: &mut Study,
+    request: &Request,
+    watch: &mut dyn FnMut(Trial) -> bool,
+) -> Result<Fit, FitError> {
     let names: Vec<String> = request.vary.iter().map(|vary| vary.name.clone()).collect();
     let (name, experiment) = (study.name().to_owned(), study.experiment());
     study.varying(&names, |varying| {
         let problem = match request.weighed(varying, experiment) {
-            Ok(weighed) => Problem { varying, table: &request.table, weighed },
+            Ok(weighed) => Problem { varying, table: &request.table, weighed, first: OnceCell::new() },
             Err(faults) => return Ok(Err(FitError::Request(faults))),
         };
-        problem.solve(name)
+        problem.solve(name, watch)
     })?
 }
 
@@ -120,29 +141,36 @@ struct Problem<'a, 'f> {
     varying: &'a Varying<'f>,
     table: &'a Table,
     weighed: Weighed,
+    /// The work of the first motion.
+    first: OnceCell<u64>,
 }
 
 impl Problem<'_, '_> {
-    fn solve(mut self, name: String) -> Result<Result<Fit, FitError>, Failure> {
+    fn solve(mut self, name: String, watch: &mut dyn FnMut(Trial) -> bool) -> Result<Result<Fit, FitError>, Failure> {
         let parameters = self.varying.parameters();
         let start: Vec<f64> = parameters.iter().map(|own| own.start).collect();
         let most = MOST_EVALUATIONS[0] + MOST_EVALUATIONS[1] * start.len();
-        let (mut values, mut evaluations) = (start.clone(), 0);
+        let (mut values, mut evaluations, mut pose) = (start.clone(), 0, None);
         for _ in 0..ROUNDS {
             let weighed = &self.weighed;
-            let found = minimise(&values, &weighed.bounds, most, |values| Ok(self.residuals(values)?.by(weighed)))?;
+            let evaluate = |values: &[f64], from: Option<&State>| {
+                let (residuals, start) = self.residuals(values, from.or(pose.as_ref()))?;
+                Ok((residuals.by(weighed), start))
+            };
+            let found = minimise(&values, &weighed.bounds, most, evaluate, &mut *watch)?;
             (values, evaluations) = (found.values, evaluations + found.evaluations);
             if let Some(cause) = found.blocked {
                 return Ok(Err(FitError::Undetermined(format!(
                     "the search came to where there is no motion any more, which is no minimum: {cause}; keep the quantities away from there by bounds (NAME=LOW..HIGH)"
                 ))));
             }
-            let residuals = self.residuals(&values)?;
+            let (residuals, start_pose) = self.residuals(&values, Some(&found.beside))?;
             evaluations += 1;
             let change = self.weighed.estimate(&residuals, start.len());
             // Of a single column the weight has no influence.
             let is_last = self.weighed.deviations.len() == 1 || change < KNOWN;
             if !is_last && found.ended == Ended::Settled {
+                pose = Some(start_pose);
                 continue;
             }
             let estimates = match Estimates::new(&residuals.by(&self.weighed), &values, &self.weighed, self.varying) {
@@ -153,16 +181,21 @@ impl Problem<'_, '_> {
             let correlation = estimates.correlation(start.len());
             let (times, columns) = (self.table.times().to_vec(), self.columns(&residuals));
             let ended = found.ended;
-            return Ok(Ok(Fit { name, quantities, correlation, times, columns, evaluations, ended }));
+            let mut guesses = self.varying.guesses(&start_pose)?;
+            guesses.retain(|own| (own.found - own.guessed).abs() > MOVED * own.scale);
+            return Ok(Ok(Fit { name, quantities, correlation, times, columns, evaluations, ended, guesses }));
         }
         let message = "the standard deviations of the columns do not settle: give them (--sigma), or fit one column";
         Ok(Err(FitError::Undetermined(message.to_owned())))
     }
 
-    /// Simulated less measured values, SI: column by column at each time.
-    fn residuals(&self, values: &[f64]) -> Result<Residuals, Failure> {
+    /// Simulated less measured values, SI: column by column at each time; and how the motion starts. It starts on the branch on which another one does: where lengths move far
+    /// the guesses of the scene are near no branch, or another one.
+    fn residuals(&self, values: &[f64], from: Option<&State>) -> Result<(Residuals, State), Failure> {
         let times = self.table.times();
-        let found = self.varying.at(values, times)?;
+        let most = self.first.get().map_or(u64::MAX, |first| DEAREST.saturating_mul(*first));
+        let Along { rows: found, start, work, .. } = self.varying.along(values, times, from, most)?;
+        self.first.get_or_init(|| work);
         let (columns, count) = (self.weighed.places.len(), times.len());
         let mut residuals = Residuals {
             values: DVector::zeros(count * columns),
@@ -175,7 +208,7 @@ impl Problem<'_, '_> {
                 residuals.derivatives.row_mut(index).copy_from(&derivatives.row(place));
             }
         }
-        Ok(residuals)
+        Ok((residuals, start))
     }
 
     fn columns(&self, residuals: &Residuals) -> Vec<Column> {

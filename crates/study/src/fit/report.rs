@@ -1,5 +1,6 @@
 //! What was found, as a table for people and as JSON.
 
+use cotree::diagnostic::suggest::list;
 use cotree::output::report::Accuracy::Error;
 use cotree::output::report::{Cell, Report, Table, number, plain, unit};
 use cotree::{line, row};
@@ -16,8 +17,14 @@ impl Fit {
         let ended = match self.ended {
             Ended::Settled => "at a minimum: no step makes the residuals smaller",
             Ended::Exhausted => "without a minimum: as many motions as are permitted were computed",
+            Ended::Stopped => "without a minimum: it was stopped",
         };
-        let search = format!("\nended {ended}; {} motions were computed with their derivatives", self.evaluations);
+        let mut search = format!("\nended {ended}; {} motions were computed with their derivatives", self.evaluations);
+        if !self.guesses.is_empty() {
+            let names = list(self.guesses.iter().map(|own| &own.name));
+            search +=
+                &format!("\nthe start has moved away from what is guessed of {names}; -o writes it with the values");
+        }
         Report {
             tables: vec![self.estimates(), self.correlations(), self.residuals()],
             notes: row![search],
@@ -70,9 +77,11 @@ impl Fit {
         let ended = match self.ended {
             Ended::Settled => "minimum",
             Ended::Exhausted => "evaluations",
+            Ended::Stopped => "stopped",
         };
         json!({
             "name": self.name, "ended": ended, "evaluations": self.evaluations, "times": self.times,
+            "guesses": self.guesses.iter().map(|own| json!({ "name": own.name, "unit": own.unit.si, "guess": own.guessed, "found": own.found })).collect::<Value>(),
             "quantities": self.quantities.iter().enumerate().map(quantity).collect::<Value>(),
             "columns": self.columns.iter().map(column).collect::<Value>(),
         })

@@ -28,16 +28,26 @@ impl Given {
         (conditions, tape, jacobian): (&[Condition], &Tape, &SparseTape),
         unknowns: impl Iterator<Item = usize>,
     ) -> Self {
-        machine.run(tape);
-        let [values, demands] = [0, conditions.len()].map(|first| &tape.results[first..first + conditions.len()]);
-        let targets = demands.iter().map(|&register| machine.registers()[register as usize]).collect();
+        let values = &tape.results[..conditions.len()];
         // The first condition on each register.
         let mut names = HashMap::new();
         for index in (0..conditions.len()).filter(|&index| conditions[index].known) {
             names.entry(values[index] as usize).or_insert(index);
         }
         let conditions = unknowns.map(|unknown| names.get(&unknown).copied()).collect();
-        Self { conditions, targets, linear: linear(model, jacobian, values.len()), linear_loops: Vec::new() }
+        let linear = linear(model, jacobian, values.len());
+        let mut given = Self { conditions, targets: vec![0.0; values.len()], linear, linear_loops: Vec::new() };
+        given.demand(machine, tape);
+        given
+    }
+
+    /// Takes over what the conditions demand with the parameters in the registers.
+    pub fn demand(&mut self, machine: &mut Machine, tape: &Tape) {
+        machine.run(tape);
+        let first = self.targets.len();
+        for (index, target) in self.targets.iter_mut().enumerate() {
+            *target = machine.result(tape, first + index);
+        }
     }
 
     /// Writes what is known among the unknowns, in units of their scales.

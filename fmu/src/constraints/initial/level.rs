@@ -55,6 +55,51 @@ impl<'a> Level<'a> {
         fulfilled(&r)
     }
 
+    /// The unknowns of a state, in units of their scales.
+    pub fn unknowns(&self, state: &State) -> Vec<f64> {
+        let value = |(column, register): (usize, &Option<usize>)| {
+            register.map_or(0.0, |register| state.registers()[register] / column_scale(self.model, column))
+        };
+        self.unknowns.iter().enumerate().map(value).collect()
+    }
+
+    /// The state that the program was made with; none if it was made without its pose.
+    pub fn exported(&self) -> Option<State> {
+        let program = self.model.program();
+        let found = &program.initial.found_positions;
+        let mut state = self.model.default_state(program.experiment.start);
+        for (register, value) in self.unknowns.iter().zip(found).filter_map(|(own, value)| Some(((*own)?, value))) {
+            state.registers_mut()[register] = *value;
+        }
+        (!found.is_empty()).then_some(state)
+    }
+
+    /// What the conditions demand in a state.
+    pub fn targets(&mut self, state: &State) -> Vec<f64> {
+        let (conditions, tape, _) = self.family.conditions;
+        self.machine.load(self.model, state);
+        self.machine.run(tape);
+        (0..conditions.len()).map(|index| self.machine.result(tape, conditions.len() + index)).collect()
+    }
+
+    /// Sets time, parameters and inputs to what they are after a share of the way from one state to another.
+    pub fn set_between(&mut self, [from, to]: [&State; 2], share: f64) {
+        // At the ends these are the bits of the ends.
+        let between = |from: f64, to: f64| from * (1.0 - share) + to * share;
+        self.state.set_time(between(from.time(), to.time()));
+        let parameters = from.parameters().iter().zip(to.parameters());
+        for (place, (&from, &to)) in self.state.parameters_mut().iter_mut().zip(parameters) {
+            *place = between(from, to);
+        }
+        for input in 0..from.inputs().len() {
+            let [from, to] = [from, to].map(|state| state.input_polynomial(input));
+            self.state.set_input_polynomial(input, std::array::from_fn(|order| between(from[order], to[order])));
+        }
+        self.model.follow(self.state.registers_mut());
+        self.machine.load(self.model, self.state);
+        self.given.demand(self.machine, self.family.conditions.1);
+    }
+
     /// Writes the unknowns, in units of their scales, and what is substituted into the state and the registers.
     pub fn load(&mut self, x: &[f64]) {
         for (column, register) in self.unknowns.iter().enumerate() {

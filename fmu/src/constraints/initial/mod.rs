@@ -26,9 +26,18 @@ pub(crate) const FULFILLED: f64 = 1e-9;
 
 /// Solves for positions and rates. Time, parameters and inputs are taken from the state.
 pub fn solve_initial(model: &Model, state: &mut State) -> Result<(), Failure> {
+    solve(model, state, |positions| positions.assemble())
+}
+
+/// The same; the pose is the one to which the change of time, parameters and inputs leads from a consistent pose, whatever the guesses say.
+pub(crate) fn solve_from(model: &Model, state: &mut State, pose: &State) -> Result<(), Failure> {
+    solve(model, state, |positions| positions.lead(pose))
+}
+
+fn solve(model: &Model, state: &mut State, pose: impl FnOnce(Positions) -> Result<(), Failure>) -> Result<(), Failure> {
     model.follow(state.registers_mut());
     let mut machine = Machine::new(model);
-    Positions::new(model, &mut machine, state).assemble()?;
+    pose(Positions::new(model, &mut machine, state))?;
     Rates::new(model, &mut machine, state).solve()
 }
 

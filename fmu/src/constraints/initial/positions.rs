@@ -18,6 +18,8 @@ const REACH: f64 = 0.5;
 const DISTURBANCES: [f64; 7] = [1e-3, 1e-2, 0.1, 0.3, 0.6, 1.0, 2.0];
 /// Disturbances tried of each size.
 const TRIES: usize = 6;
+/// So many poses that are turned at random are tried where none next to the guess closes the loops; as many as disturbed ones.
+const TURNS: usize = 42;
 /// A mechanism that turned over has moved at least this much [rad].
 const TURNED: f64 = 0.5;
 /// Where the drivers are followed to another time: the first part of the way and the shortest one, and how many there may be.
@@ -70,13 +72,21 @@ impl<'a> Positions<'a> {
             Err(failure) => {
                 // The best pose is shown where there is none that closes the loops.
                 let best = self.0.state.clone();
-                let Some(found) = self.along_the_drivers(&guess).or_else(|| self.far(&guess)) else {
+                let found = self.along_the_drivers(&guess).or_else(|| self.far(&guess));
+                let Some(found) = found.or_else(|| self.along_the_changes()).or_else(|| self.turned(&guess)) else {
                     self.0.state.copy_from(&best);
                     return Err(failure);
                 };
                 found
             }
         };
+        self.0.load(&found);
+        Ok(())
+    }
+
+    /// Leaves the pose in the state to which the change of time, parameters and inputs leads from another one.
+    pub fn lead(mut self, pose: &State) -> Result<(), Failure> {
+        let found = self.led(pose).ok_or(Failure::WayEnds)?;
         self.0.load(&found);
         Ok(())
     }
@@ -103,6 +113,34 @@ impl<'a> Positions<'a> {
         if led { self.near(&x).ok() } else { None }
     }
 
+    /// The pose nearest to a guess of those to which turned poses lead, if it is as guessed: where the guess is a folded pose Newton's method stands still on its way.
+    fn turned(&mut self, guess: &[f64]) -> Option<Vec<f64>> {
+        let (mut random, mut nearest) = (Random::new(2), None::<(f64, Vec<f64>)>);
+        for _ in 0..TURNS {
+            // By half a turn at most.
+            let mut x = self.disturbed(Wanted::ALL, guess, PI, &mut random);
+            if !fulfilled(&self.attempt(Wanted::ALL, &mut x)) {
+                continue;
+            }
+            self.turn_back(guess, &mut x);
+            let apart = longest(&x, guess);
+            if nearest.as_ref().is_none_or(|(least, _)| apart < *least) && self.same_branch(guess, &x).is_ok() {
+                nearest = Some((apart, x));
+            }
+        }
+        nearest.map(|(_, x)| x)
+    }
+
+    /// A pose with every unknown moved at random. What is known stays: no step of the search would put it back.
+    fn disturbed(&self, wanted: Wanted, x: &[f64], size: f64, random: &mut Random) -> Vec<f64> {
+        let moved = |(column, x): (usize, &f64)| {
+            let moved = x + size * random.symmetric();
+            let known = wanted.substitute(column, &self.0.given);
+            known.map_or(moved, |known| known / column_scale(self.0.model, column))
+        };
+        x.iter().enumerate().map(moved).collect()
+    }
+
     /// The pose to which the drivers lead from where the scene starts: the guess belongs there.
     fn along_the_drivers(&mut self, guess: &[f64]) -> Option<Vec<f64>> {
         let span = [self.0.model.program().experiment.start, self.0.state.time()];
@@ -111,23 +149,55 @@ impl<'a> Positions<'a> {
         }
         self.0.state.set_time(span[0]);
         let first = self.near(guess).ok().or_else(|| self.far(guess));
-        let found = first.and_then(|first| self.follow(first, span));
+        let set = |level: &mut Level, time| level.state.set_time(time);
+        let found = first.and_then(|first| self.follow(first, span, FIRST_PART, set));
         self.0.state.set_time(span[1]);
         found
     }
 
-    /// Follows the loops from a pose at one time to another time, in parts so short that the motion goes straight on in each.
-    fn follow(&mut self, mut x: Vec<f64>, [mut time, until]: [f64; 2]) -> Option<Vec<f64>> {
+    /// The pose to which a change of what can be set leads from the one that the program was made with: the guesses belong there. Guesses that change themselves are
+    /// to fit.
+    fn along_the_changes(&mut self) -> Option<Vec<f64>> {
+        let exported = self.0.exported()?;
+        let found = self.led(&exported)?;
+        let before = self.0.targets(&exported);
+        let values = self.values(&found);
+        let (values, targets) = values.split_at(before.len());
+        let fits = |(index, condition): (usize, &Condition)| {
+            condition.known || targets[index] == before[index] || !is_far(condition, values[index], targets[index])
+        };
+        self.conditions().iter().enumerate().all(fits).then_some(found)
+    }
+
+    /// The pose to which a change of time, parameters and inputs leads from a consistent one.
+    fn led(&mut self, from: &State) -> Option<Vec<f64>> {
+        let (to, first) = (self.0.state.clone(), self.0.unknowns(from));
+        let set = |level: &mut Level, share| level.set_between([from, &to], share);
+        let found = self.follow(first, [0.0, 1.0], 1.0, set);
+        set(&mut self.0, 1.0);
+        found
+    }
+
+    /// Follows the loops from a pose at one place of a way to another place, in parts so short that the motion goes straight on in each, the first one a share of the way. `set`
+    /// makes the state that of a place.
+    fn follow(
+        &mut self,
+        mut x: Vec<f64>,
+        [mut time, until]: [f64; 2],
+        first: f64,
+        set: impl Fn(&mut Level, f64),
+    ) -> Option<Vec<f64>> {
         let whole = until - time;
-        let (mut part, mut rates) = (whole * FIRST_PART, vec![0.0; x.len()]);
+        let (mut part, mut rates) = (whole * first, vec![0.0; x.len()]);
         for _ in 0..MOST_PARTS {
             let last = (until - time).abs() <= part.abs();
             let next = if last { until } else { time + part };
             let span = next - time;
-            self.0.state.set_time(next);
+            set(&mut self.0, next);
             let ahead: Vec<f64> = x.iter().zip(&rates).map(|(x, rate)| x + span * rate).collect();
             let mut found = ahead.clone();
             let r = self.attempt(Wanted::ALL, &mut found);
+            self.0.given.substitute(self.0.model, &mut found);
             let (missed, moved) = (longest(&found, &ahead), longest(&found, &x));
             // Written so that NaN is astray.
             if fulfilled(&r) && missed <= ASTRAY && moved <= TURNED {
@@ -159,13 +229,7 @@ impl<'a> Positions<'a> {
         let mut random = Random::new(1);
         for size in DISTURBANCES {
             for _ in 0..TRIES {
-                let disturbed = |(column, x): (usize, &f64)| {
-                    let moved = x + size * random.symmetric();
-                    // What is known is not disturbed: no step of the search would put it back.
-                    let known = wanted.substitute(column, &self.0.given);
-                    known.map_or(moved, |known| known / column_scale(self.0.model, column))
-                };
-                let mut trial: Vec<f64> = start.iter().enumerate().map(disturbed).collect();
+                let mut trial = self.disturbed(wanted, &start, size, &mut random);
                 let r = self.attempt(wanted, &mut trial);
                 if norm(&r) < best || best.is_nan() {
                     best = norm(&r);
@@ -192,6 +256,8 @@ impl<'a> Positions<'a> {
         };
         let culprits: Vec<usize> = known.iter().copied().filter(frees).collect();
         let culprits = if culprits.is_empty() { known } else { culprits };
+        self.0.wanted = Wanted::ALL;
+        self.0.load(best);
         let conditions = culprits.into_iter().map(|index| self.conditions()[index].name.clone()).collect();
         self.contradicting(conditions)
     }
@@ -253,7 +319,7 @@ impl<'a> Positions<'a> {
         let k = self.conditions().len();
         for (index, condition) in self.conditions().iter().enumerate().filter(|(_, condition)| !condition.known) {
             let (target, found) = (after[k + index], after[index]);
-            let far = condition.angular && wrapped(found - target).abs() > FRAC_PI_2;
+            let far = is_far(condition, found, target);
             let moved = (found - before[index]).abs() / condition.scale > TURNED;
             if far || (turned_over && moved) {
                 let (condition, angular) = (condition.name.clone(), condition.angular);
@@ -294,6 +360,11 @@ impl<'a> Positions<'a> {
 /// The largest difference of two poses.
 fn longest(one: &[f64], other: &[f64]) -> f64 {
     one.iter().zip(other).fold(0.0, |most, (one, other)| crate::math::maximum(most, (one - other).abs()))
+}
+
+/// Is an angle so far from its guess that it was not meant?
+fn is_far(condition: &Condition, found: f64, target: f64) -> bool {
+    condition.angular && wrapped(found - target).abs() > FRAC_PI_2
 }
 
 /// An angle between -pi and pi.

@@ -34,8 +34,9 @@ pub(crate) trait Variations: std::fmt::Debug {
     /// Takes the coefficients over from the registers after the parameter stage ran.
     fn enter(&mut self, registers: &[f64], tangents: &Tangents);
 
-    /// The series at the signals, q and v in the registers up to an order, if it has one there. Loops are closed first, and those of the derivatives with them.
-    fn begin(&mut self, model: &Model, order: usize, registers: &[f64], tangents: &Tangents) -> bool;
+    /// The series at the signals, q and v in the registers up to an order, if it has one there. Loops are closed first, and those of the derivatives with them. Tangents have reached
+    /// so much along each direction.
+    fn begin(&mut self, model: &Model, order: usize, registers: &[f64], tangents: &Tangents, reached: &[f64]) -> bool;
 
     /// The step that a tolerance on rates permits if the coefficients shrink as the last ones do (Jorba and Zou, 2005). The values choose it; it is shorter where
     /// derivatives, relative to the largest of their direction, demand that; zero if they demand too much.
@@ -73,11 +74,14 @@ struct VariedMotion<const D: usize> {
     series: Jet<Dual<D>, 1>,
     /// (q, v)
     state: Vec<Dual<D>>,
+    /// What tangents have reached along each direction: they are wrong relative to that, as coordinates are relative to their scales.
+    reached: [f64; D],
 }
 
 impl<const D: usize> VariedMotion<D> {
     fn new(model: &Model, form: &ArmForm) -> Self {
-        Self { series: Jet::with_storage(model, form), state: vec![Dual::ZERO; 2 * model.coordinates()] }
+        let state = vec![Dual::ZERO; 2 * model.coordinates()];
+        Self { series: Jet::with_storage(model, form), state, reached: [0.0; D] }
     }
 
     fn load(&mut self, model: &Model, order: usize, registers: &[f64], tangents: &Tangents) {
@@ -148,7 +152,8 @@ impl<const D: usize> Variations for VariedMotion<D> {
         self.series.lay_out();
     }
 
-    fn begin(&mut self, model: &Model, order: usize, registers: &[f64], tangents: &Tangents) -> bool {
+    fn begin(&mut self, model: &Model, order: usize, registers: &[f64], tangents: &Tangents, reached: &[f64]) -> bool {
+        self.reached = std::array::from_fn(|direction| reached.get(direction).copied().unwrap_or(0.0));
         self.load(model, order, registers, tangents);
         self.expand(order)
     }
@@ -181,7 +186,7 @@ impl<const D: usize> VariedMotion<D> {
     /// All orders. Are they finite?
     #[inline(always)]
     fn expand_any(&mut self, order: usize) -> bool {
-        let Self { series, state } = self;
+        let Self { series, state, .. } = self;
         let (positions, rates) = state.split_at(state.len() / 2);
         series.load(0, positions);
         series.turn();
@@ -218,7 +223,7 @@ impl<const D: usize> VariedMotion<D> {
         length = f64::min(SAFETY * length, limit);
         let sizes: [[f64; D]; ORDERS] = std::array::from_fn(|k| if k > order { [0.0; D] } else { self.tangents(k) });
         for _ in 0..MOST_CUTS {
-            if excess(&sizes[..=order], length) <= LOOSER * tolerance {
+            if excess(self.reached, &sizes[..=order], length) <= LOOSER * tolerance {
                 return length;
             }
             length *= SHORTER;
@@ -229,7 +234,7 @@ impl<const D: usize> VariedMotion<D> {
     /// As [`Variations::defect`].
     fn defect_any(&self, order: usize, dt: f64) -> f64 {
         let share = dt / order as f64;
-        let (mut worst, mut changes, mut reached) = (0.0, [0.0; D], [0.0; D]);
+        let (mut worst, mut changes, mut reached) = (0.0, [0.0; D], self.reached);
         for &place in &self.series.unknowns {
             let value = [0, 1, 2].map(|k| self.value(place, k));
             let change = self.series.end[2][place][0] - (value[2] + value[2]);
@@ -278,10 +283,10 @@ impl<const D: usize> VariedMotion<D> {
     }
 }
 
-/// The last terms of v_p, relative to what it or q_p reaches within the step; of all directions the largest.
+/// The last terms of v_p, relative to what it or q_p reaches, so far or within the step; of all directions the largest.
 #[inline(always)]
-fn excess<const D: usize>(sizes: &[[f64; D]], length: f64) -> f64 {
-    let (mut reached, mut last, mut power) = (sizes[0], [0.0; D], 1.0);
+fn excess<const D: usize>(mut reached: [f64; D], sizes: &[[f64; D]], length: f64) -> f64 {
+    let (mut last, mut power) = ([0.0; D], 1.0);
     for (k, size) in sizes.iter().enumerate().skip(1) {
         let kind = if k + LAST < sizes.len() { &mut reached } else { &mut last };
         for direction in 0..D {

@@ -1,6 +1,6 @@
-//! A step by collocation at the Gauss nodes, for motions without series.
+//! A step by collocation, for motions without series and those that are stiff.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Dyn, LU};
 
 use super::super::variation::{Column, Numbers, RowBlock};
 use super::super::{Failure, decompose};
@@ -8,20 +8,25 @@ use super::rule::NODES;
 use super::step::{At, Course, move_on, read, sides, until};
 
 /// The last coefficients of a_p may be this share of all, times the tolerance; no smaller than rounding permits.
-const SMALLEST: f64 = 1e-12;
+pub(super) const SMALLEST: f64 = 1e-12;
 /// Sweeps over the nodes of a step.
-const SWEEPS: usize = 60;
-/// A sweep that changes less than this share is the last.
+const SWEEPS: usize = 100;
+/// A sweep that changes v_p by less than this share is the last.
 const SETTLED: f64 = 1e-14;
-/// Derivatives are rounding errors below this share of the scale of the coordinates over the parameter: those of what nothing depends on, and of laws that a
-/// parameter does not move yet. However short a step is, their last coefficients are as large as the others.
-const ROUNDING: f64 = 1e-13;
 
 /// The variational equations at a node: a_p = by_positions q_p + by_rates v_p + own.
 pub(super) struct Node {
     by_positions: DMatrix<f64>,
     by_rates: DMatrix<f64>,
     own: DMatrix<f64>,
+}
+
+impl Node {
+    /// The factors of 1 - s (d/dv) - s^2 (d/dq): the accelerations of a node have a share s in its own rates, and those in its own positions.
+    fn factors(&self, share: f64) -> LU<f64, Dyn, Dyn> {
+        let n = self.by_rates.nrows();
+        (DMatrix::identity(n, n) - &self.by_rates * share - &self.by_positions * (share * share)).lu()
+    }
 }
 
 /// A step that was tried: v_p and a_p, a column for each node, and by how much the last coefficients of a_p exceed what is permitted.
@@ -34,6 +39,7 @@ pub(super) struct Tried {
 impl Course<'_> {
     /// Tries a step. `None` if it does not settle.
     pub(super) fn attempt(&mut self, length: f64) -> Result<Option<Tried>, Failure> {
+        (self.tried, self.points) = (self.tried + 1, self.points + NODES as u64);
         let nodes = self.nodes(length)?;
         Ok(self.solve(&nodes, length))
     }
@@ -53,33 +59,59 @@ impl Course<'_> {
         nodes.collect()
     }
 
-    /// Collocation by sweeps over the nodes (Picard's iteration): the equations are linear and the steps short.
+    /// Collocation by sweeps from node to node, each of which solves for its own accelerations: the equations are linear, and what is stiff in them settles as fast as the rest.
     fn solve(&self, nodes: &[Node], length: f64) -> Option<Tried> {
         let (n, parameters) = self.positions.shape();
         let integrals = self.rule.integrals.transpose() * length;
-        let mut accelerations = DMatrix::zeros(n * parameters, NODES);
+        let sweep = self.rule.sweep.transpose() * length;
+        let rest = &integrals - &sweep;
+        let factors: Vec<_> =
+            nodes.iter().enumerate().map(|(index, node)| node.factors(sweep[(index, index)])).collect();
+        let mut rates = DMatrix::zeros(n * parameters, NODES);
+        let mut accelerations = rates.clone();
         for _ in 0..SWEEPS {
-            let mut change: f64 = 0.0;
-            let rates = integrated(&self.rates, &accelerations, &integrals);
-            let positions = integrated(&self.positions, &rates, &integrals);
-            for (index, node) in nodes.iter().enumerate() {
+            let mut known_rates = integrated(&self.rates, &accelerations, &rest);
+            let mut known_positions = integrated(&self.positions, &rates, &rest);
+            let mut moved: f64 = 0.0;
+            for (index, (node, factors)) in nodes.iter().zip(&factors).enumerate() {
+                let earlier = sweep.view((0, index), (index, 1));
+                known_rates.column_mut(index).gemv(1.0, &accelerations.columns(0, index), &earlier.column(0), 1.0);
+                known_positions.column_mut(index).gemv(1.0, &rates.columns(0, index), &earlier.column(0), 1.0);
                 let at = |all: &DMatrix<f64>| DMatrix::from_column_slice(n, parameters, all.column(index).as_slice());
+                let (known, own) = (at(&known_rates), sweep[(index, index)]);
                 let mut next = node.own.clone();
-                next.gemm(1.0, &node.by_positions, &at(&positions), 1.0);
-                next.gemm(1.0, &node.by_rates, &at(&rates), 1.0);
-                let (size, moved) = (next.amax(), (&next - at(&accelerations)).amax());
-                change = change.max(if size > 0.0 { moved / size } else { 0.0 });
+                next.gemm(1.0, &node.by_positions, &(at(&known_positions) + &known * own), 1.0);
+                next.gemm(1.0, &node.by_rates, &known, 1.0);
+                if !factors.solve_mut(&mut next) {
+                    return None;
+                }
+                moved = moved.max(self.share(&(&next - at(&accelerations)), &next, length));
                 accelerations.column_mut(index).copy_from_slice(next.as_slice());
+                rates.column_mut(index).copy_from_slice((known + next * own).as_slice());
             }
-            if change.is_nan() {
+            if !accelerations.iter().all(|value| value.is_finite()) {
                 return None;
             }
-            if change <= SETTLED * NODES as f64 {
+            if moved <= SETTLED * NODES as f64 {
                 let excess = self.excess(&accelerations, length);
-                return Some(Tried { rates, accelerations, excess });
+                return Some(Tried {
+                    rates: integrated(&self.rates, &accelerations, &integrals),
+                    accelerations,
+                    excess,
+                });
             }
         }
         None
+    }
+
+    /// What a change of a_p would make of v_p in a step, as a share of what that reaches; the worst parameter.
+    fn share(&self, change: &DMatrix<f64>, accelerations: &DMatrix<f64>, length: f64) -> f64 {
+        let worst = |column: usize| {
+            let size = |matrix: &DMatrix<f64>| matrix.column(column).amax();
+            let moved = length * size(change);
+            if moved == 0.0 { 0.0 } else { moved / self.reached[column].max(length * size(accelerations)) }
+        };
+        (0..self.parameters).map(worst).fold(0.0, f64::max)
     }
 
     /// The last coefficients of a_p against the tolerance, the worst parameter.
@@ -89,9 +121,8 @@ impl Course<'_> {
         let worst = |column: usize| {
             let own = |all: &DMatrix<f64>| all.rows(column * n, n).into_owned();
             let error = length * own(&last).column_iter().map(|column| column.amax()).sum::<f64>();
-            let size = |matrix: &DMatrix<f64>| matrix.column(column).amax();
-            let scale = size(&self.rates).max(size(&self.positions)).max(length * own(accelerations).amax());
-            error / (self.tolerance.max(SMALLEST) * scale + ROUNDING * self.sizes[column])
+            let scale = self.reached[column].max(length * own(accelerations).amax());
+            error / (self.tolerance.max(SMALLEST) * scale)
         };
         (0..self.parameters).map(worst).fold(0.0, f64::max)
     }
@@ -128,6 +159,7 @@ impl Course<'_> {
         let sides = sides(&numbers.values(RowBlock::Switches));
         let kept = self.sides.iter().zip(sides).map(|(old, new)| new.or(*old)).collect();
         (self.positions, self.rates, self.sides, self.motion) = (positions, rates, kept, motion);
+        self.reach();
         Ok(())
     }
 

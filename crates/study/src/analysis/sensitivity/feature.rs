@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 use super::super::report::Features;
 use super::super::{Failure, Study, StudyError};
 use super::corner::Switched;
-use super::{At, Varying};
+use super::{Along, At, Varying};
 
 /// Points of the polynomial, less one.
 const DEGREE: usize = 14;
@@ -89,7 +89,7 @@ impl Study {
         let times = &closer(times);
         self.varying(to, |varying| {
             let start: Vec<f64> = varying.parameters().iter().map(|own| own.start).collect();
-            let (rows, switched) = varying.seen(&start, times)?;
+            let Along { rows, switched, .. } = varying.along(&start, times, None, u64::MAX)?;
             let course = Seen { varying, start, times, rows, switched };
             let outputs: Vec<(String, String)> =
                 varying.outputs().map(|(name, unit)| (name.to_owned(), unit.si.clone())).collect();

@@ -22,6 +22,9 @@ use cotree::expr::{Order, Symbol};
 use cotree::formulate::Formulated;
 use cotree::mechanism::Unit;
 use cotree_fmu::instance;
+use cotree_fmu::machine::Machine;
+use cotree_fmu::model::{Model, State};
+use cotree_fmu::program::Condition;
 use nalgebra::{DMatrix, DVector};
 
 use super::variation::Variation;
@@ -45,6 +48,35 @@ pub struct Sensitivities {
     pub values: Vec<DVector<f64>>,
     /// Their derivatives at fixed time: for each time a row for each output and a column for each parameter, SI.
     pub derivatives: Vec<DMatrix<f64>>,
+    /// Steps that the derivatives took, those included that were not good enough.
+    pub steps: u64,
+}
+
+/// A motion, its derivatives, and what they took.
+#[derive(Clone, Debug)]
+pub struct Along {
+    /// At each time.
+    pub rows: Vec<At>,
+    /// How it began: motions with values close to these begin nearby.
+    pub start: State,
+    /// Steps of the derivatives, those included that were not good enough.
+    pub steps: u64,
+    /// How much work it was, in steps of the motion and points at which its derivatives were evaluated.
+    pub work: u64,
+    /// The laws that have switched.
+    switched: Vec<Switched>,
+}
+
+/// A variable of `[initial]` that only picks the assembly.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Guess {
+    pub name: String,
+    pub unit: Unit,
+    /// What was guessed, and what it is, SI.
+    pub guessed: f64,
+    pub found: f64,
+    /// How much counts as one.
+    pub scale: f64,
 }
 
 /// A motion that can be repeated with other values of what it is differentiated with respect to: the equations are differentiated once.
@@ -99,17 +131,44 @@ impl<'f> Varying<'f> {
     /// # Errors
     /// A motion that cannot be continued, or derivatives that do not exist.
     pub fn at(&self, values: &[f64], times: &[f64]) -> Result<Vec<At>, Failure> {
-        Ok(self.seen(values, times)?.0)
+        Ok(self.along(values, times, None, u64::MAX)?.rows)
     }
 
-    /// The same, and the laws that have switched.
-    fn seen(&self, values: &[f64], times: &[f64]) -> Result<(Vec<At>, Vec<Switched>), Failure> {
+    /// The same for no more than so much work. The start is followed from that of another motion, if there is one, instead of being sought from the guesses.
+    ///
+    /// # Errors
+    /// As of [`Varying::at`], or the work is more.
+    pub fn along(&self, values: &[f64], times: &[f64], from: Option<&State>, most: u64) -> Result<Along, Failure> {
         let changed = self.parameters.iter().zip(values).filter(|(own, value)| own.start != **value);
         let changed: Vec<(&str, f64)> = changed.map(|(own, &value)| (own.name.as_str(), value)).collect();
-        let mut course = Course::new(self.formulated, &self.variation, &self.parameters, &changed)?;
-        let mut found = Vec::with_capacity(times.len());
-        course.run(times, |outputs| found.push(outputs))?;
-        Ok((found, course.switched))
+        let mut course = Course::new(self.formulated, &self.variation, &self.parameters, &changed, from)?;
+        let start = course.motion.state();
+        let mut rows = Vec::with_capacity(times.len());
+        course.run(times, most, |outputs| rows.push(outputs))?;
+        Ok(Along { rows, start, steps: course.tried, work: course.work(), switched: course.switched })
+    }
+
+    /// The guesses, and what has become of them at a start.
+    ///
+    /// # Errors
+    /// A program that is none.
+    pub fn guesses(&self, start: &State) -> Result<Vec<Guess>, Failure> {
+        let model = Model::new(self.formulated.lowered.program.clone())?;
+        let initial = &model.program().initial;
+        let mut machine = Machine::new(&model);
+        machine.load(&model, start);
+        machine.run(&initial.position);
+        let mechanism = &self.formulated.equations.system.mechanism;
+        let count = initial.positions.len();
+        let guess = |(index, condition): (usize, &Condition)| {
+            let line =
+                mechanism.initial.iter().find(|line| mechanism.variable_name(line.variable) == condition.name)?;
+            let [found, guessed] = [index, count + index].map(|result| machine.result(&initial.position, result));
+            let unit = Unit::of(&line.variable.quantity.measure(), line.display.clone());
+            Some(Guess { name: condition.name.clone(), unit, guessed, found, scale: condition.scale })
+        };
+        let guesses = initial.positions.iter().enumerate().filter(|(_, condition)| !condition.known);
+        Ok(guesses.filter_map(guess).collect())
     }
 }
 
@@ -125,13 +184,15 @@ impl Study {
     pub fn sensitivities(&mut self, to: &[String], times: &[f64]) -> Result<Sensitivities, StudyError> {
         self.varying(to, |varying| {
             let start: Vec<f64> = varying.parameters.iter().map(|own| own.start).collect();
-            let (values, derivatives) = varying.at(&start, times)?.into_iter().unzip();
+            let Along { rows, steps, .. } = varying.along(&start, times, None, u64::MAX)?;
+            let (values, derivatives) = rows.into_iter().unzip();
             Ok(Sensitivities {
                 times: times.to_vec(),
                 outputs: varying.outputs().map(|(name, unit)| (name.to_owned(), unit.si.clone())).collect(),
                 parameters: varying.parameters.iter().map(|own| (own.name.clone(), own.unit.si.clone())).collect(),
                 values,
                 derivatives,
+                steps,
             })
         })
     }

@@ -67,6 +67,7 @@ impl Study {
                 parameters: named(&parameters),
                 values: vec![numbers.values(RowBlock::Outputs)],
                 derivatives: vec![derivatives],
+                steps: 0,
             })
         })
     }

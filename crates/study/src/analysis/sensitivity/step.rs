@@ -5,13 +5,14 @@ use std::sync::Arc;
 use cotree::expr::{Order, Symbol, Values};
 use cotree::formulate::Formulated;
 use cotree_fmu::instance::{self, Instance, Snapshot, Variational};
-use cotree_fmu::model::Model;
+use cotree_fmu::model::{Model, State};
 use nalgebra::{DMatrix, DVector};
 
 use super::super::point::Point;
 use super::super::variation::{Column, Numbers, RowBlock, Variation};
 use super::super::{Failure, decompose};
 use super::Varied;
+use super::collocation::SMALLEST;
 use super::corner::Switched;
 use super::event::Crossing;
 use super::rule::{NODES, Rule};
@@ -23,8 +24,12 @@ const FINER: f64 = 1e-2;
 const CLOSER: f64 = 0.1;
 /// No finer than this.
 const FINEST: f64 = 1e-13;
-/// Steps of a run.
-const MOST_STEPS: usize = 1_000_000;
+/// Steps of the derivatives: so many, and so many more for each step of the motion. Ten of them for each are asked for in tests; where it is more than this they run away.
+const FREE_STEPS: u64 = 1000;
+const DEAREST: u64 = 100;
+/// Derivatives are rounding errors below this share of the scale of the coordinates over the parameter: those of what nothing depends on, and of laws that a
+/// parameter does not move yet. However short a step is, their last coefficients are as large as the others.
+const ROUNDING: f64 = 1e-13;
 /// The first step is this share of the run.
 const FIRST: f64 = 1e-2;
 /// Where steps have become that short: a pose whose smallest singular value is below this share of the largest.
@@ -50,11 +55,15 @@ pub struct Course<'f> {
     /// The variables that the outputs are.
     pub(super) outputs: Vec<usize>,
     pub(super) parameters: usize,
-    /// The scale of the coordinates over each parameter; over 1 where that is zero.
-    pub(super) sizes: Vec<f64>,
     /// q_p and v_p: a column for each parameter.
     pub(super) positions: DMatrix<f64>,
     pub(super) rates: DMatrix<f64>,
+    /// Their scale, by parameter, to which errors are relative: the largest of them so far, and no less than what rounding errors make of it. A motion that comes to rest ends
+    /// with derivatives that are small.
+    pub(super) reached: Vec<f64>,
+    /// Steps that were tried, and the points at which they evaluated derivatives.
+    pub(super) tried: u64,
+    pub(super) points: u64,
     /// On which side of zero the switching functions are.
     pub(super) sides: Vec<Option<bool>>,
     /// From here on the signs are those after the last crossing \[s\].
@@ -90,6 +99,7 @@ impl<'f> Course<'f> {
         variation: &'f Variation,
         varied: &[Varied],
         changed: &[(&str, f64)],
+        from: Option<&State>,
     ) -> Result<Self, Failure> {
         let program = formulated.lowered.program.clone();
         let (experiment, kinematic) = (program.experiment, program.is_driven());
@@ -102,10 +112,14 @@ impl<'f> Course<'f> {
             let unknown = || Failure::Unknown(vec![format!("`{name}` cannot be set")]);
             motion.set(variable.ok_or_else(unknown)?, *value)?;
         }
+        if let Some(pose) = from {
+            motion.start_from(pose.clone())?;
+        }
         motion.initialise()?;
         let empty = DMatrix::zeros(formulated.equations.coordinates.len(), varied.len());
         let scale = model.program().coordinates.iter().fold(0.0, |most: f64, own| most.max(own.scale));
         let size = |own: &Varied| if own.start == 0.0 { scale } else { scale / own.start.abs() };
+        let least = ROUNDING / experiment.tolerance.max(SMALLEST);
         let places: Vec<instance::Varied> = varied.iter().map(|own| own.place).collect();
         let rows = formulated.lowered.table.rows.iter().enumerate();
         let mut course = Course {
@@ -117,10 +131,12 @@ impl<'f> Course<'f> {
             variational: Variational::new(&model, &places, (experiment.tolerance * CLOSER).max(FINEST)),
             outputs: rows.filter(|(_, row)| row.output).map(|(place, _)| place).collect(),
             parameters: varied.len(),
-            sizes: varied.iter().map(size).collect(),
             model,
             positions: empty.clone(),
             rates: empty,
+            reached: varied.iter().map(|own| least * size(own)).collect(),
+            tried: 0,
+            points: 0,
             sides: Vec::new(),
             clear: f64::NEG_INFINITY,
             switched: Vec::new(),
@@ -145,7 +161,16 @@ impl<'f> Course<'f> {
         })?;
         self.sides = sides(&numbers.values(RowBlock::Switches));
         (self.positions, self.rates) = (positions, changes);
+        self.reach();
         Ok(())
+    }
+
+    /// Takes note of how large the derivatives are.
+    pub(super) fn reach(&mut self) {
+        for (column, reached) in self.reached.iter_mut().enumerate() {
+            let size = |matrix: &DMatrix<f64>| matrix.column(column).amax();
+            *reached = reached.max(size(&self.positions)).max(size(&self.rates));
+        }
     }
 
     /// q, v or a of the coordinates.
@@ -162,8 +187,14 @@ impl<'f> Course<'f> {
         Ok((point, numbers))
     }
 
-    /// Hands over the outputs at these times and their derivatives.
-    pub fn run(&mut self, times: &[f64], mut report: impl FnMut(At)) -> Result<(), Failure> {
+    /// How much work it was so far: steps of the motion, and points at which derivatives were evaluated.
+    pub fn work(&self) -> u64 {
+        let motion = self.motion.statistics();
+        motion.steps + motion.rejected + self.points
+    }
+
+    /// Hands over the outputs at these times and their derivatives; no more than so much work may be done for them.
+    pub fn run(&mut self, times: &[f64], most: u64, mut report: impl FnMut(At)) -> Result<(), Failure> {
         let begin = self.motion.time();
         let end = times.last().copied().unwrap_or(begin);
         let (begun, mut due) = times.split_at(if self.kinematic { times.len() } else { until(times, begin) });
@@ -174,7 +205,7 @@ impl<'f> Course<'f> {
         }
         let span = end - begin;
         let mut length = span * FIRST;
-        for _ in 0..MOST_STEPS {
+        loop {
             let time = self.motion.time();
             let left = end - time;
             if left <= 0.0 {
@@ -183,12 +214,27 @@ impl<'f> Course<'f> {
             if length < span * SHORTEST {
                 return Err(self.stuck());
             }
-            if !self.continue_series([end, span], &mut due, &mut report)? {
+            self.check_work(most)?;
+            // The method that takes the motion's steps while it is stiff has none for its derivatives.
+            let by_series = !self.motion.is_stiff() && self.continue_series([end, span], &mut due, &mut report)?;
+            if !by_series {
                 length = self.advance(length.min(left), &mut due, &mut report)?;
             }
         }
-        let what = format!("they take more than {MOST_STEPS} steps");
-        Err(Failure::NoDerivative { time: self.motion.time(), what })
+    }
+
+    /// Fails when the derivatives cost too much.
+    fn check_work(&self, most: u64) -> Result<(), Failure> {
+        let refused = |what| Err(Failure::NoDerivative { time: self.motion.time(), what });
+        if self.tried > FREE_STEPS + DEAREST * self.motion.statistics().steps {
+            return refused(format!(
+                "they take more than {DEAREST} times the steps of the motion: a law is too steep or not smooth; ask for a larger tolerance"
+            ));
+        }
+        if self.work() > most {
+            return refused(format!("they are more work than was permitted, {most} steps"));
+        }
+        Ok(())
     }
 
     /// Takes a step by series, if there are some. It counts if the accelerations at its end are those that the equations give there, in the motion and in its derivatives.
@@ -210,6 +256,7 @@ impl<'f> Course<'f> {
         self.before.rates.copy_from(&self.rates);
         while let Some(tried) = length.filter(|length| *length >= shortest) {
             let end = if tried < last - begin { begin + tried } else { last };
+            (self.tried, self.points) = (self.tried + 1, self.points + 1);
             let (now, later) = due.split_at(until(due, end));
             let found = self.follow_series(now, end)?;
             let next = self.begin_series(last)?;
@@ -217,6 +264,7 @@ impl<'f> Course<'f> {
                 self.begun = Some(Begun { time: end, length: next });
                 found.into_iter().for_each(report);
                 *due = later;
+                self.reach();
                 return Ok(true);
             }
             self.motion.restore(&self.before.motion)?;
@@ -232,7 +280,7 @@ impl<'f> Course<'f> {
     fn begin_series(&mut self, last: f64) -> Result<Option<f64>, Failure> {
         let state = [self.positions.as_slice(), self.rates.as_slice()];
         let left = last - self.motion.time();
-        Ok(self.variational.begin(&mut self.motion, state, left)?)
+        Ok(self.variational.begin(&mut self.motion, state, &self.reached, left)?)
     }
 
     /// Moves on along the series to the end of a step; gives the outputs at these times in it.
