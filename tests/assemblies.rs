@@ -27,6 +27,25 @@ fn rocker(crank: f64) -> [f64; 2] {
     [-1.0, 1.0].map(|side| (y.atan2(x) + side * corner).to_degrees())
 }
 
+/// The guess is more than a quarter of a turn from both assemblies.
+#[test]
+fn guesses_that_lead_nowhere_hide_no_assembly() {
+    let folder = tempfile::tempdir().unwrap();
+    let [one, other] = rocker(60f64.to_radians());
+    let guess = 0.5 * (one + other);
+    assert!(guess - one > 90.0 && other - guess > 90.0);
+    let scene = format!(
+        "{FOUR_BAR}[initial]\n\"crank.angle\" = \"60 deg\"\n\"rocker.angle\" = {{ guess = \"{guess} deg\" }}\n"
+    );
+    std::fs::write(folder.path().join("a.toml"), &scene).unwrap();
+    assert_ne!(code(&cotree(folder.path(), &["check", "a.toml"])), 0);
+    let output = cotree(folder.path(), &["assemblies", "a.toml"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let text = stdout(&output);
+    assert!(text.starts_with("four_bar: the loops close in 2 ways") && text.contains("lead to none of them"), "{text}");
+    assert!(!text.contains("that of the scene"), "{text}");
+}
+
 #[test]
 fn both_assemblies_of_a_four_bar_are_found_and_can_be_pasted() {
     let folder = tempfile::tempdir().unwrap();

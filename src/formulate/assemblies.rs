@@ -30,6 +30,8 @@ pub struct Assemblies {
     pub found: Vec<usize>,
     /// From how many starts none was found.
     pub failed: usize,
+    /// Is the first one that of the scene? Its own guesses may lead to none.
+    pub is_own: bool,
 }
 
 /// A variable with its value, SI.
@@ -44,33 +46,72 @@ pub struct Value {
 /// where the scene's own start has it.
 ///
 /// # Errors
-/// There are no equations, or the loops cannot be closed from the start of the scene.
+/// There are no equations, or the loops cannot be closed from any start.
 pub fn assemblies(mechanism: &Mechanism, starts: usize) -> Result<Assemblies, Vec<Fault>> {
     let mut mechanism = mechanism.clone();
     mechanism.coordinates = Coordinates::Recommended;
-    let (names, own, freedoms) = own_start(&mechanism)?;
+    let Own { names, state, freedoms, is_own } = own_start(&mechanism, starts)?;
     // Guesses pick one of the ways; here all are wanted.
     let guessed: Vec<Variable> = mechanism.initial.iter().filter(|own| !own.known).map(|own| own.variable).collect();
     mechanism.initial.retain(|initial| initial.known);
     let known = mechanism.initial.iter().filter(|own| own.variable.quantity.class() == Class::Position);
     let open = freedoms.saturating_sub(known.count());
-    let held = hold(&mut mechanism, &names, &own, open, &guessed);
-    search(&mechanism, held, &own, starts)
+    let held = hold(&mut mechanism, &names, &state, open, &guessed);
+    Ok(Assemblies { is_own, ..search(&mechanism, held, &state, starts)? })
 }
 
-/// The names of the coordinates, the scene's own start, and how many freedoms the loops and drivers leave.
-fn own_start(mechanism: &Mechanism) -> Result<(Vec<Value>, State, usize), Vec<Fault>> {
-    let mut equations = equations(mechanism, &mechanism.coordinates)?;
-    let length = typical_length(&mut equations);
-    let (model, state) = solved(lower::positions(&mut equations, length), mechanism)?;
-    let Some(state) = state else {
-        let message = "the loops cannot be closed from the start of the scene; `cotree check` says where";
-        return Err(vec![Fault::new("assembly::open_loop", message, Span::default())]);
-    };
-    let restrictions = restrictions(equations, (model, state), length, None)?;
-    let Restrictions { equations, model, state, .. } = &restrictions;
-    let freedoms = restrictions.mobility();
-    Ok((values(equations, model, state), state.clone(), freedoms))
+/// A pose in which the loops are closed.
+struct Own {
+    /// The coordinates there.
+    names: Vec<Value>,
+    state: State,
+    /// How many freedoms the loops and drivers leave.
+    freedoms: usize,
+    /// Is it the start of the scene?
+    is_own: bool,
+}
+
+/// The scene's own start; where that does not close the loops as it is guessed, the first pose that is found without the guesses.
+fn own_start(mechanism: &Mechanism, starts: usize) -> Result<Own, Vec<Fault>> {
+    let mut free = mechanism.clone();
+    free.initial.retain(|initial| initial.known);
+    for (mechanism, last, is_own) in [(mechanism, 0, true), (&free, starts, false)] {
+        let mut equations = equations(mechanism, &mechanism.coordinates)?;
+        let length = typical_length(&mut equations);
+        let (draft, ranges) = (lower::positions(&mut equations, length), ranges(&equations, length));
+        for start in 0..=last {
+            let mut program = draft.clone();
+            if start > 0 {
+                let follow = std::iter::repeat_n(0.0, equations.system.followers.len());
+                begin_at(&mut program, even_place(start, &ranges).chain(follow).collect());
+            }
+            let (model, Some(state)) = solved(program, mechanism)? else { continue };
+            let restrictions = restrictions(equations, (model, state), length, None)?;
+            let Restrictions { equations, model, state, .. } = &restrictions;
+            let (names, freedoms) = (values(equations, model, state), restrictions.mobility());
+            return Ok(Own { names, state: state.clone(), freedoms, is_own });
+        }
+    }
+    let message =
+        format!("the loops were closed from none of {starts} starts; `cotree check` says where they are open");
+    Err(vec![Fault::new("assembly::open_loop", message, Span::default())])
+}
+
+/// By how much coordinates differ from zero in the space of poses.
+fn ranges(equations: &Equations, length: f64) -> Vec<f64> {
+    equations.coordinates.iter().map(|own| if own.angular { PI } else { 2.0 * length }).collect()
+}
+
+/// The n-th of places that fill this space evenly.
+fn even_place(n: usize, ranges: &[f64]) -> impl Iterator<Item = f64> {
+    let place = move |(index, range): (usize, &f64)| (2.0 * even(n, index, ranges.len()) - 1.0) * range;
+    ranges.iter().enumerate().map(place)
+}
+
+/// Has the search begin at these positions.
+fn begin_at(program: &mut Program, positions: Vec<f64>) {
+    program.initial.first_rates = vec![0.0; positions.len()];
+    program.initial.first_positions = positions;
 }
 
 /// The coordinates; an angle without whole turns, unless loop equations such as those of gears and racks count them.
@@ -133,20 +174,16 @@ fn search(mechanism: &Mechanism, held: Vec<Value>, own: &State, starts: usize) -
     let mut equations = equations(mechanism, &mechanism.coordinates)?;
     let length = typical_length(&mut equations);
     let draft = lower::positions(&mut equations, length);
-    let ranges: Vec<f64> =
-        equations.coordinates.iter().map(|own| if own.angular { PI } else { 2.0 * length }).collect();
+    let ranges = ranges(&equations, length);
     let known: Vec<String> = mechanism.initial.iter().map(|own| mechanism.variable_name(own.variable)).collect();
-    let mut found = Assemblies { held, poses: Vec::new(), found: Vec::new(), failed: 0 };
+    let mut found = Assemblies { held, poses: Vec::new(), found: Vec::new(), failed: 0, is_own: true };
     for start in 0..=starts {
         let mut program = draft.clone();
-        let place = |(index, range): (usize, &f64)| match start {
-            _ if start == 0 || known.contains(&equations.coordinates[index].name.position) => own.positions()[index],
-            _ => (2.0 * even(start, index, ranges.len()) - 1.0) * range,
-        };
-        let mut positions: Vec<f64> = ranges.iter().enumerate().map(place).collect();
+        let stays = |index: usize| start == 0 || known.contains(&equations.coordinates[index].name.position);
+        let place = |(index, place): (usize, f64)| if stays(index) { own.positions()[index] } else { place };
+        let mut positions: Vec<f64> = even_place(start, &ranges).enumerate().map(place).collect();
         positions.extend(own.follower_positions());
-        program.initial.first_rates = vec![0.0; positions.len()];
-        program.initial.first_positions = positions;
+        begin_at(&mut program, positions);
         match solved(program, mechanism)? {
             (_, None) => found.failed += 1,
             // A disturbed search may leave what is known; that is no pose of the scene.

@@ -1,4 +1,4 @@
-//! The best attempt at a mechanism whose loops cannot be closed.
+//! The pose that was found of a mechanism that cannot be assembled as its scene demands.
 
 use cotree_fmu::constraints::initial::solve_initial;
 use cotree_fmu::failure::Failure;
@@ -9,14 +9,16 @@ use crate::equations::Equations;
 use crate::lower;
 use crate::mechanism::Mechanism;
 
-/// Where the bodies are when no search brings them closer together.
+/// Where the bodies are when no search brings them closer together, or nearer to what is guessed.
 #[derive(Debug)]
 pub struct Attempt {
+    /// Are the loops closed there?
+    pub is_closed: bool,
     pub equations: Equations,
     pub state: State,
 }
 
-/// The best attempt, if it is the loops that cannot be closed.
+/// The best attempt, if it is the pose of which the scene demands too much.
 pub fn attempt(mechanism: &Mechanism) -> Option<Attempt> {
     let mut equations = equations(mechanism, &mechanism.coordinates).ok()?;
     let length = typical_length(&mut equations);
@@ -24,5 +26,7 @@ pub fn attempt(mechanism: &Mechanism) -> Option<Attempt> {
     let mut state = model.default_state(mechanism.experiment.start);
     // Its pose stays in the state.
     let failure = solve_initial(&model, &mut state).err()?;
-    matches!(failure, Failure::LoopsOpen { .. }).then_some(Attempt { equations, state })
+    let is_closed = matches!(failure, Failure::OtherBranch { .. });
+    let is_open = matches!(failure, Failure::LoopsOpen { .. } | Failure::Contradiction { velocity: false, .. });
+    (is_closed || is_open).then_some(Attempt { is_closed, equations, state })
 }

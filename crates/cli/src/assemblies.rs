@@ -15,7 +15,8 @@ use super::{MessageFormat, output};
 
 /// Find the ways in which a mechanism can be assembled, with lines to paste that pick each
 ///
-/// The loops are closed from many starts. What neither drivers nor known initial values give is held where the scene begins.
+/// The loops are closed from many starts. What neither drivers nor known initial values give is held where the scene begins; where its guesses lead to no pose, at the first one that
+/// is found.
 #[derive(Args)]
 #[command(after_help = "Example:\n  cotree assemblies four_bar.toml --drawings poses")]
 pub struct FindAssemblies {
@@ -78,8 +79,11 @@ fn text(found: &Assemblies, mechanism: &Mechanism, starts: usize) -> String {
         found.held.iter().any(|held| held.name == name) || known.into_iter().any(|known| known == name)
     };
     let mut text = format!("{}: the loops close in {ways}{with} (from {starts} starts)\n", mechanism.name);
+    if !found.is_own {
+        text += "the guesses of the scene lead to none of them\n";
+    }
     for (index, (pose, times)) in found.poses.iter().zip(&found.found).enumerate() {
-        let own = if index == 0 { ", that of the scene" } else { "" };
+        let own = if index == 0 && found.is_own { ", that of the scene" } else { "" };
         text += &format!("\n# {} (found {times} times{own})\n[initial]\n", index + 1);
         for value in pose.iter().filter(|value| !given(&value.name)) {
             text += &format!("\"{}\" = {{ guess = \"{}\" }}\n", value.name, shown(value));

@@ -14,7 +14,7 @@ use cotree_draw::pose::{draw, draw_attempt};
 use cotree_study::contact;
 use cotree_text::assumptions::assumptions;
 
-use super::failure::Failure;
+use super::failure::{Failure, say};
 use super::{MessageFormat, output};
 
 /// Check a scene: every fault at once, with its place and what to do
@@ -30,7 +30,7 @@ pub struct Check {
     /// Scene files (TOML or JSON); `-` is standard input
     #[arg(required = true, value_name = "SCENE")]
     scenes: Vec<PathBuf>,
-    /// Draw it into an SVG or PNG file; if its loops cannot be closed, the best attempt with the gap in red
+    /// Draw it into an SVG or PNG file; if it cannot be assembled as it is written, the pose that was found, with gaps in red
     #[arg(long, value_name = "FILE")]
     drawing: Option<PathBuf>,
 }
@@ -90,11 +90,15 @@ impl Check {
         }
     }
 
-    /// Draws what comes closest to a mechanism whose loops cannot be closed.
+    /// Draws what comes closest to a mechanism that cannot be assembled, or says that it does not.
     fn draw_attempt(&self, scene: &Scene, format: MessageFormat) -> Result<(), Failure> {
-        let (Some(path), Ok(resolved)) = (&self.drawing, scene.resolve()) else { return Ok(()) };
-        let Some(mut attempt) = attempt(&resolved.mechanism) else { return Ok(()) };
-        output::picture(path, &draw_attempt(&mut attempt).svg(), "the best attempt, with the gap in red", format)
+        let Some(path) = &self.drawing else { return Ok(()) };
+        let Some(mut attempt) = scene.resolve().ok().and_then(|resolved| attempt(&resolved.mechanism)) else {
+            say(&format!("`{}` is not written: what is wrong leaves no pose to draw\n", path.display()));
+            return Ok(());
+        };
+        let what = if attempt.is_closed { "the pose that was found" } else { "the best attempt, with the gap in red" };
+        output::picture(path, &draw_attempt(&mut attempt).svg(), what, format)
     }
 }
 
