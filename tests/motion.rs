@@ -499,7 +499,10 @@ fn the_report_is_a_text_a_table_and_a_plot() {
     .unwrap();
     let kinematic = stdout(&cotree(Path::new(folder.path()), &["motion", "b.toml"]));
     assert!(
-        kinematic.contains("time ratio 1.35557") && !kinematic.contains("torque") && !kinematic.contains("inertia"),
+        kinematic.contains("time ratio 1.35557")
+            && kinematic.contains("there are no forces to tell of")
+            && kinematic.contains("transmission angle at `B` 26.3843 deg")
+            && !kinematic.contains("torque"),
         "{kinematic}"
     );
 }
@@ -648,7 +651,8 @@ fn a_slot_is_driven_by_its_displacement() {
     let run = |more: &[&str]| cotree(folder.path(), &[&["motion", "a.toml", "--output", "O"], more].concat());
     for input in [&[][..], &["--input", "d"]] {
         let text = stdout(&run(&[input, &["--range", "-30 mm..45 mm"]].concat()));
-        assert!(text.starts_with("scotch_yoke: `pin.s` moves from -30 mm to 45 mm\n"), "{text}");
+        let first = "scotch_yoke: `pin.s` moves from -30 mm to 45 mm, at 2 m/s as at the start of the scene\n";
+        assert!(text.starts_with(first), "{text}");
     }
     let text = stdout(&run(&["--input", "pin"]));
     assert!(text.starts_with("scotch_yoke: `pin` turns fully"), "{text}");
@@ -671,12 +675,188 @@ fn an_output_that_the_replaced_driver_computes_is_refused() {
         "{}",
         stderr(&output)
     );
-    // What there are no masses for is said, not left out.
-    std::fs::write(
-        folder.path().join("b.toml"),
-        SCOTCH_YOKE.replace("mass = 2", "").replace("mass = 1, inertia = 1e-3, ", ""),
+}
+
+/// A lever that is lifted from any start: its weight's torque is m g l cos, its tip at l sin.
+fn lever(start: &str) -> String {
+    format!(
+        "name = \"lever\"\ngravity = [0, -10]\n[bodies]\nbar = {{ mass = 2, inertia = 0, com = [0.5, 0], points = {{ o = [0, 0], tip = [0.8, 0] }} }}\n\
+         [joints]\npin = {{ type = \"revolute\", between = [\"ground\", \"bar.o\"] }}\n[initial]\n\"bar.angle\" = \"{start}\"\n"
     )
-    .unwrap();
-    let output = cotree(folder.path(), &["motion", "b.toml", "--input", "O", "--output", "pin.fn"]);
-    assert!(code(&output) == 2 && stderr(&output).contains("no masses"), "{}", stderr(&output));
+}
+
+#[test]
+fn a_range_is_sampled_from_end_to_end_wherever_the_scene_starts() {
+    let arguments = ["--input", "pin", "--output", "bar.tip.y", "--speed", "1e-5 rad/s"];
+    for start in ["7 deg", "0 deg", "-31 deg", "77 deg"] {
+        for [from, to] in [[-10.0, 40.0], [40.0, -10.0]] {
+            let range = format!("{from} deg..{to} deg");
+            let figures = motion(&lever(start), &[&arguments[..], &["--range", &range]].concat());
+            let inputs = values(&figures, "pin");
+            assert_eq!(inputs.len(), 721);
+            for (found, wanted) in [(inputs[0], from), (inputs[720], to), (inputs[360], 15.0)] {
+                assert!((found - wanted * DEG).abs() < 1e-12, "{start} {range}: {found}");
+            }
+            follows(&figures, "drive", 1e-8, |angle| 10.0 * angle.cos());
+            follows(&figures, "bar.tip.y'", 1e-9, |angle| 0.8 * angle.cos());
+            let stroke = 0.8 * ((40.0 * DEG).sin() + (10.0 * DEG).sin());
+            check(&figures, &[("/stroke", stroke), ("/drive/min/value", 10.0 * (40.0 * DEG).cos())]);
+        }
+    }
+}
+
+/// Numbers of the first column of the printed table.
+fn rows(text: &str) -> Vec<f64> {
+    let table = text.split("\n\n").nth(1).unwrap();
+    table.lines().skip(1).map(|line| line.split_whitespace().next().unwrap().parse().unwrap()).collect()
+}
+
+#[test]
+fn rows_stand_where_they_were_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("a.toml"), lever("3 deg")).unwrap();
+    std::fs::write(folder.path().join("b.toml"), CRANK_ROCKER).unwrap();
+    let run = |scene: &str, more: &[&str]| stdout(&cotree(folder.path(), &[&["motion", scene], more].concat()));
+    let lever = |range: &str, every: &str| {
+        rows(&run("a.toml", &["--input", "pin", "--output", "bar.tip.y", "--range", range, "--every", every]))
+    };
+    assert_eq!(lever("0 deg..50 deg", "20 deg"), [0.0, 20.0, 40.0, 50.0]);
+    assert_eq!(lever("50 deg..1 deg", "17 deg"), [50.0, 33.0, 16.0, 1.0]);
+    assert_eq!(lever("0 deg..5 deg", "7 deg"), [0.0, 5.0]);
+    let turn = run("b.toml", &["--input", "O2", "--output", "O4", "--every", "51.3 deg"]);
+    assert_eq!(rows(&turn), [0.0, 51.3, 102.6, 153.9, 205.2, 256.5, 307.8]);
+    // Between dead points at round places, and at both ends of what is sampled.
+    let rocker = run("b.toml", &["--input", "O4", "--output", "O2", "--every", "20 deg"]);
+    let places = rows(&rocker);
+    assert_eq!(places[1..places.len() - 1], [60.0, 80.0, 100.0, 120.0], "{rocker}");
+    for wrong in ["0 deg", "-3 deg", "1e-9 deg"] {
+        let output = cotree(folder.path(), &["motion", "a.toml", "--input", "pin", "--every", wrong]);
+        assert!(code(&output) == 2 && stderr(&output).contains("--every"), "{wrong}: {}", stderr(&output));
+    }
+}
+
+/// The output turns from 100 degrees on, as 0.8 - 0.3 sin(in): near the dead points everything that moves there grows.
+#[test]
+fn what_grows_without_bound_at_dead_points_has_no_peak() {
+    let figures = motion(SLIDER_CRANK, &["--input", "guide", "--output", "O2", "--speed", "0.4 m/s"]);
+    let ends = [number(&figures, "/range/0"), number(&figures, "/range/1")];
+    for own in ["drive", "power", "inertia", "shaking_force", "joint_force_index"] {
+        let unbounded = &figures[own]["unbounded"];
+        assert_eq!(unbounded["at"], serde_json::json!(ends), "{own}");
+        let distance = number(unbounded, "/distance");
+        assert!(distance > 0.02 * (ends[1] - ends[0]) && distance < 0.022 * (ends[1] - ends[0]), "{own} {distance}");
+    }
+    // The crank with the slider at s: by the law of cosines; its inertia as the slide feels it grows as 1/distance.
+    let distance = number(&figures, "/inertia/unbounded/distance");
+    let inner = [ends[0] + distance, ends[1] - distance].map(|end| format!("{:?} m", end)).join("..");
+    let inside = motion(SLIDER_CRANK, &["--input", "guide", "--output", "O2", "--speed", "0.4 m/s", "--range", &inner]);
+    assert!(inside["inertia"]["unbounded"].is_null());
+    for path in ["/inertia/max/value", "/drive/max/value", "/drive/min/value"] {
+        check_to(1e-6, &figures, &[(path, number(&inside, path))]);
+    }
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("a.toml"), SLIDER_CRANK).unwrap();
+    let text = stdout(&cotree(folder.path(), &["motion", "a.toml", "--input", "guide", "--output", "O2"]));
+    assert!(text.contains("drive force grows without bound towards 97.9796 mm and 198.997 mm; at least 2."), "{text}");
+    // With a crank that turns fully everything stays bounded.
+    assert!(motion(SLIDER_CRANK, &[])["drive"]["unbounded"].is_null());
+}
+
+/// A crank slides in its guide: at the dead point of the rocker the links are in line, where the transmission angle is zero.
+#[test]
+fn a_transmission_angle_is_followed_into_the_dead_point() {
+    let figures = motion(CRANK_ROCKER, &["--input", "O4", "--output", "O2"]);
+    let angle = figures["transmission"].as_array().unwrap().iter().find(|own| own["joint"] == "A").unwrap();
+    assert!(number(angle, "/min/value") < 1e-3, "{angle}");
+}
+
+/// A cam raises a lever and lets it rest; a link stands on the lever, whose direction of motion at rest is that of a turn about its pivot.
+#[test]
+fn a_follower_at_rest_transmits_as_next_to_its_rest() {
+    let scene = r#"
+name = "dwelling"
+ground.points = { pivot = ["200 mm", 0], guide = ["330 mm", 0] }
+[bodies]
+cam   = {}
+lever = { points = { o = [0, 0], roller = ["-200 mm", "70 mm"], out = ["150 mm", 0] } }
+link  = { points = { top = [0, "100 mm"], low = [0, "-100 mm"] } }
+ram   = {}
+[joints]
+shaft = { type = "revolute", between = ["ground", "cam"] }
+pivot = { type = "revolute", between = ["ground.pivot", "lever.o"] }
+track = { type = "cam", between = ["cam", "lever.roller"], shaft = "shaft", guide = "pivot", base = "50 mm", roller = "15 mm", side = "right", law = "10[deg]*(cycloidal(angle/2) - cycloidal((angle - 3)/2))" }
+top   = { type = "revolute", between = ["lever.out", "link.top"] }
+low   = { type = "revolute", between = ["link.low", "ram"] }
+guide = { type = "prismatic", between = ["ground.guide", "ram"], axis = [0, 1] }
+[drivers]
+motor = { joint = "shaft", angle = "t" }
+"#;
+    let figures = motion(scene, &["--input", "shaft", "--output", "guide"]);
+    let angles = values(&figures, "transmission at low");
+    let [least, most] = [f64::min, f64::max].map(|of| angles.iter().copied().reduce(of).unwrap());
+    // In its guide the ram moves upright: the angle is that of the link from the horizontal.
+    let links = values(&figures, "guide");
+    assert_eq!(links.len(), angles.len());
+    assert!(least > 60.0 * DEG && most <= 90.0 * DEG, "{least} to {most}");
+    let jumps = angles.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max);
+    assert!(jumps < 0.01, "{jumps}");
+    check(&figures["transmission"][0], &[("/min/value", least)]);
+}
+
+/// 300 N on the slide: the crank's torque is 300 N times the influence coefficient of the slide, by virtual work.
+#[test]
+fn without_masses_the_loads_still_act() {
+    let heavy = [", inertia = 1e-3, com = [\"10 mm\", 0]", ", inertia = 2.5e-3, com = [\"50 mm\", 0]"];
+    let light = heavy.iter().fold(SLIDER_CRANK.to_owned(), |scene, own| scene.replace(own, ""));
+    let light = light.replace("mass = 1,", "").replace("mass = 0.8,", "").replace("mass = 1.2 ", "");
+    let load = "[loads.push]\ntype = \"force\"\non = \"slider\"\nvector = [-300, 0]\n";
+    let scene = format!("{light}{load}");
+    for speed in ["0", "5 rad/s"] {
+        let figures = motion(&scene, &["--output", "guide", "--speed", speed]);
+        let wanted: Vec<f64> = values(&figures, "guide'").iter().map(|slope| 300.0 * slope).collect();
+        let found = values(&figures, "drive");
+        assert!(found.iter().zip(&wanted).all(|(a, b)| (a - b).abs() < 1e-9), "{speed}");
+        assert_eq!(figures["lacking"], serde_json::json!(["crank", "rod", "slider"]));
+        assert!(
+            figures["inertia"].is_null() && figures["shaking_force"].is_null() && figures["transmission"].is_array()
+        );
+        check(joint(&figures, "O2"), &[("/max/value", 300.0 / (1.0 - (7.0f64 / 15.0).powi(2)).sqrt())]);
+    }
+    // Gravity alone at rest: with masses, and with them the torque is that of their weights.
+    let still = motion(&lever("3 deg"), &["--input", "pin", "--output", "bar.tip.y", "--speed", "0"]);
+    follows(&still, "drive", 1e-9, |angle| 10.0 * angle.cos());
+    assert!(still["power"].is_null() && still["shaking_force"].is_null());
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("a.toml"), &scene).unwrap();
+    let run = |more: &[&str]| cotree(folder.path(), &[&["motion", "a.toml", "--input", "O2"], more].concat());
+    let text = stdout(&run(&[]));
+    assert!(text.lines().next().unwrap().ends_with(", at 1 rad/s, which is assumed: say --speed"), "{text}");
+    assert!(text.contains("no mass or no inertia is given for `crank`, `rod`, `slider`: forces are without"), "{text}");
+    let still = stdout(&run(&["--speed", "0"]));
+    assert!(still.lines().next().unwrap().ends_with(", at rest in each pose: the forces are static"), "{still}");
+    for (more, message) in [
+        (&["--speed", "0", "--output", "slider.vx"][..], "`slider.vx` is 0 where nothing moves"),
+        (&["--speed", "0", "--fluctuation", "0.1"][..], "does not fluctuate"),
+        (&["--speed", "-1 rad/s"][..], "goes backwards"),
+        (&["--range", "5 deg..5 deg"][..], "is none"),
+    ] {
+        let output = run(more);
+        assert!(code(&output) == 2 && stderr(&output).contains(message), "{more:?}: {}", stderr(&output));
+    }
+}
+
+#[test]
+fn powers_have_the_prefix_of_forces_and_areas_no_sign() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("a.toml"), CRANK_ROCKER).unwrap();
+    let run = |more: &[&str]| {
+        stdout(&cotree(folder.path(), &[&["motion", "a.toml", "--input", "O2", "--speed", "20 rad/s"], more].concat()))
+    };
+    let text = run(&["--units", "kN"]);
+    assert!(text.contains("drive power -0.026446 kW (at"), "{text}");
+    assert!(run(&[]).contains("drive power -26.446 W (at"));
+    let path = run(&["--point", "crank.a"]);
+    assert!(path.contains(", encloses 5026.55 mm2 counter-clockwise"), "{path}");
+    let clockwise = run(&["--point", "coupler.n"]);
+    assert!(!clockwise.contains("encloses -"), "{clockwise}");
 }

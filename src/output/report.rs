@@ -284,6 +284,14 @@ pub fn composed(units: &Units, si: &str) -> DisplayUnit {
             let [above, below] = [above, below].map(part);
             made(format!("{}/{}", above.name, below.name), above.factor / below.factor)
         }
+        // The power of forces in kilonewtons is one in kilowatts.
+        None if si == "W" && shown(units, si).name == si => {
+            let force = shown(units, "N");
+            match force.name.strip_suffix('N') {
+                Some(prefix @ ("k" | "M")) => made(format!("{prefix}W"), force.factor),
+                Some(_) | None => made(si.to_owned(), 1.0),
+            }
+        }
         None if si == "m2" => {
             let metre = shown(units, "m");
             made(format!("{}2", metre.name), metre.factor * metre.factor)

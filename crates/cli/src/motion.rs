@@ -14,7 +14,7 @@ use super::{MessageFormat, output, study};
 
 /// Say what a mechanism does in one turn or stroke of its input: range, limits, transmission, drive, reactions, shaking
 ///
-/// The input moves with constant speed. What the scene gives no masses for is left out. Transmission angles are 90 degrees less the angle between the
+/// The input moves with constant speed, which the first line says, or with --speed 0 nothing moves and forces are static. Without masses forces are those of the loads. Transmission angles are 90 degrees less the angle between the
 /// static force that a load on the output makes at a joint, and the path of that joint; the joint-force index is the largest joint force for a
 /// load of one. The shaking moment is about the input joint.
 #[derive(Args)]
@@ -33,13 +33,13 @@ pub struct Motion {
     /// What is of interest: a joint on the ground, a variable such as `table.y`, or an output of the scene [default: the first other joint that can move]
     #[arg(id = "of_interest", long = "output", value_name = "NAME")]
     of_interest: Option<String>,
-    /// Speed of the input, such as "20 rad/s" or "300 rpm" [default: that at the start of the scene, or 1 rad/s]
+    /// Speed of the input, such as "20 rad/s" or "300 rpm"; 0: forces at rest [default: that at the start of the scene, or 1 rad/s, or 1 m/s]
     #[arg(long, value_name = "SPEED")]
     speed: Option<String>,
-    /// From where to where the input moves, such as "-30..60 deg" [default: one turn, or as far as it goes both ways]
+    /// From where to where the input moves, such as "-30..60 deg", or backwards "60..-30 deg" [default: one turn, or as far as it goes both ways]
     #[arg(long, value_name = "FROM..TO", allow_hyphen_values = true)]
     range: Option<String>,
-    /// A row of the printed table every so much of the input, such as "30 deg" [default: a twelfth of a turn or of the range]
+    /// A row of the printed table every so much of the input, such as "30 deg": from the beginning of --range on, else at its multiples [default: a twelfth of a turn or of the range]
     #[arg(long, value_name = "STEP")]
     every: Option<String>,
     /// A point whose path is described: length, area, inflections, cusps, crossings
@@ -78,9 +78,7 @@ impl Motion {
         }
         let units = self.units(&scene)?;
         let figures = motion::study(&scene, &Request { units: units.clone(), ..self.request(&scene)? })?;
-        let step = |text: &String| motion::step(text, figures.input.angular);
-        let every = self.every.as_ref().map(step).transpose();
-        let report = figures.report(every.map_err(|message| Failure::Usage(format!("--every: {message}")))?);
+        let report = figures.report();
         if let Some(path) = &self.table {
             output::write(path, report.csv(&units))?;
             output::wrote(path, &format!("{} rows", report.sheet.rows.len()), format);
@@ -109,8 +107,8 @@ impl Motion {
         let range = match self.range.as_deref().map(|range| range.split_once("..").ok_or(range)) {
             None => None,
             Some(Ok((from, to))) => {
-                let [from, to] = compile::both(from, to, &input).map_err(|message| wrong("range", message))?;
-                Some([from.min(to), from.max(to)])
+                let both = compile::both(from, to, &input).map_err(|message| wrong("range", message))?;
+                Some(both)
             }
             Some(Err(range)) => return Err(wrong("range", format!("write `from..to`, not `{range}`"))),
         };
@@ -122,7 +120,8 @@ impl Motion {
             return Err(wrong("dwell", "must be above zero".to_owned()));
         }
         let speed = self.speed.as_deref().map(|speed| number("speed", speed, &input.per_second())).transpose()?;
-        Ok(Request { speed, range, point: self.point.clone(), dwell, fluctuation: self.fluctuation, ..names })
+        let every = self.every.as_deref().map(|every| number("every", every, &input)).transpose()?;
+        Ok(Request { speed, range, every, point: self.point.clone(), dwell, fluctuation: self.fluctuation, ..names })
     }
 
     /// Those of the command line, of the scene, and then those that people think of mechanisms in.

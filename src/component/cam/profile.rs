@@ -266,7 +266,9 @@ impl Profile {
             let size = sizes[best].max(-of(&self.narrowed(around, &of)));
             size * beta.powi(order as i32) / rise.abs()
         };
-        Some(Phase { from, to, rise, peaks: [peak(1), peak(2), peak(3)] })
+        // One that begins where the turn ends begins with the next.
+        let turn = if from > TAU * (1.0 - 1e-12) { TAU } else { 0.0 };
+        Some(Phase { from: from - turn, to: to - turn, rise, peaks: [peak(1), peak(2), peak(3)] })
     }
 }
 

@@ -36,10 +36,10 @@ impl Moving<'_> {
     }
 }
 
-/// Both kinds; the speed of the input is the measure of standing still.
-pub fn centres(mechanism: &Mechanism, table: &Table, speed: f64) -> (Vec<Centres>, Vec<RelativeCentres>) {
+/// Both kinds; the size of the input's rate is the measure of standing still.
+pub fn centres(mechanism: &Mechanism, table: &Table, rate: f64) -> (Vec<Centres>, Vec<RelativeCentres>) {
     let bodies: Vec<Moving> = mechanism.bodies.iter().filter_map(|body| moving(&body.name, table)).collect();
-    let along = |of: &dyn Fn(usize) -> [f64; 3]| (0..table.count()).map(|index| centre(of(index), speed)).collect();
+    let along = |of: &dyn Fn(usize) -> [f64; 3]| (0..table.count()).map(|index| centre(of(index), rate)).collect();
     let own = |body: &Moving| Centres { body: body.name.to_string(), at: along(&|index| body.at(index)) };
     let mut relative = Vec::new();
     for (index, first) in bodies.iter().enumerate() {
@@ -61,6 +61,6 @@ fn moving<'m>(name: &'m str, table: &Table) -> Option<Moving<'m>> {
 }
 
 /// Where a motion with this angular velocity, and this velocity in the origin, has none: v + omega k x r = 0.
-fn centre([omega, vx, vy]: [f64; 3], speed: f64) -> Option<[f64; 2]> {
-    (omega.abs() > 1e-12 * speed).then(|| [-vy / omega, vx / omega])
+fn centre([omega, vx, vy]: [f64; 3], rate: f64) -> Option<[f64; 2]> {
+    (omega.abs() > 1e-12 * rate.abs()).then(|| [-vy / omega, vx / omega])
 }

@@ -61,7 +61,7 @@ pub fn path(table: &Table, point: &str) -> Option<Path> {
     let across = vx.with(&ay, |v, a| v * a).minus(&vy.with(&ax, |v, a| v * a));
     let [dx, dy] = [x.slope(), y.slope()];
     let way = dx.with(&dy, f64::hypot);
-    let span = if table.periodic { std::f64::consts::TAU } else { table.input(table.count() - 1) - table.input(0) };
+    let span = x.span();
     let area = x.with(&dy, |x, dy| x * dy).minus(&y.with(&dx, |y, dx| y * dx));
     let least = 1e-9 * speed.max().value;
     let radius = |(&speed, &across): (&f64, &f64)| {

@@ -1,14 +1,15 @@
 //! A scene that is driven at one joint with constant speed, through one turn or a given range.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use cotree::compile::compile;
 use cotree::component::body::{POINT_VARIABLES, VARIABLES};
-use cotree::mechanism::{Class, Dimension, JointId, Mechanism, Part, Place, Quantity};
+use cotree::formulate;
+use cotree::mechanism::{Body, Class, Dimension, JointId, Mechanism, Part, Place, Quantity};
 use cotree::scene::constant::evaluate;
-use cotree::scene::{Driver, Faults, Load, Scene, Text};
+use cotree::scene::{Driver, Faults, Input, Load, Scene, Text};
 use cotree::simulate::{RunError, SimulateError};
 use cotree_fmu::instance::{Instance, InstanceError};
 use cotree_fmu::model::Model;
@@ -17,12 +18,18 @@ use super::samples::{ANGULAR, Derivatives, SLIDING, Samples};
 use super::{Drive, MotionError};
 
 /// Samples of one turn, and of a range, that are shown.
-const COUNT: usize = 720;
+pub const COUNT: usize = 720;
+/// The tolerance of the runs: the finest but for rounding errors.
+const TOLERANCE: f64 = 1e-12;
+/// A start nearer to the first sample than this share of a step is there.
+const AT_ONCE: f64 = 1e-9;
 /// Samples of each piece of a cam's law between two of its switches, at least, and so many for each that is shown, at most.
 const PIECE: f64 = 12.0;
 const FINEST: usize = 256;
 /// The driver that moves the input.
 const DRIVER: &str = "cotree_drive";
+/// Where the input is held.
+const PLACE: &str = "cotree_place";
 
 /// Values of variables over the input.
 #[derive(Clone, Debug)]
@@ -38,6 +45,11 @@ impl Table {
     /// A variable; none if the scene lacks what it needs.
     pub fn get(&self, name: &str) -> Option<Samples> {
         Some(Samples::new(self.grid, self.columns.get(name)?.clone(), self.periodic))
+    }
+
+    /// The same with what belongs to each sample instead, or besides.
+    fn with(self, columns: HashMap<String, Vec<f64>>) -> Table {
+        Table { columns: self.columns.into_iter().chain(columns).collect(), ..self }
     }
 
     /// Values that are made of others, for each sample.
@@ -93,17 +105,21 @@ pub fn moves(driver: &Part, (id, motion): (JointId, Derivatives), joint: &Part) 
     beside && motion_by(driver.component().name) == motion
 }
 
-/// The scene driven from its start, or from a way before it on, reporting everything that can be computed beside what it reports already.
-pub fn driven(scene: &Scene, mechanism: &Mechanism, drive: &Drive, direction: f64, ahead: f64) -> Scene {
+/// The scene driven from a place on, forwards or backwards, reporting everything that can be computed beside what it reports already.
+pub fn driven(scene: &Scene, mechanism: &Mechanism, drive: &Drive, from: f64, direction: f64) -> Scene {
+    driven_by(scene, mechanism, drive, &format!("{from:?} + {:?}*t", direction * drive.pace()))
+}
+
+/// The scene whose input follows a law.
+fn driven_by(scene: &Scene, mechanism: &Mechanism, drive: &Drive, law: &str) -> Scene {
     let joint = &mechanism.joints[drive.joint.0];
     let mut driven = scene.clone();
     let moves_it = |driver: &&Part| moves(driver, (drive.joint, drive.motion), joint);
     let replaced: Vec<&str> = mechanism.drivers.iter().filter(moves_it).map(|part| &*part.name).collect();
     driven.drivers.retain(|driver| !replaced.contains(&driver.name.text.as_str()));
-    let motion = format!("{:?} + {:?}*t", drive.start + ahead, direction * drive.speed);
     let driver = match drive.motion {
-        SLIDING => Driver::displacement(&joint.name, motion.as_str()),
-        _ => Driver::angle(&joint.name, motion.as_str()),
+        SLIDING => Driver::displacement(&joint.name, law),
+        _ => Driver::angle(&joint.name, law),
     };
     driven = driven.driver(DRIVER, driver);
     // Rates follow from the drive; positions pick the assembly.
@@ -114,6 +130,7 @@ pub fn driven(scene: &Scene, mechanism: &Mechanism, drive: &Drive, direction: f6
     let more = names(mechanism).into_iter().filter(|name| !asked.contains(name));
     driven.outputs.variables.extend(more.map(|name| Text::from(name.as_str())));
     driven.experiment.start = Some(0.0.into());
+    driven.experiment.tolerance = Some(TOLERANCE.into());
     driven
 }
 
@@ -138,26 +155,47 @@ pub fn names(mechanism: &Mechanism) -> Vec<String> {
     names
 }
 
-/// Runs a driven scene over so many steps of the input. Efforts are left out if the scene lacks masses for them.
+/// Runs a driven scene over so many steps of the input. Efforts are left out if the scene lacks masses for them, or where those at rest are asked for.
 fn run(
     mut scene: Scene,
     mechanism: &Mechanism,
     drive: &Drive,
     [step, count]: [f64; 2],
 ) -> Result<HashMap<String, Vec<f64>>, SimulateError> {
-    let effort = if drive.motion == SLIDING { Quantity::Force } else { Quantity::Torque };
-    scene.experiment.step = Some((step / drive.speed).into());
-    scene.experiment.stop = Some((step * count / drive.speed).into());
-    scene.experiment.tolerance = Some(1e-12.into());
-    let compiled = match compile(&scene.clone().output(&effort.of(DRIVER))) {
-        Err(faults) if lacks_masses(&faults) => {
-            scene.outputs.variables.retain(|name| !is_effort(mechanism, &name.text));
-            compile(&scene)?
-        }
-        compiled => compiled?,
+    scene.experiment.step = Some((step / drive.pace()).into());
+    scene.experiment.stop = Some((step * count / drive.pace()).into());
+    let moved = scene.clone().output(&effort(drive));
+    let compiled = match (drive.speed != 0.0).then(|| compile(&moved)) {
+        Some(Err(faults)) if !lacks_masses(&faults) => return Err(faults.into()),
+        Some(Ok(compiled)) => compiled,
+        Some(Err(_)) | None => compile(&without_efforts(scene, mechanism))?,
     };
     let results = compiled.simulate()?;
     Ok(results.columns().iter().map(|column| (column.name.clone(), column.values.clone())).collect())
+}
+
+/// The variable that says what the drive exerts.
+fn effort(drive: &Drive) -> String {
+    if drive.motion == SLIDING { Quantity::Force } else { Quantity::Torque }.of(DRIVER)
+}
+
+fn without_efforts(mut scene: Scene, mechanism: &Mechanism) -> Scene {
+    scene.outputs.variables.retain(|name| !is_effort(mechanism, &name.text));
+    scene
+}
+
+/// The bodies whose mass or moment of inertia the efforts of a driven scene need and do not have.
+///
+/// # Errors
+/// The driven scene is at fault.
+pub fn lacking(scene: &Scene, mechanism: &Mechanism, drive: &Drive) -> Result<Vec<String>, Faults> {
+    let driven = driven(scene, mechanism, drive, drive.start, 1.0).output(&effort(drive));
+    let driven = driven.resolve()?.mechanism;
+    let lacking = formulate::lacking(&driven).map_err(|list| Faults::new(scene.source.clone(), list))?;
+    // Of each effort one body is named; a mass that is missing is missing for some.
+    let needed: BTreeSet<usize> = lacking.into_iter().map(|(_, body, _)| body).collect();
+    let lacks = |(index, body): &(usize, &Body)| needed.contains(index) || !needed.is_empty() && body.mass.is_none();
+    Ok(driven.bodies.iter().enumerate().filter(lacks).map(|(_, body)| body.name.to_string()).collect())
 }
 
 fn lacks_masses(faults: &Faults) -> bool {
@@ -177,10 +215,65 @@ pub fn sample(scene: &Scene, mechanism: &Mechanism, drive: &Drive, load: Option<
         Some(load) => scene.clone().load("cotree_unit_load", load),
         None => scene.clone(),
     };
-    match drive.range {
+    let table = match drive.range {
         None => turn(&scene, mechanism, drive),
         Some(range) => stroke(&scene, mechanism, drive, range),
+    }?;
+    if drive.speed != 0.0 {
+        return Ok(table);
     }
+    let at_rest = at_rest(&scene, mechanism, drive, &table)?;
+    Ok(table.with(at_rest))
+}
+
+/// What acts in each pose of a table while nothing moves, and what else the scene asks for. Where time matters it is that of the start.
+fn at_rest(
+    scene: &Scene,
+    mechanism: &Mechanism,
+    drive: &Drive,
+    table: &Table,
+) -> Result<HashMap<String, Vec<f64>>, SimulateError> {
+    let asked = |name: &str| scene.outputs.variables.iter().any(|asked| asked.text == name);
+    let expression = |name: &str| scene.outputs.expressions.iter().any(|own| own.name.text == name);
+    let effort = effort(drive);
+    let is_wanted = |name: &str| asked(name) || expression(name) || name == effort || is_effort(mechanism, name);
+    let mut still = driven_by(scene, mechanism, drive, PLACE).input(PLACE, Input::new(table.input(0)));
+    still = assembled_at(still, mechanism, |name| Some(*table.columns.get(name)?.first()?));
+    let compiled = compile(&still.output(&effort))?;
+    let model = Arc::new(Model::new(compiled.program.clone()).map_err(RunError::from)?);
+    if !model.is_driven() {
+        let what = "where nothing moves forces are those of a rest only if the input determines the whole pose: give a speed, or hold what else can move";
+        return Err(SimulateError::Settings(vec![what.to_owned()]));
+    }
+    let variables = &compiled.description.variables;
+    let named = |index: usize| (index, variables[index].name.clone());
+    let reported = compiled.reported().into_iter().map(named).filter(|(_, name)| is_wanted(name));
+    let reported: Vec<(usize, String)> = reported.collect();
+    let mut instance = Instance::new(model);
+    let mut columns: HashMap<String, Vec<f64>> = reported.iter().map(|(_, name)| (name.clone(), Vec::new())).collect();
+    for index in 0..table.count() {
+        pose(&mut instance, mechanism, table, index).map_err(RunError::from)?;
+        for (variable, name) in &reported {
+            let value = instance.get(*variable).map_err(RunError::from)?;
+            columns.entry(name.clone()).or_default().push(value);
+        }
+    }
+    Ok(columns)
+}
+
+/// Puts the mechanism at rest into the pose of a sample.
+fn pose(instance: &mut Instance, mechanism: &Mechanism, table: &Table, index: usize) -> Result<(), InstanceError> {
+    instance.reset();
+    instance.setup(0.0, None, Some(TOLERANCE))?;
+    let bodies = mechanism.bodies.iter().flat_map(|body| POSE.map(|own| own.of(&body.name)));
+    let guesses = bodies.filter_map(|name| Some((*table.columns.get(&name)?.get(index)?, name)));
+    for (value, name) in guesses.chain([(table.input(index), PLACE.to_owned())]) {
+        let variable = instance.variable(&name);
+        if let Some(variable) = variable.filter(|variable| !instance.is_calculated(*variable)) {
+            instance.set(variable, value)?;
+        }
+    }
+    instance.initialise()
 }
 
 /// One turn from the first round angle after the start; the table begins at angle 0 if the turn closes.
@@ -190,7 +283,7 @@ fn turn(scene: &Scene, mechanism: &Mechanism, drive: &Drive) -> Result<Table, Si
     let beside = if drive.between { 0.5 * step } else { 0.0 };
     let first = ((drive.start - beside) / shown - 1e-9).ceil();
     let begin = first * shown + beside;
-    let scene = driven(scene, mechanism, drive, 1.0, begin - drive.start);
+    let scene = driven(scene, mechanism, drive, begin, 1.0);
     let mut columns = run(scene, mechanism, drive, [step, count as f64])?;
     let periodic = closes(&columns, mechanism, count);
     if !periodic {
@@ -236,24 +329,20 @@ fn closes(columns: &HashMap<String, Vec<f64>>, mechanism: &Mechanism, count: usi
     mechanism.bodies.iter().all(|body| POSE.into_iter().all(|quantity| same(&body.name, quantity)))
 }
 
-/// A range from its lower to its upper end. Forces may depend on the direction: backwards the input only goes to where the samples begin.
-fn stroke(scene: &Scene, mechanism: &Mechanism, drive: &Drive, [low, high]: [f64; 2]) -> Result<Table, SimulateError> {
-    let count = COUNT * drive.fineness;
-    let step = (high - low) / count as f64;
-    let [before, after] = [drive.start - low, high - drive.start]
-        .map(|way| (way / step * (1.0 + 1e-12)).floor().clamp(0.0, count as f64));
-    let mut forwards = driven(scene, mechanism, drive, 1.0, -before * step);
-    if before >= 1.0 {
-        let backwards = driven(scene, mechanism, drive, -1.0, 0.0);
-        forwards = beginning(forwards, mechanism, &run(backwards, mechanism, drive, [step, before])?);
+/// A range from one end to the other. Forces may depend on the direction: to where the samples begin the input only goes.
+fn stroke(scene: &Scene, mechanism: &Mechanism, drive: &Drive, [from, to]: [f64; 2]) -> Result<Table, SimulateError> {
+    let count = drive.shown * drive.fineness;
+    let step = (to - from) / count as f64;
+    let way = from - drive.start;
+    let mut there = driven(scene, mechanism, drive, from, drive.direction());
+    if way.abs() > AT_ONCE * step.abs() {
+        let approach = driven(scene, mechanism, drive, drive.start, way.signum());
+        let approach = without_efforts(approach, mechanism);
+        let columns = run(approach, mechanism, drive, [way.abs(), 1.0])?;
+        there = assembled_at(there, mechanism, |name| columns.get(name)?.last().copied());
     }
-    let columns = run(forwards, mechanism, drive, [step, before + after])?;
-    Ok(Table { grid: [drive.start - before * step, step], periodic: false, columns })
-}
-
-/// The scene assembled where a run has ended.
-fn beginning(scene: Scene, mechanism: &Mechanism, columns: &HashMap<String, Vec<f64>>) -> Scene {
-    assembled_at(scene, mechanism, |name| columns.get(name)?.last().copied())
+    let columns = run(there, mechanism, drive, [step.abs(), count as f64])?;
+    Ok(Table { grid: [from, step], periodic: false, columns })
 }
 
 /// The variables that say where a body is.
@@ -278,20 +367,21 @@ pub fn size(mechanism: &Mechanism) -> f64 {
     2.0 * lengths.map(|[x, y]| x.hypot(y)).sum::<f64>()
 }
 
-/// Do branches of the motion cross within a full turn?
+/// Where branches of the motion cross within a full turn.
 ///
 /// # Errors
 /// The motion cannot be found or continued.
-pub fn passes_change_points(scene: &Scene, mechanism: &Mechanism, drive: &Drive) -> Result<bool, SimulateError> {
-    let mut scene = driven(scene, mechanism, drive, 1.0, 0.0);
+pub fn change_points(scene: &Scene, mechanism: &Mechanism, drive: &Drive) -> Result<Vec<f64>, SimulateError> {
+    let mut scene = driven(scene, mechanism, drive, drive.start, 1.0);
     scene.outputs.variables.clear();
     let model = Arc::new(Model::new(compile(&scene)?.program).map_err(RunError::from)?);
+    let place = |time: f64| (drive.start + drive.pace() * time).rem_euclid(TAU);
     let turned = || {
         let mut instance = Instance::new(model.clone());
         instance.setup(0.0, None, None)?;
         instance.initialise()?;
-        instance.step_to(TAU / drive.speed)?;
-        Ok(!instance.take_passages().is_empty())
+        instance.step_to(TAU / drive.pace())?;
+        Ok(instance.take_passages().iter().map(|passage| place(passage.time)).collect())
     };
     turned().map_err(|failure: InstanceError| RunError::from(failure).into())
 }
@@ -299,7 +389,7 @@ pub fn passes_change_points(scene: &Scene, mechanism: &Mechanism, drive: &Drive)
 /// How far the input can move from its start in a direction, up to the most: found by halving, then by the way in which rates grow before a
 /// fold of the motion, as 1/sqrt(distance).
 pub fn reach(scene: &Scene, mechanism: &Mechanism, drive: &Drive, direction: f64, most: f64) -> f64 {
-    let scene = driven(scene, mechanism, drive, direction, 0.0);
+    let scene = driven(scene, mechanism, drive, drive.start, direction);
     let try_it = |way: f64| run(scene.clone(), mechanism, drive, [way, 1.0]).ok();
     let (mut good, mut bad) = (0.0, most);
     for _ in 0..40 {
@@ -315,7 +405,7 @@ pub fn reach(scene: &Scene, mechanism: &Mechanism, drive: &Drive, direction: f64
     let Some(columns) = try_it(before) else { return good };
     let rates = mechanism.bodies.iter().filter_map(|body| {
         let last = |quantity: Quantity| columns.get(&quantity.of(&body.name))?.last().copied();
-        let rates = [last(Quantity::Omega)? / drive.speed, last(Quantity::Alpha)? / (drive.speed * drive.speed)];
+        let rates = [last(Quantity::Omega)? / drive.pace(), last(Quantity::Alpha)? / drive.pace().powi(2)];
         rates.iter().all(|rate| rate.is_finite()).then_some(rates)
     });
     let fastest = rates.max_by(|a, b| a[0].abs().total_cmp(&b[0].abs()));

@@ -20,10 +20,12 @@ pub struct Dwell {
 }
 
 impl Dwell {
-    /// Looks next to the two ends of the output's stroke, where it is at rest; none if it never is.
+    /// Looks next to the two ends of the output's stroke, where it is at rest; none if it never is. From the first to the last of the ends of the input, which may go backwards.
     pub fn longest(output: &Samples, limits: &[At], tolerance: f64, ends: [f64; 2], periodic: bool) -> Option<Dwell> {
+        let [first, last] = ends;
         let next_to = |limit: &At| {
-            let [from, to] = around(output, limit, tolerance, ends, periodic);
+            let [low, high] = around(output, limit, tolerance, [first.min(last), first.max(last)], periodic);
+            let [from, to] = if first <= last { [low, high] } else { [high, low] };
             Dwell { tolerance, position: limit.value, from, to }
         };
         let of_values = |of: fn(f64, f64) -> f64| limits.iter().map(|limit| limit.value).reduce(of);
@@ -33,7 +35,7 @@ impl Dwell {
             .iter()
             .filter(|limit| is_end(limit.value))
             .map(next_to)
-            .max_by(|a, b| (a.to - a.from).total_cmp(&(b.to - b.from)))
+            .max_by(|a, b| (a.to - a.from).abs().total_cmp(&(b.to - b.from).abs()))
     }
 }
 

@@ -11,26 +11,45 @@ use serde::Serialize;
 use super::cams::{Cam, cams};
 use super::centres::{Centres, RelativeCentres, centres};
 use super::curve::{self, Path};
+use super::direction::directions;
 use super::drive::{self, Table};
 use super::dwell::Dwell;
 use super::flywheel::Fluctuation;
 use super::grashof;
+use super::growth::{Figured, Unbounded};
 use super::input::Watched;
 use super::report::radius_of;
 use super::samples::{ANGULAR, At, Derivatives, Samples, lagrange};
-use super::{Drive, MotionError, Request, unit_of};
+use super::{Drive, MotionError, Places, Request, unit_of};
 use crate::contact;
 
 /// Forces below this share of the largest are rounding errors of none.
 const NOTHING: f64 = 1e-9;
 
 /// What is looked at.
+#[derive(Clone, Copy)]
 pub(super) struct Subject<'a> {
     pub scene: &'a Scene,
     pub mechanism: &'a Mechanism,
     pub drive: &'a Drive,
     pub output: Option<&'a Watched>,
     pub request: &'a Request,
+    /// Bodies without a mass that forces need.
+    pub lacking: &'a [String],
+    pub places: &'a Places,
+}
+
+/// Where the speed of the input is from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Speed {
+    /// It was asked for.
+    Asked,
+    /// The input has it at the start of the scene.
+    OfScene,
+    /// Nobody says it.
+    #[default]
+    Assumed,
 }
 
 /// What there is to say of the motion, in SI. What the scene has no masses for is absent.
@@ -42,12 +61,17 @@ pub struct Figures {
     pub input: Link,
     /// What is of interest.
     pub output: Option<Link>,
-    /// The speed of the input [rad/s] or [m/s].
+    /// The speed of the input [rad/s] or [m/s]; 0: forces are those at rest.
     pub speed: f64,
+    /// Where that is from.
+    #[serde(rename = "speed_is")]
+    pub origin: Speed,
     /// Does the scene move the input backwards? The figures are those of the way forwards.
     pub reversed: bool,
     /// Does the input turn fully, and is everything then as before?
     pub full_turn: bool,
+    /// Bodies of which no mass or moment of inertia is given that forces need: forces are those of the loads and of the other bodies.
+    pub lacking: Vec<String>,
     /// The range of the input, if it does not turn fully: where the motion folds, or what was asked for.
     pub range: Option<[f64; 2]>,
     /// Are the ends of that range dead points for this input?
@@ -67,11 +91,13 @@ pub struct Figures {
     /// Transmission angles at joints of the driven body \[rad\].
     pub transmission: Vec<Transmission>,
     /// The largest joint force for a load of 1 N.m or 1 N on the output (Holte, Chase 1994).
-    pub joint_force_index: Option<At>,
+    pub joint_force_index: Option<Largest>,
     /// What the drive must exert [N.m] or \[N\].
     pub drive: Option<Extent>,
     /// Its power \[W\].
     pub power: Option<Extent>,
+    /// Are there neither masses nor loads, and so no forces?
+    pub no_forces: bool,
     /// The forces of the joints \[N\].
     pub joints: Vec<JointForce>,
     /// The force on the ground by the moving masses \[N\].
@@ -88,6 +114,9 @@ pub struct Figures {
     pub contacts: Vec<String>,
     /// Values over the input.
     pub table: Vec<Column>,
+    /// Those of them that people read.
+    #[serde(skip)]
+    pub rows: Vec<Column>,
     /// Centres of the motion of each body against the ground, for each sample \[m\]; none while it does not turn.
     pub instant_centres: Vec<Centres>,
     /// Centres of the motion of each two bodies against each other.
@@ -111,27 +140,40 @@ impl Link {
 }
 
 /// The extremes of a quantity.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Extent {
     pub min: At,
     pub max: At,
     pub rms: f64,
     pub mean: f64,
+    /// Where it grows without bound: the figures are those of the rest.
+    pub unbounded: Option<Unbounded>,
 }
 
 /// The largest size of a force.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Peak {
     pub max: At,
     pub rms: f64,
+    /// Where it grows without bound: the figures are those of the rest.
+    pub unbounded: Option<Unbounded>,
+}
+
+/// The largest value of a ratio.
+#[derive(Clone, Debug, Serialize)]
+pub struct Largest {
+    #[serde(flatten)]
+    pub at: At,
+    /// Where it grows without bound: the figure is that of the rest.
+    pub unbounded: Option<Unbounded>,
 }
 
 /// The force of a joint.
 #[derive(Clone, Debug, Serialize)]
 pub struct JointForce {
     pub joint: String,
-    pub max: At,
-    pub rms: f64,
+    #[serde(flatten)]
+    pub peak: Peak,
 }
 
 /// The transmission angle at a joint of the driven body.
@@ -150,13 +192,22 @@ pub struct Column {
     pub values: Vec<f64>,
 }
 
+impl Column {
+    /// So many of its values, every so many.
+    pub(super) fn every(&self, first: usize, every: usize, count: usize) -> Column {
+        let values = self.values.iter().skip(first).step_by(every.max(1)).take(count).copied().collect();
+        Column { values, ..self.clone() }
+    }
+}
+
 /// Works everything out.
-pub(super) fn of(subject: &Subject, table: &Table, folds: Option<[f64; 2]>) -> Result<Figures, MotionError> {
-    let Subject { scene, mechanism, drive, output, request } = *subject;
-    let input = &mechanism.joints[drive.joint.0];
+pub(super) fn of(subject: &Subject, table: &Table) -> Result<Figures, MotionError> {
+    let Subject { scene, mechanism, drive, output, request, lacking, places } = *subject;
     let mut figures = Figures::empty(mechanism, drive, table);
-    figures.range = folds.or(drive.range);
-    figures.dead_points = folds.is_some();
+    figures.range = if let Places::Folds(folds) = places { Some(*folds) } else { drive.range };
+    figures.dead_points = matches!(places, Places::Folds(_));
+    figures.change_points = matches!(places, Places::Crossings(_));
+    figures.lacking = lacking.to_vec();
     figures.four_bar = grashof::class(mechanism, drive.joint, &request.units);
     let inputs: Vec<f64> = (0..table.count()).map(|index| table.input(index)).collect();
     let Link { name, unit, .. } = figures.input.clone();
@@ -169,23 +220,13 @@ pub(super) fn of(subject: &Subject, table: &Table, folds: Option<[f64; 2]>) -> R
         let load = unit_load(mechanism, part, motion);
         let loaded = load.map(|load| drive::sample(scene, mechanism, drive, Some(load))).transpose()?;
         if let Some(loaded) = loaded {
-            figures.transmission(mechanism, part, table, &loaded);
+            figures.transmission(subject, part, table, &loaded);
         }
     }
     figures.profiles(table);
     figures.contacts(mechanism, table, &request.units);
-    let masses = Masses::of(mechanism);
-    if let Some(effort) = table.effort() {
-        let unit = if figures.input.angular { "N.m" } else { "N" };
-        figures.push("drive", unit, &effort);
-        figures.drive = Some(Extent::of(&effort));
-        figures.power = Some(Extent::of(&effort.map(|value| value * drive.speed)));
-    }
-    figures.forces(mechanism, table);
-    if let Some(masses) = &masses {
-        figures.shaking(mechanism, input, table, masses, request.fluctuation);
-    }
-    (figures.instant_centres, figures.relative_centres) = centres(mechanism, table, drive.speed);
+    figures.dynamics(subject, table);
+    (figures.instant_centres, figures.relative_centres) = centres(mechanism, table, drive.rate());
     if let Some(point) = &request.point {
         figures.path = Some(curve::path(table, point).ok_or_else(|| unknown_point(mechanism, point))?);
     }
@@ -200,8 +241,16 @@ fn unknown_point(mechanism: &Mechanism, point: &str) -> MotionError {
 }
 
 impl Extent {
-    fn of(samples: &Samples) -> Extent {
-        Extent { min: samples.min(), max: samples.max(), rms: samples.rms(), mean: samples.mean() }
+    fn of(samples: &Samples, places: &Places) -> Extent {
+        let own = Figured::of(samples, places);
+        Extent { min: own.min(), max: own.max(), rms: own.rms(), mean: own.mean(), unbounded: own.unbounded }
+    }
+}
+
+impl Peak {
+    fn of(samples: &Samples, places: &Places) -> Peak {
+        let own = Figured::of(samples, places);
+        Peak { max: own.max(), rms: own.rms(), unbounded: own.unbounded }
     }
 }
 
@@ -281,7 +330,6 @@ impl Figures {
             input: Link::new(&drive::called(input, drive.motion), &unit_of(drive.motion).si),
             speed: drive.speed,
             full_turn: table.periodic,
-            change_points: drive.between,
             cams: cams(mechanism),
             ..Figures::default()
         }
@@ -356,7 +404,7 @@ impl Figures {
     fn influence(&self, output: &Watched, position: &Samples, table: &Table, drive: &Drive) -> Option<[Samples; 2]> {
         let rate = |order: i32| {
             let own = table.get(output.variables.get(order as usize)?)?;
-            Some(own.map(|value| value / drive.speed.powi(order)))
+            Some(own.map(|value| value / drive.rate().powi(order)))
         };
         let slope = |of: &Samples, turns: bool| (!self.dead_points).then(|| table.slope(of, turns));
         let first = rate(1).or_else(|| slope(position, output.unit.si == "rad"))?;
@@ -378,47 +426,74 @@ impl Figures {
     }
 
     /// Transmission angles and the joint-force index, by the difference that a unit load makes.
-    fn transmission(&mut self, mechanism: &Mechanism, output: &Part, table: &Table, loaded: &Table) {
-        let body = moving(output);
+    fn transmission(&mut self, subject: &Subject, output: &Part, table: &Table, loaded: &Table) {
+        let Subject { mechanism, places, .. } = *subject;
+        let Some(body) = moving(output) else { return };
         let carried: Vec<(&Part, [Samples; 2])> =
             mechanism.joints.iter().filter_map(|joint| Some((joint, differences(joint, table, loaded)?))).collect();
         let sizes = carried.iter().map(|(_, [x, y])| x.with(y, f64::hypot));
         let Some(largest) = sizes.reduce(|largest, size| largest.with(&size, f64::max)) else { return };
-        let largest = largest.max();
-        for (joint, [x, y]) in &carried {
+        let nothing = NOTHING * largest.max().value;
+        for (joint, force) in &carried {
             // What carries nothing transmits nothing.
-            if x.with(y, f64::hypot).max().value <= NOTHING * largest.value {
+            if force[0].with(&force[1], f64::hypot).max().value <= nothing {
                 continue;
             }
-            let Some(place) = joint.between.into_iter().find(|place| place.body() == body && body.is_some()) else {
-                continue;
-            };
+            let Some(place) = joint.between.into_iter().find(|place| place.body() == Some(body)) else { continue };
             // At its joint with the ground the body's point does not move.
             if joint.bodies().contains(&None) {
                 continue;
             }
-            let name = mechanism.place_name(place);
-            let [Some(vx), Some(vy)] = [Quantity::Vx, Quantity::Vy].map(|own| table.get(&own.of(&name))) else {
-                continue;
-            };
-            let along = x.with(&vx, |f, v| f * v).plus(&y.with(&vy, |f, v| f * v));
-            let across = x.with(&vy, |f, v| f * v).minus(&y.with(&vx, |f, v| f * v));
-            // The acute angle between force and path is 90 degrees less the transmission angle.
-            let angle = along.with(&across, |along, across| along.abs().atan2(across.abs()));
-            // Its ends, 0 and 90 degrees, are kinks; where the point stands still both parts are zero.
-            let moving = 1e-6 * along.with(&across, f64::hypot).max().value;
-            let end = |zero: &Samples, other: &Samples, value: f64| {
-                let input = zero.zeros().into_iter().find(|&input| other.at_input(input).abs() > moving);
-                input.map(|input| At { input, value })
-            };
-            self.push(&format!("transmission at {}", joint.name), "rad", &angle);
-            self.transmission.push(Transmission {
-                joint: joint.name.clone(),
-                min: end(&along, &across, 0.0).unwrap_or_else(|| angle.min()),
-                max: end(&across, &along, FRAC_PI_2).unwrap_or_else(|| angle.max()),
-            });
+            let point = mechanism.place_name(place);
+            let velocity = [Quantity::Vx, Quantity::Vy].map(|own| table.get(&own.of(&point)));
+            let direction = directions(table, [&point, &mechanism.bodies[body.0].name]);
+            if let ([Some(vx), Some(vy)], Some(direction)) = (velocity, direction) {
+                self.transmitted(joint, [force, &[vx, vy], &direction]);
+            }
         }
-        self.joint_force_index = Some(largest);
+        let own = Figured::of(&largest, places);
+        self.joint_force_index = Some(Largest { at: own.max(), unbounded: own.unbounded });
+    }
+
+    /// The acute angle between force and path is 90 degrees less the transmission angle. The velocity is zero where the path has a direction only.
+    fn transmitted(&mut self, joint: &Part, [force, velocity, direction]: [&[Samples; 2]; 3]) {
+        let parts = |[dx, dy]: &[Samples; 2]| {
+            let [x, y] = force;
+            let along = x.with(dx, |f, d| f * d).plus(&y.with(dy, |f, d| f * d));
+            [along, x.with(dy, |f, d| f * d).minus(&y.with(dx, |f, d| f * d))]
+        };
+        let ([along, across], directed) = (parts(velocity), parts(direction));
+        let acute = |along: f64, across: f64| along.abs().atan2(across.abs());
+        let angle = directed[0].with(&directed[1], acute);
+        // Its ends, 0 and 90 degrees, are kinks.
+        let least = 1e-6 * along.with(&across, f64::hypot).max().value;
+        let end = |zero: &Samples, other: &Samples, value: f64| {
+            let input = zero.zeros().into_iter().find(|&input| other.at_input(input).abs() > least);
+            input.map(|input| At { input, value })
+        };
+        // Where the motion folds it goes on smoothly in its double.
+        let double = directed[0].with(&directed[1], f64::atan2).map(|angle| 2.0 * angle);
+        let parts = [double.map(f64::sin), double.map(f64::cos)].map(|part| self.at_dead_points(&part));
+        let folds = self.range.into_iter().flatten().zip(parts[0].iter().zip(&parts[1]));
+        let at_folds: Vec<At> = folds
+            .map(|(input, (sin, cos))| {
+                let angle = 0.5 * sin.atan2(*cos);
+                At { input, value: acute(angle.sin(), angle.cos()) }
+            })
+            .collect();
+        let extreme = |kink: Option<At>, inner: At, beats: fn(&f64, &f64) -> bool| {
+            let all = at_folds
+                .iter()
+                .copied()
+                .fold(inner, |best, own| if beats(&own.value, &best.value) { own } else { best });
+            kink.unwrap_or(all)
+        };
+        self.push(&format!("transmission at {}", joint.name), "rad", &angle);
+        self.transmission.push(Transmission {
+            joint: joint.name.clone(),
+            min: extreme(end(&along, &across, 0.0), angle.min(), f64::lt),
+            max: extreme(end(&across, &along, FRAC_PI_2), angle.max(), f64::gt),
+        });
     }
 
     /// Pressure angle and radius of curvature where each cam touches its follower.
@@ -446,38 +521,64 @@ impl Figures {
         self.contacts = faults.chain(found.needed).collect();
     }
 
-    fn forces(&mut self, mechanism: &Mechanism, table: &Table) {
-        for joint in &mechanism.joints {
-            let words = joint.component().reactions;
-            let force = match words {
-                [Quantity::Fx, Quantity::Fy, ..] => {
-                    table.made([Quantity::Fx, Quantity::Fy].map(|own| own.of(&joint.name)), |[x, y]| x.hypot(y))
-                }
-                _ => words
-                    .iter()
-                    .find(|word| word.measure().si == "N")
-                    .and_then(|word| table.made([word.of(&joint.name)], |[force]| force.abs())),
-            };
-            if let Some(force) = force {
-                self.push(&format!("|{}|", joint.name), "N", &force);
-                self.joints.push(JointForce { joint: joint.name.clone(), max: force.max(), rms: force.rms() });
+    /// What acts: drive, joint forces, and what the masses do to the ground.
+    fn dynamics(&mut self, subject: &Subject, table: &Table) {
+        let Subject { mechanism, drive, lacking, places, .. } = *subject;
+        let forces = joint_forces(mechanism, table);
+        let effort = table.effort();
+        let is_zero = |samples: &Samples| samples.values().iter().all(|value| *value == 0.0);
+        // Without masses and loads there is nothing to say of forces.
+        self.no_forces = !lacking.is_empty() && effort.iter().chain(forces.iter().map(|(_, force)| force)).all(is_zero);
+        if !self.no_forces {
+            if let Some(effort) = &effort {
+                let unit = if self.input.angular { "N.m" } else { "N" };
+                self.push("drive", unit, effort);
+                self.drive = Some(Extent::of(effort, places));
+                let rate = drive.direction() * drive.speed;
+                self.power = (drive.speed != 0.0).then(|| Extent::of(&effort.map(|value| value * rate), places));
             }
+            for (joint, force) in forces {
+                self.push(&format!("|{joint}|"), "N", &force);
+                self.joints.push(JointForce { joint, peak: Peak::of(&force, places) });
+            }
+        }
+        if let Some(masses) = Masses::of(mechanism).filter(|_| lacking.is_empty()) {
+            self.masses(subject, table, &masses);
         }
     }
 
-    fn shaking(&mut self, mechanism: &Mechanism, input: &Part, table: &Table, masses: &Masses, permitted: Option<f64>) {
-        use Quantity::{Alpha, Ax, Ay, Omega, Vx, Vy, X, Y};
-        let speed = self.speed;
+    /// Generalised inertia, fluctuation of the speed, and shaking, of which there is none at rest.
+    fn masses(&mut self, subject: &Subject, table: &Table, masses: &Masses) {
+        use Quantity::{Omega, Vx, Vy};
+        let Subject { mechanism, drive, places, request, .. } = *subject;
+        let square = drive.rate() * drive.rate();
         let inertia = masses.sum(mechanism, table, [Vx, Vy, Omega], |[x, y, turn], mass, inertia| {
-            (mass * (x * x + y * y) + inertia * turn * turn) / (speed * speed)
+            (mass * (x * x + y * y) + inertia * turn * turn) / square
         });
+        let Some(inertia) = inertia else { return };
+        let unit = if self.input.angular { "kg.m2" } else { "kg" };
+        self.push("inertia", unit, &inertia);
+        self.inertia = Some(Extent::of(&inertia, places));
+        let is_bounded = self.drive.as_ref().is_some_and(|drive| drive.unbounded.is_none());
+        if let (Some(effort), true) = (table.effort(), self.full_turn && is_bounded) {
+            self.fluctuation = Some(Fluctuation::of(&effort, &inertia, drive.speed, request.fluctuation));
+        }
+        if drive.speed != 0.0 {
+            self.shaking(subject, table, masses);
+        }
+    }
+
+    fn shaking(&mut self, subject: &Subject, table: &Table, masses: &Masses) {
+        use Quantity::{Alpha, Ax, Ay, X, Y};
+        let Subject { mechanism, drive, places, .. } = *subject;
         let x = masses.sum(mechanism, table, [Ax], |[a], mass, _| -mass * a);
         let y = masses.sum(mechanism, table, [Ay], |[a], mass, _| -mass * a);
         let moment = masses.sum(mechanism, table, [X, Y, Ax, Ay, Alpha], |[x, y, ax, ay, alpha], mass, inertia| {
             -(mass * (x * ay - y * ax) + inertia * alpha)
         });
-        let (Some(inertia), Some(x), Some(y), Some(moment)) = (inertia, x, y, moment) else { return };
+        let (Some(x), Some(y), Some(moment)) = (x, y, moment) else { return };
         // From the origin to the input joint, if that is on the ground.
+        let input = &mechanism.joints[drive.joint.0];
         let place = input.between.into_iter().find(|place| place.body().is_none()).unwrap_or(Place::Origin);
         let name = mechanism.place_name(place);
         let centre = [X, Y].map(|own| table.get(&own.of(&name)));
@@ -486,19 +587,27 @@ impl Figures {
             _ => moment,
         };
         let size = x.with(&y, f64::hypot);
-        let unit = if self.input.angular { "kg.m2" } else { "kg" };
-        self.push("inertia", unit, &inertia);
         self.push("shaking fx", "N", &x);
         self.push("shaking fy", "N", &y);
         self.push("|shaking force|", "N", &size);
         self.push("shaking moment", "N.m", &moment);
-        self.shaking_force = Some(Peak { max: size.max(), rms: size.rms() });
-        self.shaking_moment = Some(Extent::of(&moment));
-        self.inertia = Some(Extent::of(&inertia));
-        if let (Some(effort), true) = (table.effort(), self.full_turn) {
-            self.fluctuation = Some(Fluctuation::of(&effort, &inertia, speed, permitted));
-        }
+        self.shaking_force = Some(Peak::of(&size, places));
+        self.shaking_moment = Some(Extent::of(&moment, places));
     }
+}
+
+/// The size of the force of each joint that has one.
+fn joint_forces(mechanism: &Mechanism, table: &Table) -> Vec<(String, Samples)> {
+    let force = |joint: &Part| match joint.component().reactions {
+        [Quantity::Fx, Quantity::Fy, ..] => {
+            table.made([Quantity::Fx, Quantity::Fy].map(|own| own.of(&joint.name)), |[x, y]| x.hypot(y))
+        }
+        words => {
+            let word = words.iter().find(|word| word.measure().si == "N")?;
+            table.made([word.of(&joint.name)], |[force]| force.abs())
+        }
+    };
+    mechanism.joints.iter().filter_map(|joint| Some((joint.name.to_string(), force(joint)?))).collect()
 }
 
 fn thinned<T: Copy>(values: &mut Vec<T>, every: usize) {

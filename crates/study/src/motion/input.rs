@@ -2,10 +2,10 @@
 
 use std::collections::HashMap;
 
-use cotree::compile::compile_with_equations;
+use cotree::compile::{compile, compile_with_equations};
 use cotree::diagnostic::{Text, suggest};
 use cotree::formulate::start::evaluate_at;
-use cotree::mechanism::{BodyId, Formula, JointId, Mechanism, Owner, Part, Place, Quantity, Unit, Variable};
+use cotree::mechanism::{BodyId, Class, Formula, JointId, Mechanism, Owner, Part, Place, Quantity, Unit, Variable};
 use cotree::scene::Scene;
 
 use super::MotionError;
@@ -65,6 +65,8 @@ pub(super) struct Watched {
     /// Its variable, with its rate and its acceleration as far as there are variables for them.
     pub variables: Vec<String>,
     pub unit: Unit,
+    /// Is it a velocity or an acceleration?
+    pub is_rate: bool,
     /// The joint on the ground whose motion it is.
     pub joint: Option<(JointId, Derivatives)>,
 }
@@ -76,6 +78,7 @@ impl Watched {
             name: drive::called(joint, motion),
             variables: motion.map(|quantity| quantity.of(&joint.name)).to_vec(),
             unit: unit_of(motion),
+            is_rate: false,
             joint: Some((id, motion)),
         }
     }
@@ -128,12 +131,13 @@ fn variable(scene: &Scene, mechanism: &Mechanism, name: &str) -> Result<Watched,
     })?;
     let Some(output) = resolved.mechanism.outputs.into_iter().next() else { return Err(unknown(String::new())) };
     let mut variables = vec![name.to_owned()];
+    let is_rate = matches!(&output.value, Formula::Variable(variable) if matches!(variable.quantity.class(), Class::Velocity | Class::Acceleration));
     if let (Formula::Variable(variable), Some((owner, _))) = (&output.value, name.rsplit_once('.')) {
         let reported = drive::names(mechanism);
         let rates = rates(variable.quantity).iter().map(|rate| rate.of(owner));
         variables.extend(rates.take_while(|rate| reported.contains(rate)));
     }
-    Ok(Watched { name: name.to_owned(), variables, unit: output.unit, joint: None })
+    Ok(Watched { name: name.to_owned(), variables, unit: output.unit, is_rate, joint: None })
 }
 
 /// The variables that are the derivatives of another by time, one after the other.
@@ -169,7 +173,7 @@ pub(super) fn reporting(mut scene: Scene, output: Option<&Watched>) -> Scene {
 
 /// Is what is looked at still there when the input is driven instead of what the scene drives?
 pub(super) fn is_there(scene: &Scene, mechanism: &Mechanism, drive: &Drive) -> Result<(), MotionError> {
-    let Err(faults) = drive::driven(scene, mechanism, drive, 1.0, 0.0).resolve() else { return Ok(()) };
+    let Err(faults) = drive::driven(scene, mechanism, drive, drive.start, 1.0).resolve() else { return Ok(()) };
     let why: Vec<&str> = faults.list.iter().map(|fault| fault.message.as_str()).collect();
     let input = drive::called(&mechanism.joints[drive.joint.0], drive.motion);
     Err(MotionError::Request(format!("while `{input}` is driven instead of what the scene drives: {}", why.join("; "))))
@@ -193,7 +197,7 @@ pub(super) fn start(
     driven @ (joint, [position, rate, _]): (JointId, Derivatives),
 ) -> Result<Start, MotionError> {
     let input = &mechanism.joints[joint.0];
-    let (_, mut formulated) = compile_with_equations(&with_masses(scene, mechanism))?;
+    let (_, mut formulated) = compile_with_equations(&with_masses(scene, mechanism, 1.0))?;
     let free = formulated.mobility() > 0;
     let equations = &mut formulated.equations;
     let mut values = |variables: &[Variable]| {
@@ -224,14 +228,25 @@ pub(super) fn start(
     Ok(Start { position, speed, scene })
 }
 
-/// The scene with a mass of 1 kg and a moment of inertia of 1 kg.m2 where it has none: where it starts does not depend on them.
-fn with_masses(scene: &Scene, mechanism: &Mechanism) -> Scene {
+/// The scene with this mass \[kg\] and moment of inertia [kg.m2] where it has none. Where it starts does not depend on them.
+fn with_masses(scene: &Scene, mechanism: &Mechanism, value: f64) -> Scene {
     let mut scene = scene.clone();
     for (written, body) in scene.bodies.iter_mut().zip(&mechanism.bodies) {
         let missing = [("mass", body.mass.is_none()), ("inertia", body.inertia.is_none())];
         for (key, _) in missing.into_iter().filter(|(_, missing)| *missing) {
-            *written = written.clone().with_number(key, 1.0);
+            *written = written.clone().with_number(key, value);
         }
     }
     scene
+}
+
+/// The scene in which what lacks a mass has none: forces are then those of the loads and of the other masses. Where motion itself needs masses it stays as it is.
+pub(super) fn without_masses(scene: &Scene, mechanism: &Mechanism, drive: &Drive, lacking: &[String]) -> Scene {
+    if !lacking.is_empty() {
+        let light = with_masses(scene, mechanism, 0.0);
+        if compile(&drive::driven(&light, mechanism, drive, drive.start, 1.0)).is_ok() {
+            return light;
+        }
+    }
+    scene.clone()
 }

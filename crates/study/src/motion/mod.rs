@@ -5,13 +5,16 @@
 mod cams;
 mod centres;
 mod curve;
+mod direction;
 mod drive;
 mod dwell;
 mod figures;
 mod flywheel;
 mod grashof;
+mod growth;
 mod input;
 pub mod report;
+mod rows;
 mod samples;
 
 use std::f64::consts::TAU;
@@ -22,10 +25,10 @@ use cotree::scene::{Faults, Scene};
 use cotree::simulate::{RunError, SimulateError};
 
 pub use cams::Cam;
-use drive::Table;
-pub use figures::{Column, Figures, Link};
-use input::Start;
-pub use report::{step, usual};
+use drive::{COUNT, Table};
+pub use figures::{Column, Figures, Link, Speed};
+use input::{Start, Watched};
+pub use report::usual;
 pub use samples::At;
 use samples::{ANGULAR, Derivatives};
 
@@ -36,10 +39,12 @@ pub struct Request {
     pub input: Option<String>,
     /// The joint, the variable or the output of the scene that is of interest; another joint on the ground if absent.
     pub output: Option<String>,
-    /// The speed of the input [rad/s] or [m/s], above zero; the size of that at the scene's start if absent.
+    /// The speed of the input [rad/s] or [m/s], above zero, or zero for forces at rest; the size of that at the scene's start if absent.
     pub speed: Option<f64>,
-    /// From where to where, SI, the lower end first; one turn, or as far as it goes, if absent.
+    /// From where to where, SI, in the order of the motion; one turn, or as far as it goes, if absent.
     pub range: Option<[f64; 2]>,
+    /// A row of the printed table every so much of the input, SI; a twelfth of the turn or range if absent.
+    pub every: Option<f64>,
     /// A point whose path is of interest.
     pub point: Option<String>,
     /// How near an end of its stroke the output is to stay, for a dwell, SI.
@@ -93,7 +98,7 @@ fn unit_of(motion: Derivatives) -> Unit {
 struct Drive {
     joint: JointId,
     motion: Derivatives,
-    /// [rad/s] or [m/s]
+    /// Its size [rad/s] or [m/s]; zero: forces are those at rest.
     speed: f64,
     /// Where it is at the start of the scene.
     start: f64,
@@ -101,8 +106,26 @@ struct Drive {
     range: Option<[f64; 2]>,
     /// Are the samples of the turn half a step beside round angles? In a pose where branches cross there are no reactions.
     between: bool,
-    /// Samples for each that is shown.
+    /// Steps of a range that are shown, and samples for each.
+    shown: usize,
     fineness: usize,
+}
+
+impl Drive {
+    /// Forwards, or backwards.
+    fn direction(&self) -> f64 {
+        if self.range.is_some_and(|[from, to]| to < from) { -1.0 } else { 1.0 }
+    }
+
+    /// The speed of the runs. Rates by the input do not depend on it.
+    fn pace(&self) -> f64 {
+        if self.speed == 0.0 { 1.0 } else { self.speed }
+    }
+
+    /// The rate of the input in the samples.
+    fn rate(&self) -> f64 {
+        self.direction() * self.pace()
+    }
 }
 
 /// Moves a scene through one turn or stroke of its input, and says what there is to say.
@@ -115,42 +138,90 @@ pub fn study(scene: &Scene, request: &Request) -> Result<Figures, MotionError> {
     let output = input::output(scene, &mechanism, input, request.output.as_deref())?;
     let Start { position: start, speed, scene } = input::start(scene, &mechanism, input)?;
     let scene = &input::reporting(scene, output.as_ref());
-    let reversed = request.speed.is_none() && speed < -1e-9;
-    let speed = request.speed.unwrap_or(if speed.abs() > 1e-9 { speed.abs() } else { 1.0 });
-    if !(speed > 0.0 && speed.is_finite()) {
-        return Err(MotionError::Request(format!("the speed of the input must be above zero, not {speed}")));
-    }
-    let mut drive = Drive { joint, motion, speed, start, range: request.range, between: false, fineness: 1 };
+    let still = speed.abs() <= 1e-9;
+    let origin = match request.speed {
+        Some(_) => Speed::Asked,
+        None if still => Speed::Assumed,
+        None => Speed::OfScene,
+    };
+    let own = if still { 1.0 } else { speed.abs() };
+    let mut drive = Drive {
+        joint,
+        motion,
+        speed: request.speed.unwrap_or(own),
+        start,
+        range: request.range,
+        between: false,
+        shown: COUNT,
+        fineness: 1,
+    };
+    permitted(&drive, request, output.as_ref())?;
     input::is_there(scene, &mechanism, &drive)?;
-    if let Some([low, high]) = request.range
-        && !(low <= start && start <= high && low < high)
-    {
-        let unit = request.units.of(&unit_of(motion));
-        let [low, high, start] = [low, high, start].map(|at| rounded(at / unit.factor, 4));
-        let message = format!(
-            "the range from {low} to {high} {0} does not have the start of the scene, {start} {0}, in it",
-            unit.name
-        );
-        return Err(MotionError::Request(message));
-    }
-    let (mut table, folds) = match request.range {
-        Some(_) => (drive::sample(scene, &mechanism, &drive, None)?, None),
+    let lacking = drive::lacking(scene, &mechanism, &drive)?;
+    let scene = &input::without_masses(scene, &mechanism, &drive, &lacking);
+    let (mut table, places) = match request.range {
+        Some(_) => (drive::sample(scene, &mechanism, &drive, None)?, Places::Ordinary),
         None => whole_way(scene, &mechanism, &mut drive)?,
     };
     drive.fineness = drive::fineness(&mechanism, &table)?;
     if drive.fineness > 1 {
         table = drive::sample(scene, &mechanism, &drive, None)?;
     }
-    let subject = figures::Subject { scene, mechanism: &mechanism, drive: &drive, output: output.as_ref(), request };
-    Ok(Figures { reversed, ..figures::of(&subject, &table, folds)? })
+    let subject = figures::Subject {
+        scene,
+        mechanism: &mechanism,
+        drive: &drive,
+        output: output.as_ref(),
+        request,
+        lacking: &lacking,
+        places: &places,
+    };
+    let figures = figures::of(&subject, &table)?;
+    let rows = rows::rows(&subject, &figures)?;
+    let reversed = origin == Speed::OfScene && speed < 0.0 && drive.direction() > 0.0;
+    Ok(Figures { reversed, origin, rows, ..figures })
 }
 
-/// The motion of a full turn; else as far as the input goes from its start both ways, and the input at the folds there.
-fn whole_way(
-    scene: &Scene,
-    mechanism: &Mechanism,
-    drive: &mut Drive,
-) -> Result<(Table, Option<[f64; 2]>), MotionError> {
+/// Whether what is asked for can be.
+fn permitted(drive: &Drive, request: &Request, output: Option<&Watched>) -> Result<(), MotionError> {
+    let refused = |message: String| Err(MotionError::Request(message));
+    if !(drive.speed >= 0.0 && drive.speed.is_finite()) {
+        return refused(format!(
+            "the speed of the input must be above zero, or 0 for the forces at rest, not {}; a range such as \"60 deg..0 deg\" goes backwards",
+            drive.speed
+        ));
+    }
+    if drive.speed == 0.0 {
+        if let Some(output) = output.filter(|output| output.is_rate) {
+            return refused(format!("`{}` is 0 where nothing moves: give a speed above zero", output.name));
+        }
+        if request.fluctuation.is_some() {
+            return refused("the speed 0 does not fluctuate: give a speed above zero".to_owned());
+        }
+    }
+    match request.range {
+        Some([from, to]) if !(from.is_finite() && to.is_finite() && from != to) => {
+            let unit = request.units.of(&unit_of(drive.motion));
+            let [from, to] = [from, to].map(|at| rounded(at / unit.factor, 4));
+            refused(format!("the range from {from} to {to} {} is none", unit.name))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Where the motion is special.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Places {
+    /// Nowhere.
+    Ordinary,
+    /// At both ends the motion folds: the input there.
+    Folds([f64; 2]),
+    /// Branches of the motion cross: the inputs.
+    Crossings(Vec<f64>),
+}
+
+/// The motion of a full turn; else as far as the input goes from its start both ways.
+fn whole_way(scene: &Scene, mechanism: &Mechanism, drive: &mut Drive) -> Result<(Table, Places), MotionError> {
     let is_angular = drive.motion == ANGULAR;
     if is_angular {
         match drive::sample(scene, mechanism, drive, None) {
@@ -159,10 +230,13 @@ fn whole_way(
             Err(SimulateError::Scene(faults)) if faults.list.iter().all(|own| own.code.starts_with("assembly::")) => {}
             sampled => {
                 let table = sampled?;
-                drive.between = drive::passes_change_points(scene, mechanism, drive)?;
+                let crossings = drive::change_points(scene, mechanism, drive)?;
+                if crossings.is_empty() {
+                    return Ok((table, Places::Ordinary));
+                }
                 // In a singular pose nothing but the motion itself is determined.
-                let between = drive.between.then(|| drive::sample(scene, mechanism, drive, None));
-                return Ok((between.unwrap_or(Ok(table))?, None));
+                drive.between = true;
+                return Ok((drive::sample(scene, mechanism, drive, None)?, Places::Crossings(crossings)));
             }
         }
     }
@@ -171,7 +245,8 @@ fn whole_way(
     let is_whole = |way: f64| way >= most * (1.0 - 1e-9);
     if is_angular && is_whole(back) && is_whole(forth) {
         drive.between = true;
-        return Ok((drive::sample(scene, mechanism, drive, None)?, None));
+        let crossings = drive::change_points(scene, mechanism, drive)?;
+        return Ok((drive::sample(scene, mechanism, drive, None)?, Places::Crossings(crossings)));
     }
     if is_whole(back) || is_whole(forth) {
         let name = &mechanism.joints[drive.joint.0].name;
@@ -187,5 +262,6 @@ fn whole_way(
     // The folds themselves have no rates.
     let margin = 1e-3 * (back + forth);
     drive.range = Some([drive.start - (back - margin).max(0.0), drive.start + (forth - margin).max(0.0)]);
-    Ok((drive::sample(scene, mechanism, drive, None)?, Some([drive.start - back, drive.start + forth])))
+    let folds = [drive.start - back, drive.start + forth];
+    Ok((drive::sample(scene, mechanism, drive, None)?, Places::Folds(folds)))
 }

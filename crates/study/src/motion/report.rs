@@ -1,13 +1,18 @@
 //! The quantities of a motion in sentences and as a table.
 
+use std::f64::consts::TAU;
+
+use cotree::columns::rounded;
+use cotree::diagnostic::suggest;
 use cotree::line;
-use cotree::mechanism::{Unit, Units};
+use cotree::mechanism::Units;
 use cotree::output::report::Accuracy::Noise;
 use cotree::output::report::{Cell, Report, Table, named, number, per, plain};
 
 use super::cams::Cam;
 use super::curve::Arc;
-use super::figures::{Column, Extent, Figures, Transmission};
+use super::figures::{Column, Extent, Figures, Peak, Speed, Transmission};
+use super::growth::Unbounded;
 use super::samples::At;
 
 /// Below this the transmission is poor, by a rule of thumb (Norton) \[rad\].
@@ -29,12 +34,13 @@ fn cam_lines(cam: &Cam) -> Vec<Cell> {
         vec![line!["cam `", cam.name, "` with ", cam.follower, ", base circle ", base, ", by the cam's angle:"]];
     for phase in &cam.phases {
         let word = if phase.rise > 0.0 { "  rises " } else { "  returns " };
-        let [from, to] = [phase.from, phase.to].map(|angle| number(angle, "rad"));
+        let [from, to] = [phase.from, phase.to].map(|angle| number(within_turn(angle), "rad"));
         let [velocity, acceleration, jerk] = phase.peaks.map(|peak| plain(peak, 0.0));
         let way = line![word, number(phase.rise.abs(), unit), " from ", from, " to ", to];
         lines.push(line![way, ": peaks ", velocity, " h/beta, ", acceleration, " h/beta^2, ", jerk, " h/beta^3"]);
     }
-    lines.push(line!["  pressure angle up to ", at(&cam.pressure_angle, "rad")]);
+    let steepest = At { value: cam.pressure_angle.value.abs(), ..cam.pressure_angle };
+    lines.push(line!["  pressure angle up to ", at(&steepest, "rad")]);
     for (what, radius) in [
         ("radius of the pitch curve", &cam.pitch_radius),
         ("convex radius of the profile", &cam.convex_radius),
@@ -56,6 +62,11 @@ fn cam_lines(cam: &Cam) -> Vec<Cell> {
     lines
 }
 
+/// An angle of a turn, whose end is 360 degrees.
+fn within_turn(angle: f64) -> f64 {
+    if (0.0..=TAU * (1.0 + PLACE)).contains(&angle) { angle } else { angle.rem_euclid(TAU) }
+}
+
 /// Parts with something between them.
 fn joined(parts: impl IntoIterator<Item = Cell>, between: &str) -> Cell {
     let parts = parts.into_iter().enumerate();
@@ -63,40 +74,31 @@ fn joined(parts: impl IntoIterator<Item = Cell>, between: &str) -> Cell {
 }
 
 impl Figures {
-    /// Of the table for people a row every so much of the input, or a twelfth of its way; as many columns side by side as can be read.
-    pub fn report(&self, every: Option<f64>) -> Report {
+    /// Of the table for people the rows that were asked for; as many columns side by side as can be read.
+    pub fn report(&self) -> Report {
         let mut title = vec![self.kind()];
         let way = "` backwards; the figures are those of the way forwards, at the same speed";
         title.extend(self.reversed.then(|| line!["the scene moves `", self.input.name, way]));
         title.extend(self.output_lines());
         title.extend(self.transmission.iter().map(|angle| self.transmission_line(angle)));
         if let (Some(index), Some(output)) = (&self.joint_force_index, &self.output) {
-            let most = number(index.value, &per("N", if output.angular { "N.m" } else { "N" }));
-            title.push(line!["joint-force index up to ", most.within(Noise(0.0)), " at ", self.at(index)]);
+            let most = number(index.at.value, &per("N", if output.angular { "N.m" } else { "N" }));
+            let name = self.told_of("joint-force index".into(), index.unbounded.as_ref());
+            title.push(line![name, " up to ", most.within(Noise(0.0)), " at ", self.at(&index.at)]);
         }
         title.extend(self.cams.iter().flat_map(cam_lines));
         title.extend(self.contacts.iter().map(Cell::from));
-        title.extend(self.dynamics());
+        title.extend(self.missing());
+        title.extend(self.dynamic_lines());
         title.extend(self.path_lines());
-        let inputs = self.table.first().map_or(&[][..], |column| &column.values);
-        let way = |last: Option<&f64>| last.zip(inputs.first()).map_or(1.0, |(last, first)| (last - first).abs());
-        let every = every.unwrap_or_else(|| way(inputs.last()) / 12.0);
-        let thinned = self.rows(((every / way(inputs.get(1))).round() as usize).max(1), told);
+        let read = rows(&self.rows, told);
         Report {
             title,
-            tables: vec![Table { width: Some(WIDTH), left: 0, ..thinned }],
-            sheet: self.rows(1, |value, column| number(value, &column.unit)),
+            tables: vec![Table { width: Some(WIDTH), left: 0, ..read }],
+            sheet: rows(&self.table, |value, column| number(value, &column.unit)),
             noise: NOISE,
             ..Report::default()
         }
-    }
-
-    /// One of so many rows of the table.
-    fn rows(&self, every: usize, cell: impl Fn(f64, &Column) -> Cell) -> Table {
-        let inputs = self.table.first().map_or(0, |column| column.values.len());
-        let row = |row: usize| self.table.iter().map(|column| cell(column.values[row], column)).collect();
-        let columns = self.table.iter().map(|column| named(&column.name, &column.unit)).collect();
-        Table::new(columns, (0..inputs).step_by(every).map(row))
     }
 
     fn kind(&self) -> Cell {
@@ -114,13 +116,47 @@ impl Figures {
             None if self.full_turn => " turns fully, with no dead point for this input".into(),
             None => " turns fully, but the mechanism is not as before after one turn".into(),
         };
-        line![self.name, ": ", class, "`", input, "`", motion]
+        line![self.name, ": ", class, "`", input, "`", motion, self.pace()]
+    }
+
+    /// How fast the input moves, on which forces depend.
+    fn pace(&self) -> Cell {
+        let speed = format!("{} {}/s", rounded(self.speed, 6), self.input.unit);
+        match self.origin {
+            Speed::Asked if self.speed == 0.0 => ", at rest in each pose: the forces are static".into(),
+            Speed::Asked => line![", at ", speed],
+            Speed::OfScene => line![", at ", speed, " as at the start of the scene"],
+            Speed::Assumed => line![", at ", speed, ", which is assumed: say --speed"],
+        }
+    }
+
+    /// What is without masses.
+    fn missing(&self) -> Option<Cell> {
+        let bodies = suggest::list(&self.lacking);
+        let without = match self.no_forces {
+            true => ", and there are no loads: there are no forces to tell of",
+            false => ": forces are without their weight and inertia; shaking and generalised inertia are left out",
+        };
+        (!self.lacking.is_empty()).then(|| line!["no mass or no inertia is given for ", bodies, without])
+    }
+
+    /// What a quantity is called before its figures, which are those of the rest where it grows without bound.
+    fn told_of(&self, name: Cell, unbounded: Option<&Unbounded>) -> Cell {
+        let Some(Unbounded { at, distance }) = unbounded else { return name };
+        let at = joined(at.iter().map(|input| number(*input, &self.input.unit)), " and ");
+        let distance = number(*distance, &self.input.unit);
+        line![name, " grows without bound towards ", at, "; at least ", distance, " from there:"]
     }
 
     fn at(&self, at: &At) -> Cell {
         let reach = self.table.first().map_or(&[][..], |column| &column.values);
         let reach = reach.iter().fold(0.0, |reach: f64, input| reach.max(input.abs()));
-        number(at.input, &self.input.unit).within(Noise(PLACE * reach))
+        number(self.place(at.input), &self.input.unit).within(Noise(PLACE * reach))
+    }
+
+    /// An input that may lie beyond the turn, by rounding errors too.
+    fn place(&self, input: f64) -> f64 {
+        if self.full_turn && input.abs() > PLACE { within_turn(input) } else { input }
     }
 
     fn output_lines(&self) -> Vec<Cell> {
@@ -144,7 +180,9 @@ impl Figures {
         }
         if let Some(dwell) = self.dwell {
             let [near, place] = [dwell.tolerance, dwell.position].map(|value| number(value, unit));
-            let [from, to, way] = [dwell.from, dwell.to, dwell.to - dwell.from].map(|at| number(at, &self.input.unit));
+            let way = (dwell.to - dwell.from).abs();
+            let [from, to, way] =
+                [self.place(dwell.from), self.place(dwell.to), way].map(|at| number(at, &self.input.unit));
             let long = line!["dwell: within ", near, " of ", place, " for ", way];
             lines.push(line![long, " of the input, from ", from, " to ", to]);
         }
@@ -161,23 +199,28 @@ impl Figures {
         joined(ends.map(|end| line![number(end.value, unit), " (at ", self.at(end), ")"]), " to ")
     }
 
-    fn dynamics(&self) -> Vec<Cell> {
+    fn dynamic_lines(&self) -> Vec<Cell> {
         let mut lines = Vec::new();
         let extent = |name: &str, extent: &Option<Extent>, unit: &str| {
-            let told =
-                |own: &Extent| line![name, " ", self.ends([&own.min, &own.max], unit), ", RMS ", number(own.rms, unit)];
-            extent.as_ref().map(told)
+            extent.as_ref().map(|own| {
+                let name = self.told_of(name.into(), own.unbounded.as_ref());
+                line![name, " ", self.ends([&own.min, &own.max], unit), ", RMS ", number(own.rms, unit)]
+            })
         };
         let [effort, word, inertia] =
             if self.input.angular { ["N.m", "drive torque", "kg.m2"] } else { ["N", "drive force", "kg"] };
         lines.extend(extent(word, &self.drive, effort));
         lines.extend(extent("drive power", &self.power, "W"));
-        let peak = |name: Cell, max: &At, rms: f64| {
-            line![name, ": peak ", number(max.value, "N"), " at ", self.at(max), ", RMS ", number(rms, "N")]
+        let peak = |name: Cell, Peak { max, rms, unbounded }: &Peak| {
+            let name = match unbounded {
+                Some(_) => self.told_of(name, unbounded.as_ref()),
+                None => line![name, ":"],
+            };
+            line![name, " peak ", number(max.value, "N"), " at ", self.at(max), ", RMS ", number(*rms, "N")]
         };
         let joints = self.joints.iter();
-        lines.extend(joints.map(|joint| peak(line!["joint `", joint.joint, "`"], &joint.max, joint.rms)));
-        lines.extend(self.shaking_force.iter().map(|force| peak("shaking force".into(), &force.max, force.rms)));
+        lines.extend(joints.map(|joint| peak(line!["joint `", joint.joint, "`"], &joint.peak)));
+        lines.extend(self.shaking_force.iter().map(|force| peak("shaking force".into(), force)));
         lines.extend(extent("shaking moment", &self.shaking_moment, "N.m"));
         lines.extend(extent("generalised inertia", &self.inertia, inertia));
         if let Some(own) = &self.fluctuation {
@@ -196,14 +239,18 @@ impl Figures {
     fn path_lines(&self) -> Vec<Cell> {
         let Some(path) = &self.path else { return Vec::new() };
         let none = || Cell::from("");
-        let area = path.area.map_or_else(none, |area| line![", encloses ", number(area, "m2")]);
+        let area = path.area.map_or_else(none, |area| {
+            let sense = if area < 0.0 { " clockwise" } else { " counter-clockwise" };
+            line![", encloses ", number(area.abs(), "m2"), sense]
+        });
         let way = path.arc.map_or_else(none, |Arc { x, y, radius }| {
             let [x, y] = [x, y].map(|value| number(value, "m").within(Noise(PLACE * radius)));
             line![", on an arc of radius ", number(radius, "m"), " about (", x, ", ", y, ")"]
         });
         let fro = if path.to_and_fro { ", to and fro" } else { "" };
         let mut lines = vec![line!["path of `", path.point, "`: length ", number(path.length, "m"), area, fro, way]];
-        let inputs = |inputs: &[f64]| joined(inputs.iter().map(|input| number(*input, &self.input.unit)), ", ");
+        let inputs =
+            |inputs: &[f64]| joined(inputs.iter().map(|input| number(self.place(*input), &self.input.unit)), ", ");
         for (what, found) in [("inflections", &path.inflections), ("cusps", &path.cusps)] {
             lines.extend((!found.is_empty()).then(|| line!["  ", what, " at ", inputs(found)]));
         }
@@ -213,6 +260,15 @@ impl Figures {
         }));
         lines
     }
+}
+
+/// Columns as a table.
+fn rows(columns: &[Column], cell: impl Fn(f64, &Column) -> Cell) -> Table {
+    let count = columns.first().map_or(0, |column| column.values.len());
+    let row = |row: usize| {
+        columns.iter().map(|column| column.values.get(row).map_or("-".into(), |value| cell(*value, column))).collect()
+    };
+    Table::new(columns.iter().map(|column| named(&column.name, &column.unit)).collect(), (0..count).map(row))
 }
 
 /// A value of the table. Next to a limit the advantage is as large as rounding errors let it be, and no measure of the others.
@@ -239,9 +295,4 @@ pub fn usual() -> Units {
         }
     }
     units
-}
-
-/// Degrees or millimetres as SI if the text has no unit of its own.
-pub fn step(text: &str, angular: bool) -> Result<f64, String> {
-    cotree::compile::quantity(text, &if angular { Unit::angle() } else { Unit::length() })
 }

@@ -198,10 +198,40 @@ impl Samples {
         self.map(|value| value * value).mean().sqrt()
     }
 
+    /// Other values at the same places.
+    pub fn made_of(&self, values: Vec<f64>) -> Samples {
+        Samples { values, ..self.clone() }
+    }
+
     /// Made of two, sample by sample.
     pub fn with(&self, other: &Samples, of: impl Fn(f64, f64) -> f64) -> Samples {
         let values = self.values.iter().zip(&other.values).map(|(&a, &b)| of(a, b)).collect();
         Samples { values, ..self.clone() }
+    }
+
+    /// How far the input goes.
+    pub fn span(&self) -> f64 {
+        let steps = if self.periodic { self.values.len() } else { self.values.len().saturating_sub(1) };
+        (self.grid[1] * steps as f64).abs()
+    }
+
+    /// The runs of samples that are wanted; of a turn, with such that are not, they may go on beyond its end.
+    pub fn pieces(&self, wanted: &[bool]) -> Vec<Samples> {
+        let count = self.values.len();
+        let first = if self.periodic { wanted.iter().position(|wanted| !wanted).unwrap_or(0) } else { 0 };
+        let mut pieces: Vec<Samples> = Vec::new();
+        let mut goes_on = false;
+        for index in first..first + count {
+            let is_wanted = wanted[index % count];
+            if is_wanted && !goes_on {
+                pieces.push(Samples { grid: [self.input(index), self.grid[1]], values: Vec::new(), periodic: false });
+            }
+            if let Some(piece) = pieces.last_mut().filter(|_| is_wanted) {
+                piece.values.push(self.values[index % count]);
+            }
+            goes_on = is_wanted;
+        }
+        pieces
     }
 
     pub fn plus(&self, other: &Samples) -> Samples {
