@@ -13,6 +13,20 @@ pub fn rounded(value: f64, digits: usize) -> String {
     without_zeros(&format!("{value:.*}", decimals.max(0) as usize)).to_owned()
 }
 
+/// A place with six decimals. What they do not show of zero has no sign.
+pub fn fixed(value: f64) -> String {
+    let text = format!("{value:.6}");
+    let is_zero = text.trim_start_matches('-').chars().all(|digit| matches!(digit, '0' | '.'));
+    if is_zero { text.trim_start_matches('-').to_owned() } else { text }
+}
+
+/// A number as it was written; what arithmetic has made of many digits has six.
+pub fn short(value: f64) -> String {
+    const WRITTEN: usize = 10;
+    let all = format!("{value:?}");
+    if all.len() > WRITTEN { rounded(value, 6) } else { all }
+}
+
 /// A result: six digits; zero up to the noise, which is what rounding errors may leave of zero.
 pub fn number(value: f64, noise: f64) -> String {
     if value.abs() <= noise { "0".to_owned() } else { rounded(value, 6) }
@@ -118,6 +132,16 @@ mod tests {
             (-0.5, None, "-0.5000000000"),
         ] {
             assert_eq!(measured(value, error), text);
+        }
+    }
+
+    #[test]
+    fn zeros_have_no_sign_and_times_few_digits() {
+        for (value, text) in [(-1e-9, "0.000000"), (-0.0, "0.000000"), (-6e-7, "-0.000001"), (12.5, "12.500000")] {
+            assert_eq!(fixed(value), text);
+        }
+        for (value, text) in [(0.0, "0.0"), (0.001, "0.001"), (1.0 / 75.0, "0.0133333"), (0.1 + 0.2, "0.3")] {
+            assert_eq!(short(value), text);
         }
     }
 

@@ -214,6 +214,11 @@ fn traces_are_those_of_the_run_in_csv_and_in_millimetres_for_cad() {
     for (place, row) in places.iter().zip(&rows) {
         assert!((place[0] - 1e3 * row[1]).abs() < 1e-6 && (place[1] - 1e3 * row[2]).abs() < 1e-6, "{place:?} {row:?}");
     }
+    for (file, said) in [("a.csv", "rows of `coupler.tracer`"), ("a.dxf", "the curves of `coupler.tracer`")] {
+        let output = cotree(folder, &["trace", &scene, "-o", file]);
+        assert!(stderr(&output).contains(&format!("wrote {file}: ")) && stderr(&output).contains(said), "{output:?}");
+    }
+    assert_eq!(stderr(&cotree(folder, &["trace", &scene])), "");
     let output = cotree(folder, &["trace", &scene, "coupler.traser"]);
     assert_eq!(code(&output), 2);
     assert!(stderr(&output).contains("did you mean `coupler.tracer`?"), "{}", stderr(&output));

@@ -1,6 +1,7 @@
 //! Slips that leave a scene right and its motion not what was meant: `check` says so, with the name.
 
 use cotree::compile::{compile, compile_with_equations};
+use cotree::output::figures::summarise;
 use cotree::scene::Scene;
 use cotree_text::assumptions::assumptions;
 
@@ -82,6 +83,39 @@ fn an_output_whose_unit_nobody_can_tell() {
     ] {
         assert!(!open(value), "{value}");
     }
+}
+
+/// Sentences without holes, numbers with the digits that are worth reading, zeros without a sign.
+#[test]
+fn assumptions_read_well() {
+    let scene = format!("{CRANK}[outputs]\nmoment = \"3*rod.omega\"\n[experiment]\nstop = 0.3333333333333333\n");
+    let sentences = assumed(&scene);
+    for sentence in &sentences {
+        assert!(!sentence.contains("  ") && !sentence.contains("-0.000000"), "{sentence}");
+        assert!(sentence.split(' ').all(|word| !word.starts_with("0.3333333")), "{sentence}");
+    }
+    assert!(sentences.iter().any(|own| own.contains("write `unit`, or the units of its numbers")), "{sentences:?}");
+}
+
+/// The hook is moved and has no mass: no length and no mass depends on anything but parameters.
+#[test]
+fn what_keeps_a_motion_from_series_is_named() {
+    let scene = "name = \"hung\"\ndimension = 1\n[bodies]\nload = { mass = 3 }\nhook = {}\n\
+                 [drivers.lift]\non = \"hook\"\nposition = [\"0.1*sin(t)\"]\n\
+                 [loads.rope]\ntype = \"force\"\non = \"load\"\nvector = [\"-50*(load.x - hook.x)\"]\n";
+    let formulated = compile_with_equations(&Scene::from_toml(scene).unwrap()).unwrap().1;
+    assert!(summarise(&formulated).solver.ends_with("body `hook` has no `mass`"), "{}", summarise(&formulated).solver);
+}
+
+#[test]
+fn a_pose_far_from_its_guess_is_told() {
+    let told = |guess: &str| {
+        let scene = format!("{CRANK}[initial]\n\"rod.x\" = {{ guess = \"{guess}\" }}\n");
+        assumed(&scene).into_iter().find(|sentence| sentence.contains("far from its guess"))
+    };
+    let sentence = told("26 m").unwrap();
+    assert!(sentence.starts_with("`rod.x` is at 0 m at the start, far from its guess, 26 m"), "{sentence}");
+    assert_eq!(told("0.1 m"), None);
 }
 
 #[test]

@@ -475,7 +475,7 @@ def _state_space(point: dict[str, Any]) -> StateSpace:
         name: np.array(point[name], dtype=float).reshape(size[rows], size[columns])
         for name, (rows, columns) in shapes.items()
     }
-    return StateSpace(point["time"], **signals, units=units, **matrices)
+    return StateSpace(point["time"], **signals, units=units, **matrices, rates=np.array(point["rates"], dtype=float))
 
 
 def _mode(mode: dict[str, Any], changes: dict[str, Any]) -> Mode:

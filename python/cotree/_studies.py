@@ -27,7 +27,7 @@ class Equilibrium:
 
 @dataclass(frozen=True)
 class StateSpace:
-    """dx/dt = A x + B u, y = C x + D u for small changes about a point of the motion."""
+    """dx/dt = A x + B u, y = C x + D u for small changes about a point of the motion, where dx/dt itself is `rates`: zero at rest."""
 
     time: float
     states: tuple[str, ...]
@@ -38,6 +38,7 @@ class StateSpace:
     B: np.ndarray
     C: np.ndarray
     D: np.ndarray
+    rates: np.ndarray
 
     def poles(self) -> np.ndarray:
         """Eigenvalues of A [1/s]."""

@@ -14,7 +14,7 @@ use zip::ZipArchive;
 use zip::result::ZipError;
 
 use crate::cells;
-use crate::columns::{aligned, between};
+use crate::columns::{aligned, between, short};
 use crate::diagnostic::visible::on_one_line;
 use crate::mechanism::{CREDITS, Credits};
 
@@ -296,6 +296,7 @@ impl Variable {
 impl fmt::Display for Contents {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let Experiment { start, stop, step, tolerance, .. } = self.experiment;
+        let [start, stop, step] = [start, stop, step].map(short);
         let platforms = self.platforms.iter().map(|(name, size)| format!("{name} ({})", kilobytes(*size)));
         let scene = if self.scene.is_some() { "inside: print it with --scene" } else { "not inside" };
         let mut facts: Vec<Vec<String>> = self.credits.iter().map(|(key, text)| cells![key, text]).collect();
@@ -304,7 +305,7 @@ impl fmt::Display for Contents {
             cells!["guid", self.guid],
             cells!["interfaces", format!("FMI {} {}", self.version, self.interfaces.join(", "))],
             cells!["platforms", platforms.collect::<Vec<_>>().join(", ")],
-            cells!["experiment", format!("{start:?} s to {stop:?} s, step {step:?} s, tolerance {tolerance:?}")],
+            cells!["experiment", format!("{start} s to {stop} s, step {step} s, tolerance {tolerance:?}")],
             cells!["size", kilobytes(self.size)],
             cells!["scene", scene],
         ]);

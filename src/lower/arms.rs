@@ -11,7 +11,7 @@ use super::program::is_driven;
 use super::series::{Coefficients, SeriesBuilder};
 use crate::equations::arms::{Arm, ArmEquations, Arms, Factor, Load, Reason, conjugate_product};
 use crate::equations::{Constraint, Equations, FrameId};
-use crate::expr::{Arena, Expr, Node, Order, Symbol, Unary, Values};
+use crate::expr::{Arena, Expr, Node, Order, Property, Symbol, Unary, Values};
 
 /// Loop equations that repeat others and are open by more than this, relative to their scales, repeat them but nearly: each choice of them is another motion.
 const EXACTLY: f64 = 1e-13;
@@ -130,9 +130,13 @@ fn lower(equations: &mut Equations, arms: &ArmEquations, values: &impl Values) -
     form.tape = builder.finish();
     let coefficients = coefficients.list().to_vec();
     let constant = |symbol: &Symbol| matches!(symbol, Symbol::Parameter(_));
-    match equations.system.arena.symbols(coefficients.iter().copied()).iter().all(constant) {
-        true => Ok((form, coefficients)),
-        false => Err("a mass or a length is no function of the parameters alone".into()),
+    match equations.system.arena.symbols(coefficients.iter().copied()).into_iter().find(|symbol| !constant(symbol)) {
+        None => Ok((form, coefficients)),
+        Some(Symbol::Missing(body, property)) => {
+            let key = if property == Property::Mass { "mass" } else { "inertia" };
+            Err(format!("body `{}` has no `{key}`", equations.system.mechanism.bodies[body].name))
+        }
+        Some(_) => Err("a mass or a length is no function of the parameters alone".into()),
     }
 }
 

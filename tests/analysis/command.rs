@@ -144,6 +144,14 @@ fn along_a_motion_every_point_has_its_matrices() {
         json["points"].as_array().unwrap().iter().map(|point| point["time"].as_f64().unwrap()).collect();
     assert_eq!(times.len(), 4);
     assert_eq!(times[3], 0.3);
+    // Where it moves the rates of the states are said: those of coordinates are states themselves.
+    let point = &json["points"][3];
+    let (states, rates) = (point["states"].as_array().unwrap(), point["rates"].as_array().unwrap());
+    assert!(states.len() == 2 && rates[0] == states[1]["value"] && rates[0] != 0.0, "{point}");
+    let text = stdout(&cotree(folder.path(), &["linearize", "slider_crank.toml", "--at", "0.3"]));
+    assert!(text.contains("dx/dt at this point, to which A x + B u is added: it is no rest"), "{text}");
+    let rest = stdout(&cotree(folder.path(), &["linearize", "cart_pole.toml", "--equilibrium"]));
+    assert!(!rest.contains("dx/dt at this point"), "{rest}");
     // One of them alone is the same.
     let single = cotree(folder.path(), &["linearize", "slider_crank.toml", "--at", "0.3", "--json"]);
     let single: Value = serde_json::from_slice(&single.stdout).unwrap();

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use cotree::columns::counted;
+use cotree::columns::{counted, fixed};
 use cotree::compile::compile_with_equations;
 use cotree::formulate::assemblies::{Assemblies, Value, assemblies};
 use cotree::mechanism::{Mechanism, Unit};
@@ -62,7 +62,7 @@ fn posed<'v>(mut scene: Scene, pose: impl Iterator<Item = &'v Value>) -> Scene {
 fn text(found: &Assemblies, mechanism: &Mechanism, starts: usize) -> String {
     let shown = |value: &Value| {
         let unit = mechanism.units.of(&if value.angular { Unit::angle() } else { Unit::length() });
-        format!("{:.6} {}", value.value / unit.factor, unit.name)
+        format!("{} {}", fixed(value.value / unit.factor), unit.name)
     };
     let held: Vec<String> = found.held.iter().map(|held| format!("`{}` at {}", held.name, shown(held))).collect();
     let with = if held.is_empty() { String::new() } else { format!(" with {}", held.join(", ")) };

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use cotree::columns::short;
 use cotree::compile;
 use cotree::output::report::Report;
 use cotree::scene::Scene;
@@ -70,7 +71,10 @@ pub fn time(option: &str, text: &str, start: f64) -> Result<f64, Failure> {
     let time = seconds(option, text)?;
     match time.is_finite() && time >= start {
         true => Ok(time),
-        false => Err(Failure::Usage(format!("--{option}: {time:?} s is before the start, {start:?} s"))),
+        false => {
+            let [time, start] = [time, start].map(short);
+            Err(Failure::Usage(format!("--{option}: {time} s is before the start, {start} s")))
+        }
     }
 }
 

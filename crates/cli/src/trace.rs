@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use cotree::columns::titled;
+use cotree::columns::{counted, titled};
 use cotree::compile::Compiled;
 use cotree::component::Profile;
 use cotree::diagnostic::suggest;
@@ -55,7 +55,7 @@ impl Trace {
             Some(path) => curves(&compiled, (&points, &cams), path, format),
             None => match &cams[..] {
                 [] => table(&compiled, &points, &shown, file, format),
-                [cam] if points.is_empty() => profile_table(cam, &shown.units, file),
+                [cam] if points.is_empty() => profile_table(cam, &shown.units, file, format),
                 _ => Err(Failure::Usage(
                     "a table has one cam or the points of a run; a drawing (.dxf) takes them together".to_owned(),
                 )),
@@ -149,11 +149,12 @@ fn table(
     let (rows, failure) = rows(compiled, format)?;
     rows.iter().try_for_each(|row| writer.row(row))?;
     output::finish(writer, file)?;
+    wrote(file, &format!("{} of {}", counted(rows.len(), "row"), suggest::list(points)), format);
     failure
 }
 
 /// A profile with the curve of the follower's point, for each half degree of the cam's angle.
-fn profile_table(cam: &Profile, units: &Units, file: Option<&Path>) -> Result<(), Failure> {
+fn profile_table(cam: &Profile, units: &Units, file: Option<&Path>, format: MessageFormat) -> Result<(), Failure> {
     let [metre, radian] = [Unit::length(), Unit::angle()].map(|unit| units.of(&unit));
     let place = |axis| (titled(&format!("{}.{axis}", cam.name), &metre.name), metre.factor);
     let places = ["x", "y", "pitch_x", "pitch_y"].map(place);
@@ -163,7 +164,16 @@ fn profile_table(cam: &Profile, units: &Units, file: Option<&Path>) -> Result<()
         let [[x, y], [pitch_x, pitch_y]] = [sample.contact, sample.point].map(|at| from_shaft(cam, at));
         writer.row(&[sample.angle, x, y, pitch_x, pitch_y])?;
     }
-    output::finish(writer, file)
+    output::finish(writer, file)?;
+    wrote(file, &format!("the profile of cam `{}`", cam.name), format);
+    Ok(())
+}
+
+/// What is on standard output tells of itself.
+fn wrote(file: Option<&Path>, what: &str, format: MessageFormat) {
+    if let Some(file) = file {
+        output::wrote(file, what, format);
+    }
 }
 
 /// Points of a profile.
@@ -187,7 +197,9 @@ fn curves(
     format: MessageFormat,
 ) -> Result<(), Failure> {
     if points.is_empty() {
-        return output::write(path, dxf::curves(&cams.iter().map(outline).collect::<Vec<_>>()));
+        output::write(path, dxf::curves(&cams.iter().map(outline).collect::<Vec<_>>()))?;
+        output::wrote(path, &drawn(points, cams), format);
+        return Ok(());
     }
     let (rows, failure) = rows(compiled, format)?;
     let curve = |(index, point): (usize, &String)| {
@@ -196,5 +208,11 @@ fn curves(
     let curves: Vec<(String, Vec<[f64; 2]>)> =
         points.iter().enumerate().map(curve).chain(cams.iter().map(outline)).collect();
     output::write(path, dxf::curves(&curves))?;
+    output::wrote(path, &drawn(points, cams), format);
     failure
+}
+
+fn drawn(points: &[String], cams: &[Profile]) -> String {
+    let names = points.iter().map(String::as_str).chain(cams.iter().map(|cam| &*cam.name));
+    format!("the curves of {}", suggest::list(names))
 }

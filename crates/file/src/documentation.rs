@@ -1,7 +1,7 @@
 //! `documentation/index.html`: what a user of the FMU wants to know, in one file without links: the page of `cotree view`, with more to read.
 
 use cotree::cells;
-use cotree::columns::between;
+use cotree::columns::{between, short};
 use cotree::export::archive::Extra;
 use cotree::export::description::{Causality, Description, ScalarVariable, Start};
 use cotree::export::{ExportError, FmiVersion};
@@ -144,7 +144,7 @@ fn about(description: &Description, version: FmiVersion) -> String {
     };
     let number = version.number();
     format!(
-        "<h2>Use</h2>\n<p>FMI {number} {interfaces}. Default experiment: {:?} s to {:?} s, communication step {:?} s, \
+        "<h2>Use</h2>\n<p>FMI {number} {interfaces}. Default experiment: {} s to {} s, communication step {} s, \
          relative tolerance {:?}. In Python, with fmpy:</p>\n{}\
          <ul>\n<li>All values that are set and read are in SI units. In brackets: the units that tools show them in.</li>\n\
          <li>The solver chooses its own steps within a communication step and keeps the loops closed.</li>\n\
@@ -153,9 +153,9 @@ fn about(description: &Description, version: FmiVersion) -> String {
          <li>Fixed parameters may be set until initialisation, tunable ones at any communication point.</li>\n\
          <li>The state can be saved, restored and serialised; derivatives along directions, and of outputs by time up to \
          the fourth order, are exact.</li>\n</ul>\n",
-        experiment.start,
-        experiment.stop,
-        experiment.step,
+        short(experiment.start),
+        short(experiment.stop),
+        short(experiment.step),
         experiment.tolerance,
         preformatted(&fmpy(description)),
         if exchange { importers_tolerance(description) } else { String::new() }
@@ -206,9 +206,9 @@ fn accuracy(measured: &Result<Accuracy, String>, default: f64) -> String {
         Ok(accuracy) => accuracy,
         Err(reason) => return text + &format!("<p>Not measured: {}.</p>\n", escape(reason)),
     };
-    let [from, to] = accuracy.span;
+    let [from, to] = accuracy.span.map(short);
     text += &format!(
-        "<p>Measured with this model from {from:?} s to {to:?} s, at default parameters and inputs. The error is the largest of any \
+        "<p>Measured with this model from {from} s to {to} s, at default parameters and inputs. The error is the largest of any \
          output at any time, relative to the output's largest value, and against a run with tolerance {REFERENCE:e}. The default tolerance \
          is {default:e}.</p>\n"
     );

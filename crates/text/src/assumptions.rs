@@ -1,9 +1,11 @@
 //! What holds because the scene does not say otherwise, in the units of the scene.
 
+use cotree::columns::{fixed, rounded};
 use cotree::component::Section;
 use cotree::expr::{Order, Symbol};
 use cotree::formulate::Formulated;
 use cotree::formulate::assemblies::assemblies;
+use cotree::formulate::start::evaluate_at;
 use cotree::mechanism::{Body, Dimension, Mechanism, Unit};
 use cotree::scene::constant::evaluate;
 use cotree::scene::key::{Form, Need, Range};
@@ -19,6 +21,7 @@ pub fn assumptions(formulated: &mut Formulated, scene: &Scene) -> Vec<String> {
     sentences.extend(mass_centres(&formulated.equations.system.mechanism, scene));
     sentences.extend(free_lengths(scene));
     sentences.extend(start(formulated));
+    sentences.extend(far_from_guess(formulated));
     sentences.extend(one_of_several(formulated));
     sentences.extend(experiment(&formulated.equations.system.mechanism, scene));
     sentences.extend(open_units(&formulated.equations.system.mechanism));
@@ -29,7 +32,7 @@ pub fn assumptions(formulated: &mut Formulated, scene: &Scene) -> Vec<String> {
 fn open_units(mechanism: &Mechanism) -> Vec<String> {
     let sentence = |name: &String| {
         format!(
-            "output `{name}` is a number without a unit, for importers too: its expression contains numbers, parameters or inputs that have none; write              `unit`, or the units of its numbers as in `200[N/m]`"
+            "output `{name}` is a number without a unit, for importers too: its expression contains numbers, parameters or inputs that have none; write `unit`, or the units of its numbers as in `200[N/m]`"
         )
     };
     mechanism.outputs.iter().filter(|output| output.is_open).map(|output| sentence(&output.name)).collect()
@@ -104,17 +107,44 @@ fn start(formulated: &mut Formulated) -> Vec<String> {
         }
         let unit = mechanism.units.of(&if coordinate.angular { Unit::angle() } else { Unit::length() });
         let name = &coordinate.name.position;
-        let value = state.positions()[index] / unit.factor;
+        let value = fixed(state.positions()[index] / unit.factor);
         let from = match follows_recommended {
             true if mechanism.begins.is_empty() => "as in the recommended trees",
             true => "searched from where its part has it at 0",
             false => "searched from 0",
         };
-        sentences.push(format!("`{name}` is neither given nor guessed: {from}, found at {value:.6} {}", unit.name));
+        sentences.push(format!("`{name}` is neither given nor guessed: {from}, found at {value} {}", unit.name));
     }
     let known = said.iter().filter(|symbol| matches!(symbol, Symbol::Coordinate(_, Order::Velocity))).count();
     if known < mobility {
         sentences.push("velocities that are not given are zero as far as the loops and drivers allow".to_string());
+    }
+    sentences
+}
+
+/// Poses that were found far from where they were guessed: farther than the longest arm, or turned by more than a right angle.
+fn far_from_guess(formulated: &mut Formulated) -> Vec<String> {
+    let state = formulated.state.clone();
+    let longest = formulated.lowered.program.length;
+    let equations = &mut formulated.equations;
+    let mechanism = &*equations.system.mechanism.clone();
+    let mut sentences = Vec::new();
+    for initial in mechanism.initial.iter().filter(|initial| !initial.known) {
+        let exprs = [equations.formula(&initial.value), equations.variable(initial.variable)];
+        let [guess, found] = evaluate_at(&equations.system.arena, &state, &exprs)[..] else { continue };
+        let (unit, most) = match initial.variable.quantity.measure().si {
+            "rad" => (Unit::angle(), std::f64::consts::FRAC_PI_2),
+            "m" => (Unit::length(), longest),
+            // A guessed rate is no place.
+            _ => continue,
+        };
+        if (found - guess).abs() > most {
+            let unit = initial.display.clone().unwrap_or_else(|| mechanism.units.of(&unit));
+            let [guess, found] =
+                [guess, found].map(|value| format!("{} {}", rounded(value / unit.factor, 6), unit.name));
+            let name = mechanism.variable_name(initial.variable);
+            sentences.push(format!("`{name}` is at {found} at the start, far from its guess, {guess}: the loops may close in a nearer way, see `cotree assemblies`"));
+        }
     }
     sentences
 }
@@ -135,7 +165,7 @@ fn one_of_several(formulated: &Formulated) -> Option<String> {
 /// What is run and reported by default.
 fn experiment(mechanism: &Mechanism, scene: &Scene) -> Vec<String> {
     let second = mechanism.units.of(&Unit::time());
-    let time = |value: f64| format!("{} {}", value / second.factor, second.name);
+    let time = |value: f64| format!("{} {}", rounded(value / second.factor, 6), second.name);
     let (given, run) = (&scene.experiment, &mechanism.experiment);
     let mut open = Vec::new();
     if given.stop.is_none() {

@@ -30,6 +30,8 @@ pub struct StateSpace {
     pub time: f64,
     /// Independent coordinates, their rates, then positions and rates of drivers that integrate an input.
     pub states: Vec<Signal>,
+    /// dx/dt at the point itself, beside which A x + B u are changes: zero at rest.
+    pub rates: Vec<f64>,
     /// The inputs, then those of their time derivatives that a driver passes on.
     pub inputs: Vec<Signal>,
     pub outputs: Vec<Signal>,
@@ -84,6 +86,7 @@ impl StateSpace {
         Ok(StateSpace {
             time: point.time(),
             states: signals(&basis.states),
+            rates: basis.states.iter().map(|&state| point.value(derivative(formulated, state))).collect(),
             inputs: signals(&basis.inputs),
             outputs: output_signals(formulated, &numbers),
             a,
@@ -243,17 +246,28 @@ impl Basis {
             Symbol::Coordinate(index, Order::Position) => motion.rates.row(index).into_owned(),
             Symbol::Coordinate(index, _) => motion.accelerations.row(index).into_owned(),
             other => {
-                let derivative = match other {
-                    Symbol::Follower(index, Order::Position) => Symbol::Follower(index, Order::Velocity),
-                    Symbol::Follower(index, _) => Symbol::Follower(index, Order::Acceleration),
-                    input => input, // no state
-                };
-                let wanted = source(formulated, derivative);
+                let wanted = derivative(formulated, other);
                 let columns = self.states.iter().chain(&self.inputs);
                 let entries = columns.map(|&column| f64::from(u8::from(column == wanted)));
                 nalgebra::RowDVector::from_iterator(self.signals.ncols(), entries)
             }
         }
+    }
+}
+
+/// The signal that is the derivative of a state by time.
+fn derivative(formulated: &Formulated, state: Symbol) -> Symbol {
+    let next = |order: Order| if order == Order::Position { Order::Velocity } else { Order::Acceleration };
+    match state {
+        Symbol::Coordinate(index, order) => Symbol::Coordinate(index, next(order)),
+        Symbol::Follower(index, order) => source(formulated, Symbol::Follower(index, next(order))),
+        // No state.
+        Symbol::Time
+        | Symbol::Parameter(_)
+        | Symbol::Input(..)
+        | Symbol::Reaction(_)
+        | Symbol::Missing(..)
+        | Symbol::Argument => state,
     }
 }
 

@@ -17,6 +17,9 @@ pub struct Linearization {
     pub step: Option<f64>,
 }
 
+/// Rates below this are those of a rest, SI: what an equilibrium is found to.
+const AT_REST: f64 = 1e-9;
+
 /// A name and its unit.
 type Label<'a> = (String, &'a str);
 
@@ -47,7 +50,8 @@ impl StateSpace {
         let signal = |own: &Signal| json!({"name": own.name, "unit": own.unit.si, "value": own.value});
         let signals = |signals: &[Signal]| signals.iter().map(signal).collect::<Value>();
         let [states, inputs, outputs] = [&self.states, &self.inputs, &self.outputs].map(|own| signals(own));
-        let mut data = json!({"time": self.time, "states": states, "inputs": inputs, "outputs": outputs});
+        let mut data =
+            json!({"time": self.time, "states": states, "rates": self.rates, "inputs": inputs, "outputs": outputs});
         for (name, matrix, ..) in self.matrices(held) {
             data[name] = rows(matrix);
         }
@@ -60,6 +64,7 @@ impl StateSpace {
             |own: &Signal| row![own.name, number(own.value, &own.unit.si).within(Noise(ROUNDING)), unit(&own.unit.si)];
         let signals = [("states", &self.states), ("inputs", &self.inputs), ("outputs", &self.outputs)];
         let signals = signals.map(|(title, signals)| Table::list(title, signals.iter().map(signal)));
+        let rates = self.moves().then(|| self.rate_table());
         let matrices = self.matrices(held).into_iter().filter(|(_, matrix, ..)| !matrix.is_empty());
         let matrices = matrices.map(|(name, matrix, rows, columns)| {
             let noise = Noise(ROUNDING * matrix.amax());
@@ -69,8 +74,23 @@ impl StateSpace {
             let [above, beside] = [&columns, &rows].map(|labels| labels.iter().map(|own| &own.0).collect::<Vec<_>>());
             Table::matrix(name, &beside, &above, entry)
         });
-        let shown = signals.into_iter().filter(|table| !table.rows.is_empty()).chain(matrices);
+        let shown = signals.into_iter().filter(|table| !table.rows.is_empty()).chain(rates).chain(matrices);
         std::iter::once(Table { heading: Some(at(self.time)), ..Table::default() }).chain(shown).collect()
+    }
+
+    /// Is the point one of a motion, not of a rest?
+    fn moves(&self) -> bool {
+        self.rates.iter().any(|rate| rate.abs() > AT_REST)
+    }
+
+    /// What the changes are changes of.
+    fn rate_table(&self) -> Table {
+        let rate = |(state, rate): (&Signal, &f64)| {
+            let si = state.unit.per_second().si;
+            row![format!("d({})/dt", state.name), number(*rate, &si).within(Noise(AT_REST)), unit(&si)]
+        };
+        let title = "dx/dt at this point, to which A x + B u is added: it is no rest";
+        Table::list(title, self.states.iter().zip(&self.rates).map(rate))
     }
 
     /// One value a line.
