@@ -724,7 +724,7 @@ fn rows_stand_where_they_were_asked_for() {
     assert_eq!(lever("50 deg..1 deg", "17 deg"), [50.0, 33.0, 16.0, 1.0]);
     assert_eq!(lever("0 deg..5 deg", "7 deg"), [0.0, 5.0]);
     let turn = run("b.toml", &["--input", "O2", "--output", "O4", "--every", "51.3 deg"]);
-    assert_eq!(rows(&turn), [0.0, 51.3, 102.6, 153.9, 205.2, 256.5, 307.8]);
+    assert_eq!(rows(&turn), [0.0, 51.3, 102.6, 153.9, 205.2, 256.5, 307.8, 359.1]);
     // Between dead points at round places, and at both ends of what is sampled.
     let rocker = run("b.toml", &["--input", "O4", "--output", "O2", "--every", "20 deg"]);
     let places = rows(&rocker);
@@ -800,7 +800,7 @@ motor = { joint = "shaft", angle = "t" }
     assert!(least > 60.0 * DEG && most <= 90.0 * DEG, "{least} to {most}");
     let jumps = angles.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max);
     assert!(jumps < 0.01, "{jumps}");
-    check(&figures["transmission"][0], &[("/min/value", least)]);
+    assert!((number(&figures["transmission"][0], "/min/value") - least).abs() < 1e-3, "{}", figures["transmission"]);
 }
 
 /// 300 N on the slide: the crank's torque is 300 N times the influence coefficient of the slide, by virtual work.

@@ -34,13 +34,13 @@ pub struct Motion {
     #[arg(id = "of_interest", long = "output", value_name = "NAME")]
     of_interest: Option<String>,
     /// Speed of the input, such as "20 rad/s" or "300 rpm"; 0: forces at rest [default: that at the start of the scene, or 1 rad/s, or 1 m/s]
-    #[arg(long, value_name = "SPEED")]
+    #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
     speed: Option<String>,
     /// From where to where the input moves, such as "-30..60 deg", or backwards "60..-30 deg" [default: one turn, or as far as it goes both ways]
     #[arg(long, value_name = "FROM..TO", allow_hyphen_values = true)]
     range: Option<String>,
     /// A row of the printed table every so much of the input, such as "30 deg": from the beginning of --range on, else at its multiples [default: a twelfth of a turn or of the range]
-    #[arg(long, value_name = "STEP")]
+    #[arg(long, value_name = "STEP", allow_hyphen_values = true)]
     every: Option<String>,
     /// A point whose path is described: length, area, inflections, cusps, crossings
     #[arg(long, value_name = "POINT")]
