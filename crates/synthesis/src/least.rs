@@ -53,46 +53,68 @@ impl End {
 struct Block<const G: usize, const L: usize> {
     square: [[f64; L]; L],
     beside: [[f64; G]; L],
-    right: [f64; L],
 }
 
-struct Normal<const G: usize, const L: usize> {
+/// A right side of the normal equations.
+struct Right<const G: usize, const L: usize> {
+    shared: [f64; G],
+    own: Vec<[f64; L]>,
+}
+
+/// The normal equations at a place, and the residuals that they are made of.
+struct Normal<const G: usize, const L: usize, const R: usize> {
     sum: f64,
     square: [[f64; G]; G],
-    right: [f64; G],
     blocks: Vec<Block<G, L>>,
+    residuals: Vec<Residuals<G, L, R>>,
 }
 
-fn normal<const G: usize, const L: usize, const R: usize>(
-    terms: &impl Terms<G, L, R>,
-    at: &Unknowns<G, L>,
-    out: &mut Normal<G, L>,
-) {
-    *out = Normal { sum: 0.0, square: [[0.0; G]; G], right: [0.0; G], blocks: std::mem::take(&mut out.blocks) };
-    out.blocks.clear();
-    for (term, own) in at.own.iter().enumerate() {
-        let found = terms.at(term, &at.shared, own);
-        let mut block = Block { square: [[0.0; L]; L], beside: [[0.0; G]; L], right: [0.0; L] };
-        for row in 0..R {
-            let (value, shared, mine) = (found.value[row], &found.by_shared[row], &found.by_own[row]);
-            out.sum += value * value;
-            for i in 0..G {
-                out.right[i] -= shared[i] * value;
-                for j in 0..=i {
-                    out.square[i][j] += shared[i] * shared[j];
+impl<const G: usize, const L: usize, const R: usize> Normal<G, L, R> {
+    fn empty() -> Self {
+        Normal { sum: 0.0, square: [[0.0; G]; G], blocks: Vec::new(), residuals: Vec::new() }
+    }
+
+    fn fill(&mut self, terms: &impl Terms<G, L, R>, at: &Unknowns<G, L>) {
+        (self.sum, self.square) = (0.0, [[0.0; G]; G]);
+        self.blocks.clear();
+        self.residuals.clear();
+        for (term, own) in at.own.iter().enumerate() {
+            let found = terms.at(term, &at.shared, own);
+            let mut block = Block { square: [[0.0; L]; L], beside: [[0.0; G]; L] };
+            for row in 0..R {
+                let (shared, mine) = (&found.by_shared[row], &found.by_own[row]);
+                self.sum += found.value[row] * found.value[row];
+                for i in 0..G {
+                    for j in 0..=i {
+                        self.square[i][j] += shared[i] * shared[j];
+                    }
+                }
+                for i in 0..L {
+                    for j in 0..L {
+                        block.square[i][j] += mine[i] * mine[j];
+                    }
+                    for j in 0..G {
+                        block.beside[i][j] += mine[i] * shared[j];
+                    }
                 }
             }
-            for i in 0..L {
-                block.right[i] -= mine[i] * value;
-                for j in 0..L {
-                    block.square[i][j] += mine[i] * mine[j];
-                }
-                for j in 0..G {
-                    block.beside[i][j] += mine[i] * shared[j];
-                }
-            }
+            self.blocks.push(block);
+            self.residuals.push(found);
         }
-        out.blocks.push(block);
+    }
+
+    /// The right side for residuals in place of those that are there.
+    fn right(&self, value: impl Fn(usize) -> [f64; R]) -> Right<G, L> {
+        let mut right = Right { shared: [0.0; G], own: Vec::with_capacity(self.residuals.len()) };
+        for (term, found) in self.residuals.iter().enumerate() {
+            let (value, mut own) = (value(term), [0.0; L]);
+            for row in 0..R {
+                (0..G).for_each(|i| right.shared[i] -= found.by_shared[row][i] * value[row]);
+                (0..L).for_each(|i| own[i] -= found.by_own[row][i] * value[row]);
+            }
+            right.own.push(own);
+        }
+        right
     }
 }
 
@@ -135,67 +157,129 @@ fn solve<const N: usize>(factor: &[[f64; N]; N], mut b: [f64; N]) -> [f64; N] {
 /// No unknown of a term changes by more than this in a step: most are angles.
 const LONGEST: f64 = 1.0;
 
-/// The unknowns after a step that is damped so much; none if the equations cannot be solved.
-fn step<const G: usize, const L: usize>(
-    normal: &Normal<G, L>,
+/// The normal equations, damped and factored.
+struct Factored<'n, const G: usize, const L: usize> {
+    blocks: &'n [Block<G, L>],
+    own: Vec<[[f64; L]; L]>,
+    shared: [[f64; G]; G],
+}
+
+impl<'n, const G: usize, const L: usize> Factored<'n, G, L> {
+    /// None if the equations cannot be solved.
+    fn new<const R: usize>(normal: &'n Normal<G, L, R>, damping: f64) -> Option<Self> {
+        let mut square = normal.square;
+        let mut own = Vec::with_capacity(normal.blocks.len());
+        for block in &normal.blocks {
+            let mut damped = block.square;
+            (0..L).for_each(|i| damped[i][i] += damping * damped[i][i] + 1e-12);
+            let factor = factor(damped)?;
+            for i in 0..G {
+                let column = solve(&factor, std::array::from_fn(|l| block.beside[l][i]));
+                for l in 0..L {
+                    for j in i..G {
+                        square[j][i] -= block.beside[l][j] * column[l];
+                    }
+                }
+            }
+            own.push(factor);
+        }
+        (0..G).for_each(|i| square[i][i] += damping * normal.square[i][i].max(1e-6) + 1e-14);
+        Some(Factored { blocks: &normal.blocks, own, shared: factor(square)? })
+    }
+
+    fn solve(&self, mut right: Right<G, L>) -> Right<G, L> {
+        let terms = || self.blocks.iter().zip(&self.own);
+        for ((block, factor), own) in terms().zip(&right.own) {
+            let reduced = solve(factor, *own);
+            for l in 0..L {
+                (0..G).for_each(|i| right.shared[i] -= block.beside[l][i] * reduced[l]);
+            }
+        }
+        right.shared = solve(&self.shared, right.shared);
+        for ((block, factor), own) in terms().zip(&mut right.own) {
+            (0..L).for_each(|l| own[l] -= (0..G).map(|i| block.beside[l][i] * right.shared[i]).sum::<f64>());
+            *own = solve(factor, *own);
+        }
+        right
+    }
+}
+
+/// How far along a step its bend is measured, and how large the bend may be beside it.
+const AHEAD: f64 = 0.1;
+const BEND: f64 = 0.375;
+
+fn moved<const G: usize, const L: usize>(
+    from: &Unknowns<G, L>,
+    way: &Right<G, L>,
+    share: f64,
+    to: &mut Unknowns<G, L>,
+) {
+    to.shared = std::array::from_fn(|i| from.shared[i] + share * way.shared[i]);
+    to.own.clear();
+    let own = from.own.iter().zip(&way.own);
+    to.own.extend(
+        own.map(|(own, way)| -> [f64; L] { std::array::from_fn(|l| own[l] + share * way[l].clamp(-LONGEST, LONGEST)) }),
+    );
+}
+
+/// The unknowns after a step that is damped so much and bent as the valley is; none if there is no such step.
+fn step<const G: usize, const L: usize, const R: usize>(
+    terms: &impl Terms<G, L, R>,
+    normal: &Normal<G, L, R>,
     at: &Unknowns<G, L>,
     damping: f64,
     next: &mut Unknowns<G, L>,
 ) -> Option<()> {
-    let (mut square, mut right) = (normal.square, normal.right);
-    let own = |block: &Block<G, L>| {
-        let mut square = block.square;
-        (0..L).for_each(|i| square[i][i] += damping * square[i][i] + 1e-12);
-        factor(square)
+    let factored = Factored::new(normal, damping)?;
+    let mut way = factored.solve(normal.right(|term| normal.residuals[term].value));
+    moved(at, &way, AHEAD, next);
+    // The second derivative of the residuals along the step.
+    let second = |term: usize| -> [f64; R] {
+        let (here, there) = (&normal.residuals[term], terms.at(term, &next.shared, &next.own[term]).value);
+        std::array::from_fn(|row| {
+            let slope = (0..G).map(|i| here.by_shared[row][i] * way.shared[i]).sum::<f64>()
+                + (0..L).map(|l| here.by_own[row][l] * way.own[term][l]).sum::<f64>();
+            ((there[row] - here.value[row]) / AHEAD - slope) / AHEAD
+        })
     };
-    for block in &normal.blocks {
-        let factor = own(block)?;
-        let reduced = solve(&factor, block.right);
-        for i in 0..G {
-            let column = solve(&factor, std::array::from_fn(|l| block.beside[l][i]));
-            for l in 0..L {
-                right[i] -= block.beside[l][i] * reduced[l];
-                for j in i..G {
-                    square[j][i] -= block.beside[l][j] * column[l];
-                }
-            }
-        }
+    let bend = factored.solve(normal.right(second));
+    let size = |way: &Right<G, L>| {
+        let shared = (0..G).map(|i| way.shared[i] * way.shared[i] * normal.square[i][i].max(1e-6));
+        let own = way.own.iter().flatten().map(|own| own * own);
+        shared.chain(own).sum::<f64>().sqrt()
+    };
+    let share = size(&bend) / size(&way);
+    if share.is_finite() && share < BEND {
+        (0..G).for_each(|i| way.shared[i] += bend.shared[i]);
+        way.own.iter_mut().zip(&bend.own).for_each(|(way, bend)| (0..L).for_each(|l| way[l] += bend[l]));
+    } else if share.is_nan() || share > 2.0 * BEND {
+        return None;
     }
-    (0..G).for_each(|i| square[i][i] += damping * normal.square[i][i].max(1e-6) + 1e-14);
-    let change = solve(&factor(square)?, right);
-    next.shared = std::array::from_fn(|i| at.shared[i] + change[i]);
-    next.own.clear();
-    for (block, before) in normal.blocks.iter().zip(&at.own) {
-        let rest =
-            std::array::from_fn(|l| block.right[l] - (0..G).map(|i| block.beside[l][i] * change[i]).sum::<f64>());
-        let way = solve(&own(block)?, rest);
-        next.own.push(std::array::from_fn(|l| before[l] + way[l].clamp(-LONGEST, LONGEST)));
-    }
+    moved(at, &way, 1.0, next);
     Some(())
 }
 
 /// Makes the sum of squares least from a start on; gives the sum.
 ///
-/// Source: K. Levenberg 1944, D. Marquardt 1963, with Marquardt's scaling; the damping falls to 0.3 of itself or doubles.
+/// Source: K. Levenberg 1944, D. Marquardt 1963, with Marquardt's scaling, the damping falling to 0.3 of itself or doubling; the steps bent along valleys:
+/// M. K. Transtrum, J. P. Sethna, *Geodesic acceleration and the small-curvature approximation for nonlinear least squares*, 2012.
 pub(crate) fn minimise<const G: usize, const L: usize, const R: usize>(
     terms: &impl Terms<G, L, R>,
     at: &mut Unknowns<G, L>,
     end: End,
 ) -> f64 {
     debug_assert_eq!(terms.count(), at.own.len());
-    let empty =
-        || Normal { sum: 0.0, square: [[0.0; G]; G], right: [0.0; G], blocks: Vec::with_capacity(at.own.len()) };
-    let (mut here, mut there) = (empty(), empty());
+    let (mut here, mut there) = (Normal::empty(), Normal::empty());
     let mut next = at.clone();
-    normal(terms, at, &mut here);
+    here.fill(terms, at);
     let mut damping = 1e-2;
     for _ in 0..end.steps {
         if here.sum.is_nan() || here.sum < end.sum || damping > 1e8 {
             break;
         }
-        let moved = step(&here, at, damping, &mut next).is_some();
+        let moved = step(terms, &here, at, damping, &mut next).is_some();
         if moved {
-            normal(terms, &next, &mut there);
+            there.fill(terms, &next);
         }
         if moved && there.sum < here.sum {
             let gained = here.sum - there.sum;

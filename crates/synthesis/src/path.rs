@@ -341,11 +341,16 @@ fn candidates(scaled: &Scaled, path: &Path, effort: &Effort) -> Vec<Start> {
 /// Are pivots and lengths the same?
 fn is_near(a: &Start, b: &Start) -> bool {
     let (p, q) = (&a.shared, &b.shared);
-    let near = |i: usize, j: usize| (p[i] - q[j]).abs() < 1e-4 * (1.0 + p[i].abs());
+    let same = |one: f64, other: f64| (one - other).abs() < 1e-4 * (1.0 + one.abs());
+    let near = |i: usize, j: usize| same(p[i], q[j]);
+    let body = |own: &[f64; 10]| (own[2] - own[0]).hypot(own[3] - own[1]);
     let plain = (4..10).all(|i| near(i, i));
     let exchanged = [(4, 6), (5, 7), (6, 4), (7, 5), (8, 9), (9, 8)];
-    plain || exchanged.into_iter().all(|(i, j)| near(i, j))
+    same(body(p), body(q)) && (plain || exchanged.into_iter().all(|(i, j)| near(i, j)))
 }
+
+/// With given pivots a start is cheap and the number of solutions finite: so many times more are tried.
+const GIVEN: usize = 12;
 
 /// Starts, round by round: of the atlas, then beside them.
 struct Starts<'p> {
@@ -361,7 +366,8 @@ impl<'p> Starts<'p> {
         let count = (effort.starts / 2).min(10 * ROUND);
         let likely = if path.closed { atlas::closed_starts } else { atlas::open_starts };
         let atlas = likely(&scaled.points, count);
-        Starts { scaled, atlas, given: 0, left: effort.starts, random: Random::new(effort.seed) }
+        let left = if scaled.pivots.is_some() { GIVEN * effort.starts } else { effort.starts };
+        Starts { scaled, atlas, given: 0, left, random: Random::new(effort.seed) }
     }
 
     fn next(&mut self) -> Option<Vec<Start>> {
@@ -374,6 +380,9 @@ impl<'p> Starts<'p> {
     fn one(&mut self) -> Option<Start> {
         let index = self.given;
         self.given += 1;
+        if let Some(pivots) = self.scaled.pivots.filter(|_| index >= self.atlas.len()) {
+            return Some(anywhere(&self.scaled.points, pivots, &mut self.random));
+        }
         let mut start = match self.atlas.get(index) {
             Some(start) => start.clone(),
             None => {
@@ -386,6 +395,17 @@ impl<'p> Starts<'p> {
         }
         Some(start)
     }
+}
+
+/// A start with pins of the body and angles at random.
+fn anywhere(points: &[Point], pivots: [Point; 2], random: &mut Random) -> Start {
+    let mut start = Unknowns { shared: [0.0; 10], own: points.iter().map(|_| [random.between(0.0, TAU)]).collect() };
+    for pin in 0..2 {
+        let at = random.normal() * 2.0;
+        (start.shared[2 * pin], start.shared[2 * pin + 1]) = (at.re, at.im);
+    }
+    hold(&mut start, pivots, points);
+    start
 }
 
 /// A start with its pivots moved to where they are to be.
