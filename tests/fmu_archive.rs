@@ -6,9 +6,10 @@ use std::fs;
 use std::io::{Cursor, Read};
 use std::path::Path;
 
-use cotree::export::archive::{Package, SceneText, pack, write};
+use cotree::export::archive::{Package, pack, write};
 use cotree::export::description::{Causality, Description, ScalarVariable, Start};
 use cotree::export::runtime::{LIBRARY, Platform, Runtime};
+use cotree::export::scene_text::SceneText;
 use cotree::export::xml::fmi2 as xml;
 use cotree::export::{ExportError, FmiVersion};
 use cotree::mechanism::{DisplayUnit, Experiment, Unit};
