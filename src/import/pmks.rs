@@ -147,8 +147,8 @@ impl<'a> Reader<'a> {
             self.faults.push(format!("joint `{name}` slides, but neither on the ground nor on a link"));
         }
         let along = [angle.cos(), angle.sin()];
-        let kind = if slides { PinKind::Sliding(Guide { on: None, along }) } else { PinKind::Turning };
         let at = [x * units.length, y * units.length];
+        let kind = if slides { PinKind::Sliding(Guide { on: None, through: at, along }) } else { PinKind::Turning };
         let pin = Pin { name: (*name).to_owned(), at, kind, grounded: grounded && !carried, welded, traced };
         let speed = decimal(part(8)).unwrap_or_default();
         Some(Point { id, pin, driven, slides, guide: (slides && carried).then_some(guide), speed })
@@ -204,7 +204,10 @@ impl<'a> Reader<'a> {
                 ));
                 continue;
             }
-            point.pin.kind = PinKind::Sliding(Guide { on: Some(on), along: way.map(|part| part / length) });
+            let [u, v] = way.map(|part| part / length);
+            let far = (point.pin.at[0] - from[0]) * u + (point.pin.at[1] - from[1]) * v;
+            let through = [from[0] + far * u, from[1] + far * v];
+            point.pin.kind = PinKind::Sliding(Guide { on: Some(on), through, along: [u, v] });
         }
     }
 
