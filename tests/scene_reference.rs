@@ -54,8 +54,24 @@ fn every_example_is_a_sound_scene() {
     }
 }
 
+/// The example with names of the scene in the place of words.
+fn named(example: &str) -> String {
+    let driven = if example.contains("displacement =") { "\"guide\"" } else { "\"pin\"" };
+    let words = [
+        ("[\"BODY.POINT\", \"BODY.POINT\"]", "[\"ground.bearing\", \"crank.inner\"]"),
+        ("[\"BODY\", \"BODY.POINT\"]", "[\"crank\", \"slider\"]"),
+        ("[\"BODY\", \"BODY\"]", "[\"crank\", \"rod\"]"),
+        ("guide = \"JOINT\"", "guide = \"guide\""),
+        ("shaft = \"JOINT\"", "shaft = \"pin\""),
+        ("\"JOINT\"", driven),
+        ("\"BODY.POINT\"", "\"slider\""),
+        ("\"BODY\"", "\"crank\""),
+    ];
+    words.iter().fold(example.to_owned(), |text, (word, name)| text.replace(word, name))
+}
+
 fn mechanism(name: &str, example: &str) -> Mechanism {
-    let scene = Scene::from_toml(&format!("{BASE}{example}"));
+    let scene = Scene::from_toml(&format!("{BASE}{}", named(example)));
     let resolved = scene.and_then(|scene| scene.resolve());
     resolved.unwrap_or_else(|faults| panic!("{name}: {}\n{example}", faults.render(false, 100))).mechanism
 }

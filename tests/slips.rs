@@ -150,7 +150,7 @@ fn a_parameter_or_a_point_of_the_ground_that_nothing_uses() {
     let points = "[ground.points]\nwall = [1, 0]\n";
     assert_eq!(said(points), ["scene::unused nothing uses point `ground.wall`"]);
     let spring =
-        "[loads.coil]\ntype = \"spring\"\nbetween = [\"ground.wall\", \"rod.p\"]\nstiffness = 10\nfree_length = 1\n";
+        "[loads.coil]\ntype = \"spring\"\nbetween = [\"ground.wall\", \"rod.p\"]\nstiffness = 10\nlength = 1\n";
     assert_eq!(said(&format!("{points}{spring}")), [""; 0]);
     assert_eq!(said(&format!("{points}[outputs]\nvariables = [\"ground.wall.x\"]\n")), [""; 0]);
 }
