@@ -140,6 +140,58 @@ pub fn quantity(text: &str, unit: &Unit) -> Result<f64, String> {
     }
 }
 
+/// Numbers that are written together, such as the ends of a range or the items of a list: `180`, `200`, `220 mm`.
+///
+/// # Errors
+/// One cannot be read or is of another kind, or it is not clear which unit it has.
+pub fn quantities(texts: &[&str], unit: &Unit) -> Result<Vec<f64>, String> {
+    // What has a unit of the wrong kind is said first.
+    texts.iter().try_for_each(|text| quantity(text.trim(), unit).map(drop))?;
+    with_units(texts)?.iter().map(|text| quantity(text, unit)).collect()
+}
+
+/// Two of them.
+///
+/// # Errors
+/// As above.
+pub fn both(low: &str, high: &str, unit: &Unit) -> Result<[f64; 2], String> {
+    quantities(&[low, high], unit)?.try_into().map_err(|_| "two numbers are wanted".to_owned())
+}
+
+/// The same numbers, each with its unit: those that have none have that of the last.
+///
+/// # Errors
+/// Their units are of different kinds, or it is not clear which unit a number has.
+pub fn with_units(texts: &[&str]) -> Result<Vec<String>, String> {
+    let texts: Vec<&str> = texts.iter().map(|text| text.trim()).collect();
+    let units: Vec<Option<Unit>> = texts.iter().map(|text| unit_of(text)).collect::<Result<_, _>>()?;
+    let known: Vec<(&str, &Unit)> =
+        texts.iter().zip(&units).filter_map(|(text, unit)| Some((*text, unit.as_ref()?))).collect();
+    let Some((last, unit)) = known.last() else { return Ok(texts.into_iter().map(str::to_owned).collect()) };
+    if let Some((other, _)) = known.iter().find(|(_, other)| other.exponents != unit.exponents) {
+        return Err(format!("`{other}` and `{last}` are of different kinds"));
+    }
+    let is_last = units.last().is_some_and(Option::is_some);
+    let is_clear = is_last && known.iter().all(|(_, other)| other.display == unit.display);
+    let own = |(text, own): (&&str, &Option<Unit>)| match own {
+        None if text.parse::<f64>().is_err() => Ok((*text).to_owned()), // no number
+        None if is_clear => Ok(format!("{text} {}", unit.shown())),
+        None => Err(format!(
+            "`{text}` has no unit beside `{last}`: write a unit behind each number, or one behind the last"
+        )),
+        Some(_) => Ok((*text).to_owned()),
+    };
+    texts.iter().zip(&units).map(own).collect()
+}
+
+/// The unit that a number is written with.
+fn unit_of(text: &str) -> Result<Option<Unit>, String> {
+    match read(&Text::from(text)).map_err(|fault| fault.message)? {
+        Reading::Measure(_, unit) => Ok(Some(unit)),
+        Reading::Number(_) | Reading::Expression => Ok(None),
+    }
+}
+
 /// A unit that is given on the command line.
 ///
 /// # Errors
