@@ -378,7 +378,8 @@ fn meant(value: &str, in_list: bool) -> Option<(&'static str, String)> {
 
 /// Is it made of what words, units and expressions are made of?
 fn is_expression(text: &str) -> bool {
-    text.contains(char::is_alphanumeric) && text.chars().all(|c| c.is_alphanumeric() || " +-*/^()[].,<>=_°µ%²³".contains(c))
+    text.contains(char::is_alphanumeric)
+        && text.chars().all(|c| c.is_alphanumeric() || " +-*/^()[].,<>=_°µ%²³".contains(c))
 }
 
 /// A number as TOML writes it: a point before the decimals, digits on both sides of it, no gaps.
