@@ -52,8 +52,6 @@ impl PinKind {
 pub struct Guide {
     /// The link that it is cut into; none for the ground.
     pub on: Option<usize>,
-    /// The point of it that is nearest to the pin; places of files are rounded.
-    pub through: [f64; 2],
     pub along: [f64; 2],
 }
 

@@ -16,6 +16,9 @@ use crate::columns::counted;
 /// The speed of driven sliders, in units of length a second, that PMKS+ takes for files which have none.
 const SPEED_OF_SLIDERS: f64 = 5.0;
 
+/// How far a pin may be beside its guide, in units of length: the file rounds three places to thousandths, and the pin may be beyond the joints.
+const ROUNDED: f64 = 0.005;
+
 /// Metres of a length, kilograms of a mass, newtons of a force.
 struct Units {
     length: f64,
@@ -99,7 +102,7 @@ impl<'a> Reader<'a> {
         let drafts: Vec<Draft> = self.list().into_iter().filter_map(|text| self.draft(text, &units)).collect();
         // Older files do not say what is selected: the letter for their length stands alone.
         let forces: Vec<&str> = self.list().into_iter().filter(|entry| entry.contains(',')).collect();
-        self.guides(&mut points, &drafts);
+        self.guides(&mut points, &drafts, &units);
         let links = self.links(&points, &drafts);
         let forces = forces.into_iter().filter_map(|text| self.force(text, &drafts, &units)).collect();
         let drives = points.iter().enumerate().filter(|(_, point)| point.driven);
@@ -147,8 +150,8 @@ impl<'a> Reader<'a> {
             self.faults.push(format!("joint `{name}` slides, but neither on the ground nor on a link"));
         }
         let along = [angle.cos(), angle.sin()];
+        let kind = if slides { PinKind::Sliding(Guide { on: None, along }) } else { PinKind::Turning };
         let at = [x * units.length, y * units.length];
-        let kind = if slides { PinKind::Sliding(Guide { on: None, through: at, along }) } else { PinKind::Turning };
         let pin = Pin { name: (*name).to_owned(), at, kind, grounded: grounded && !carried, welded, traced };
         let speed = decimal(part(8)).unwrap_or_default();
         Some(Point { id, pin, driven, slides, guide: (slides && carried).then_some(guide), speed })
@@ -183,7 +186,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Puts guides that are cut into links in their place: along two joints of the link.
-    fn guides(&mut self, points: &mut [Point<'a>], drafts: &[Draft]) {
+    fn guides(&mut self, points: &mut [Point<'a>], drafts: &[Draft], units: &Units) {
         let places: Vec<(&str, [f64; 2])> = points.iter().map(|point| (point.id, point.pin.at)).collect();
         for point in points {
             let Some([link, first, second]) = point.guide else { continue };
@@ -196,18 +199,21 @@ impl<'a> Reader<'a> {
                 self.faults.push(format!("joint `{name}` slides along `{first}` and `{second}` of the link `{link}`, but there is no such link with these joints"));
                 continue;
             };
-            let way = [to[0] - from[0], to[1] - from[1]];
-            let length = way[0].hypot(way[1]);
-            if length == 0.0 {
+            // The pin is on the guide but for what the file has rounded: the line through it and the farther joint closes the loops in the pose of the file.
+            let at = point.pin.at;
+            let apart = |one: [f64; 2], other: [f64; 2]| (one[0] - other[0]).hypot(one[1] - other[1]);
+            let (start, end) = if apart(at, from) >= apart(at, to) { (from, at) } else { (at, to) };
+            let (length, span) = (apart(start, end), apart(from, to));
+            let beside = (to[0] - from[0]) * (at[1] - from[1]) - (to[1] - from[1]) * (at[0] - from[0]);
+            if span == 0.0 || length == 0.0 || (beside / span).abs() > ROUNDED * units.length {
                 self.faults.push(format!(
-                    "joint `{name}` slides along the joints `{first}` and `{second}`, which are at one place"
+                    "joint `{name}` slides along the joints `{first}` and `{second}`, but is not on a line with them"
                 ));
                 continue;
             }
-            let [u, v] = way.map(|part| part / length);
-            let far = (point.pin.at[0] - from[0]) * u + (point.pin.at[1] - from[1]) * v;
-            let through = [from[0] + far * u, from[1] + far * v];
-            point.pin.kind = PinKind::Sliding(Guide { on: Some(on), through, along: [u, v] });
+            let way = [end[0] - start[0], end[1] - start[1]];
+            let sense = if way[0] * (to[0] - from[0]) + way[1] * (to[1] - from[1]) < 0.0 { -length } else { length };
+            point.pin.kind = PinKind::Sliding(Guide { on: Some(on), along: way.map(|part| part / sense) });
         }
     }
 

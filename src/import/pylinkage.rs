@@ -132,7 +132,7 @@ fn pin(joint: &Joint, in_ground: bool, faults: &mut Vec<String>) -> Option<Pin> 
     };
     let kind = match joint.kind.as_str() {
         "ground" | "revolute" | "tracker" | "" => PinKind::Turning,
-        "prismatic" => PinKind::Slot(Guide { on: None, through: [x, y], along: joint.axis.unwrap_or([1.0, 0.0]) }),
+        "prismatic" => PinKind::Slot(Guide { on: None, along: joint.axis.unwrap_or([1.0, 0.0]) }),
         other => {
             faults.push(format!("joint `{}` is of type `{other}`, which is not supported", joint.id));
             return None;

@@ -151,8 +151,7 @@ impl Writer<'_> {
             .filter(|(_, pin)| pin.kind.guide().is_some_and(|guide| guide.on == Some(index)));
         let marked = link.pins.iter().copied().chain(guided.map(|(pin, _)| pin).filter(|pin| !link.pins.contains(pin)));
         let points = marked.map(|pin| {
-            let own = &self.linkage.pins[pin];
-            let [u, v] = own.kind.guide().filter(|guide| guide.on == Some(index)).map_or(own.at, |guide| guide.through);
+            let [u, v] = self.linkage.pins[pin].at;
             format!("{} = [{:?}, {:?}]", self.points[pin], u - x, v - y)
         });
         let points = points.collect::<Vec<_>>().join(", ");
