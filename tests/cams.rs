@@ -657,3 +657,87 @@ tolerance = 1e-10
         assert!((motor[k] + torque[k]).abs() < 1e-9);
     }
 }
+
+/// A rocker that a cam turns, guessed so many turns on: the tip is on the base circle at the start, and the angle is next to the guess, whatever is added to it.
+#[test]
+fn a_turning_follower_keeps_the_turn_of_its_guess() {
+    for (guess, part) in
+        [(160.0, 0.0), (-170.0, 0.0), (190.0, 0.0), (160.0, 47.0), (520.0, 0.0), (-200.0, 0.0), (160.0, 300.0)]
+    {
+        let scene = rocker(guess);
+        let text = match part {
+            0.0 => scene,
+            _ => {
+                let folder = tempfile::tempdir().unwrap();
+                std::fs::write(folder.path().join("rocker.toml"), rocker(guess)).unwrap();
+                let host = format!(
+                    "format = 1\nname = \"host\"\ngravity = [0, 0]\n[parts.p]\nfile = \"rocker.toml\"\nangle = \"{part} deg\"\n[experiment]\nstop = 0.1\n"
+                );
+                std::fs::write(folder.path().join("host.toml"), host).unwrap();
+                let results = sound(Scene::read(&folder.path().join("host.toml"))).simulate().unwrap();
+                let at_start = |name: &str| results.get(name).unwrap_or_else(|| panic!("no {name}"))[0];
+                check_rocker(guess, part, ["p_rocker.angle", "p_spring.torque"].map(at_start));
+                continue;
+            }
+        };
+        let columns = columns(&text);
+        let at_start = |name: &str| columns(name)[0];
+        let [x, y] = ["rocker.tip.x", "rocker.tip.y"].map(at_start);
+        assert!((x.hypot(y) - 0.025).abs() < 1e-9, "{guess}: {x} {y}");
+        check_rocker(guess, part, ["rocker.angle", "spring.torque"].map(at_start));
+    }
+}
+
+/// The spring is free where the rocker is guessed.
+fn check_rocker(guess: f64, part: f64, [angle, torque]: [f64; 2]) {
+    let away = angle - (guess + part).to_radians();
+    assert!(away.abs() < 1.0, "{guess} {part}: {angle}");
+    assert!((torque.abs() - 3.0 * away.abs()).abs() < 1e-9, "{guess} {part}: {torque}");
+}
+
+fn rocker(guess: f64) -> String {
+    format!(
+        r#"
+format = 1
+name = "rocker"
+gravity = [0, 0]
+[ground.points]
+shaft = [0, 0]
+pivot = ["70 mm", 0]
+[bodies.disc]
+mass = 1.0
+inertia = 0.001
+[bodies.rocker]
+mass = 0.2
+inertia = 0.0004
+points = {{ pivot = [0, 0], tip = ["62 mm", 0] }}
+[joints.shaft]
+type = "revolute"
+between = ["ground.shaft", "disc"]
+[joints.pivot]
+type = "revolute"
+between = ["ground.pivot", "rocker.pivot"]
+[joints.cam]
+type = "cam"
+between = ["disc", "rocker.tip"]
+shaft = "shaft"
+guide = "pivot"
+base = "25 mm"
+law = "0.2*(1 - cos(angle))/2"
+[loads.spring]
+type = "torsion_spring"
+between = ["ground", "rocker"]
+stiffness = 3.0
+angle = "{guess} deg"
+[drivers.motor]
+joint = "shaft"
+angle = "2*t"
+[initial]
+"rocker.angle" = {{ guess = "{guess} deg" }}
+[outputs]
+variables = ["rocker.angle", "spring.torque", "rocker.tip.x", "rocker.tip.y"]
+[experiment]
+stop = 0.1
+"#
+    )
+}

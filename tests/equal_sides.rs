@@ -471,6 +471,10 @@ fn every_function_is_among_the_laws() {
 
 /// A cart that a law pushes for a second, with inputs that stay: its acceleration and its rate at the end.
 fn pushed(law: &str, inputs: &[(&str, f64)], engine: Engine) -> [f64; 2] {
+    pushed_to(law, inputs, engine, TOLERANCE)
+}
+
+fn pushed_to(law: &str, inputs: &[(&str, f64)], engine: Engine, tolerance: f64) -> [f64; 2] {
     let mut scene = String::from(
         "format = 1\nname = \"cart\"\n[bodies.cart]\nmass = 1.0\n[joints.rail]\ntype = \"prismatic\"\n\
         between = [\"ground\", \"cart\"]\naxis = [1, 0]\n[initial]\n\"cart.x\" = 0.0\n\"cart.vx\" = 0.0\n\
@@ -480,7 +484,7 @@ fn pushed(law: &str, inputs: &[(&str, f64)], engine: Engine) -> [f64; 2] {
         let _ = writeln!(scene, "{name} = {{ start = {value:?} }}");
     }
     let _ = writeln!(scene, "[loads.push]\ntype = \"force\"\non = \"cart\"\nvector = [\"{law}\", 0]");
-    let mut instance = started(&model(&scene), Some(engine), 1.0, TOLERANCE);
+    let mut instance = started(&model(&scene), Some(engine), 1.0, tolerance);
     instance.step_to(1.0).expect("regular");
     ["cart.ax", "cart.vx"].map(|name| value(&mut instance, name))
 }
@@ -535,6 +539,31 @@ fn a_function_at_its_limit_is_equal_to_it() {
         for engine in ENGINES {
             let [_, rate] = pushed(law, &[], engine);
             assert!((rate - expected).abs() < 1e-6, "{law} by {engine:?}: {rate} instead of {expected}");
+        }
+    }
+}
+
+/// Sides that come closer to each other than numbers are apart, without meeting, or meet where a rise is over.
+#[test]
+fn sides_that_touch_are_told_apart_by_what_is_left_between_them() {
+    let laws = [
+        ("if(poly4567(t/0.4) < 1, 3, 0)", 1.2),
+        ("if(3*poly345(t/0.4) >= 3, 3, 0)", 1.8),
+        ("if(0.02*cycloidal(t/0.4) + 0.01 < 0.03, 3, 0)", 1.2),
+        ("if(1 < poly4567(harmonic(t/0.4)), 3, 0)", 0.0),
+        ("if(height*modified_sine(t/0.4) < height, 3, 0)", 1.2),
+        ("if(1 - modified_trapezoid(t/0.4) > 0, 3, 0)", 1.2),
+        ("if(1 - exp(-60*t) < 1, 3, 0)", 3.0),
+        ("if(2*tanh(50*t) >= 2, 3, 1)", 1.0),
+        ("if(1 - (1 - t/0.4)^4 < 1, 3, 0)", 3.0),
+    ];
+    for (law, expected) in laws {
+        for engine in ENGINES {
+            for tolerance in [1e-4, 1e-6, 1e-9] {
+                let [_, rate] = pushed_to(law, &[("height", 0.7)], engine, tolerance);
+                let near = (rate - expected).abs() < 1e-6;
+                assert!(near, "{law} by {engine:?} at {tolerance:e}: {rate} instead of {expected}");
+            }
         }
     }
 }

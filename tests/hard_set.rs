@@ -677,7 +677,7 @@ fn the_end_of_reach_is_an_error_that_names_the_joint() {
 fn a_redundant_rod_is_named_and_changes_nothing() {
     let case = cases(1).into_iter().find(|case| case.family == "five-link with a redundant rod").expect("the case");
     let compiled = compile(&case.scene).unwrap_or_else(|faults| panic!("{}", faults.render(false, 100)));
-    let redundant: Vec<_> = compiled.program.constraints.iter().filter(|constraint| !constraint.active).collect();
+    let redundant: Vec<_> = compiled.program.constraints.iter().filter(|constraint| !constraint.is_imposed()).collect();
     assert_eq!(redundant.len(), 1);
     assert!(redundant[0].owner.starts_with("high_") || redundant[0].owner.starts_with("low_"), "{redundant:?}");
     let warnings = compiled.warnings.map(|warnings| warnings.render(false, 100)).unwrap_or_default();

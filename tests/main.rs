@@ -26,6 +26,7 @@ mod dependencies;
 mod display_units;
 mod documentation;
 mod driven_blocks;
+mod driven_platforms;
 mod driver_corners;
 mod effort;
 mod ends_together;

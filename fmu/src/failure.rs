@@ -235,13 +235,15 @@ pub enum Failure {
     },
     /// Redundant joints: the loop equations that are imposed come to depend on each other, in a pose that is not singular.
     #[error(
-        "at t = {time} s the loop equations that are imposed of redundant joints come to depend on each other, first those of {}: the mechanism can go on, but the explicit and the implicit method keep the choice that was made at the export; leave the choice of the method to the program, or leave out a joint that repeats others", list(.joints)
+        "at t = {time} s the loop equations that are imposed of redundant joints come to depend on each other, first those of {}: the mechanism can go on, but only series choose others in every pose, {}, or leave out a joint that repeats others", list(.joints), without_series(*.named)
     )]
     ChoiceDependent {
         /// When [s].
         time: f64,
         /// Joints whose loop equations come to depend on each other.
         joints: Vec<String>,
+        /// Has the user named the method?
+        named: bool,
     },
     /// Branches of the motion meet ahead, and the method evaluates what does not tell them apart there.
     #[error(

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::math;
 use crate::program::check::Fault;
-use crate::program::{FollowerOrder, Layout, Program};
+use crate::program::{Constraint, FollowerOrder, Layout, Program, Role};
 
 /// In runs that last longer, slow rates count as well [s].
 const LASTING: f64 = 10.0;
@@ -17,6 +17,8 @@ pub struct Model {
     program: Program,
     layout: Layout,
     active: Vec<usize>,
+    /// Rows among which independent ones are chosen in every pose; none if there is no choice.
+    eligible: Vec<usize>,
     driven: bool,
     /// Of each parameter: is it the known value of a variable at the start?
     imposed: Vec<bool>,
@@ -40,8 +42,13 @@ impl Model {
 
     fn prepare(program: Program) -> Self {
         let layout = program.layout();
-        let constraints = program.constraints.iter().enumerate();
-        let active = constraints.filter(|(_, constraint)| constraint.active).map(|(row, _)| row).collect();
+        let rows = |of: fn(&Constraint) -> bool| {
+            let rows = program.constraints.iter().enumerate();
+            rows.filter(|(_, constraint)| of(constraint)).map(|(row, _)| row).collect::<Vec<usize>>()
+        };
+        let active = rows(Constraint::is_imposed);
+        let eligible = rows(|constraint| constraint.role != Role::LeftOut);
+        let eligible = if eligible.len() > active.len() { eligible } else { Vec::new() };
         let mut imposed = vec![false; program.parameters.len()];
         let initial = &program.initial;
         for (conditions, tape) in [(&initial.positions, &initial.position), (&initial.velocities, &initial.velocity)] {
@@ -54,7 +61,7 @@ impl Model {
             }
         }
         let followed = program.followed_inputs();
-        Self { driven: program.is_driven(), program, layout, active, imposed, followed }
+        Self { driven: program.is_driven(), program, layout, active, eligible, imposed, followed }
     }
 
     /// The program.
@@ -70,6 +77,11 @@ impl Model {
     /// Rows of the active constraints.
     pub fn active(&self) -> &[usize] {
         &self.active
+    }
+
+    /// Rows among which as many as are active are chosen in every pose; none if these are the active ones everywhere.
+    pub(crate) fn eligible(&self) -> &[usize] {
+        &self.eligible
     }
 
     /// Do drivers determine the motion?

@@ -92,6 +92,15 @@ pub struct Coupling {
     pub offset: Expr,
 }
 
+impl Coupling {
+    /// Does it hold for angles that are whole turns away, too? A curve repeats every turn, and the angle that it gives to another body is that of a direction.
+    pub fn repeats_every_turn(&self) -> bool {
+        let is_angle = |term: &Term| matches!(term.port, Port::Angle(_));
+        let is_curve = |term: &Term| matches!(term.port, Port::Curve(..));
+        self.terms.iter().any(is_angle) && self.terms.iter().any(is_curve)
+    }
+}
+
 /// A term of a coupling.
 #[derive(Clone, Copy, Debug)]
 pub struct Term {

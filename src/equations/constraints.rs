@@ -1,6 +1,7 @@
 //! Step 2: the circuit equations of chords with a reaction space, projected on it.
 
 use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 
 use super::Equations;
 use super::couplings::{self, CoupledChord};
@@ -8,7 +9,7 @@ use super::form::{Coefficient, Form};
 use super::kinematics::{Kinematics, known_angle, project};
 use super::vector::Scalar;
 use crate::component::{Angle, Direction, Held, System};
-use crate::expr::{Arena, Expr, Node, Order, Symbol};
+use crate::expr::{Arena, Expr, Node, Order, Symbol, Unary};
 use crate::graph::{ElementId, Rotation, Translation, Tree};
 
 /// One scalar loop equation Phi = 0 with its derivatives, and the reaction that belongs to it.
@@ -29,6 +30,8 @@ pub struct Constraint {
     pub gamma: Expr,
     /// d Phi / d position of each follower.
     pub followers: Vec<(usize, Expr)>,
+    /// Does it hold where its value is whole turns, too? See [`Constraint::gap`].
+    pub repeats_every_turn: bool,
     /// Is it dependent on others in every pose, though it has coordinates? Known once the mechanism has been assembled.
     pub repeats: bool,
 }
@@ -42,6 +45,18 @@ impl Constraint {
     /// The natural size of its value: 1 for an angle, the mechanism's own for a length.
     pub fn scale(&self, length: f64) -> f64 {
         if self.held == Held::Angle { 1.0 } else { length }
+    }
+
+    /// By how much it is open: its value, or how far that is from whole turns. Its derivatives are those of the value.
+    pub fn gap(&self, arena: &mut Arena) -> Expr {
+        if !self.repeats_every_turn {
+            return self.value;
+        }
+        let [turn, half] = [TAU, 0.5].map(|number| arena.constant(number));
+        let turns = arena.divide(self.value, turn);
+        let nearest = arena.add(turns, half);
+        let whole = arena.unary(Unary::Floor, nearest);
+        arena.subtract_product(self.value, turn, whole)
     }
 
     /// A trivial row without followers: it does not constrain the motion.
@@ -129,6 +144,7 @@ pub(super) fn assemble(
         time_rate,
         gamma,
         followers,
+        repeats_every_turn: false,
         repeats: false,
     }
 }

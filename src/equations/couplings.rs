@@ -52,7 +52,7 @@ fn relation(
         coupled.push(chord);
     }
     let row = assemble(&mut system.arena, kinematics, (element, held), value, &velocity, &acceleration);
-    Some(Constraint { coupled, ..row })
+    Some(Constraint { coupled, repeats_every_turn: coupling.repeats_every_turn(), ..row })
 }
 
 /// The across variable of a port, and the chord that carries factor x reaction.

@@ -141,6 +141,12 @@ impl Equations {
         self.constraints.iter().enumerate().filter(|(_, row)| !row.says_nothing())
     }
 
+    /// By how much each constraint is open.
+    pub fn gaps(&mut self) -> Vec<Expr> {
+        let arena = &mut self.system.arena;
+        self.constraints.iter().map(|constraint| constraint.gap(arena)).collect()
+    }
+
     /// {Phi_t} + \[Phi_q\]{v} of one constraint.
     pub fn constraint_rate(&mut self, index: usize) -> Expr {
         let Constraint { jacobian, time_rate, .. } = self.constraints[index].clone();

@@ -32,7 +32,7 @@ pub fn describe(formulated: &Formulated, guid: &str) -> Description {
         exchange: program.offers_exchange().then_some(program.tapes.indicators.results.len()),
         exchange_with_rates: program.offers_exchange_with_rates(),
         indicators: program.tapes.indicators.results.len(),
-        moves_states: !program.is_driven() && program.constraints.iter().any(|constraint| constraint.active),
+        moves_states: !program.is_driven() && program.constraints.iter().any(|constraint| constraint.is_imposed()),
         own_steps: program.has_own_steps(),
         followed,
         variables,

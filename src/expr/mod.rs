@@ -1,6 +1,7 @@
 //! Hash-consed expressions: equal expressions are the same handle, so sharing is free and equality is identity.
 
 mod cam;
+mod compare;
 mod derivative;
 mod evaluate;
 mod expand;

@@ -6,7 +6,7 @@ use crate::mechanism::translate::translate;
 use crate::mechanism::{Formula, Mechanism, Motion, Part, Value};
 
 /// The experiment is looked at in so many places, and jumps are found between them by so many halvings.
-const PLACES: usize = 2000;
+pub(super) const PLACES: usize = 2000;
 const HALVINGS: usize = 50;
 /// How far from a switch its sides are looked at, as shares of the experiment; and from where a root or a quotient bends, next to which rounding errors are larger.
 const BESIDE: [f64; 2] = [1e-9, 1e-11];
@@ -21,10 +21,10 @@ const LEFT: f64 = 0.5;
 const GROWS: f64 = 2.0;
 
 /// A law of time and parameters.
-struct Law {
-    arena: Arena,
+pub(super) struct Law {
+    pub arena: Arena,
     /// The law and its rate.
-    value: [Expr; 2],
+    pub value: [Expr; 2],
     parameters: Vec<f64>,
 }
 
@@ -42,6 +42,13 @@ impl Law {
         Some(Self { arena, value, parameters: mechanism.parameter_values() })
     }
 
+    /// The same of a law that may have variables and inputs: none if it has.
+    pub fn of_time(mechanism: &Mechanism, formula: &Formula) -> Option<Self> {
+        let mut moves = false;
+        formula.visit(&mut |part| moves |= matches!(part, Formula::Variable(_) | Formula::Input(_)));
+        if moves { None } else { Self::of(mechanism, formula) }
+    }
+
     /// Is there a function whose value or rate may jump without a switch: a root, say, where its argument touches zero?
     fn may_bend(&mut self) -> bool {
         let expanded = self.arena.expanded(&self.value[..1]);
@@ -53,7 +60,7 @@ impl Law {
         arguments.any(|argument| self.arena.symbols([argument]).iter().any(|symbol| matches!(symbol, Symbol::Time)))
     }
 
-    fn at(&self, roots: &[Expr], time: f64) -> Vec<f64> {
+    pub fn at(&self, roots: &[Expr], time: f64) -> Vec<f64> {
         let known = |symbol: Symbol| match symbol {
             Symbol::Parameter(index) => self.parameters[index],
             _ => time,
@@ -97,6 +104,23 @@ pub(super) fn laws(part: &Part) -> impl Iterator<Item = &Formula> {
         Value::Vector(both) => both,
         _ => &[],
     })
+}
+
+/// All formulas of a load or driver.
+pub(super) fn formulas(part: &Part) -> Vec<&Formula> {
+    fn own(value: &Value) -> Vec<&Formula> {
+        match value {
+            Value::Formula(formula) | Value::Motion(Motion::Given(formula)) => vec![formula],
+            Value::Vector(both) => both.iter().collect(),
+            Value::Friction(friction) => vec![&friction.coulomb],
+            Value::Motion(Motion::Velocity(_) | Motion::Acceleration(_))
+            | Value::Place(_)
+            | Value::Joint(_)
+            | Value::Choice(_)
+            | Value::Switch(_) => Vec::new(),
+        }
+    }
+    part.values.iter().flat_map(|(_, value)| own(value)).collect()
 }
 
 /// When a law of time jumps first, or its rate does, and from where to where.
@@ -206,6 +230,6 @@ fn halved([mut before, mut behind]: [f64; 2], mut later: impl FnMut(f64) -> bool
     0.5 * (before + behind)
 }
 
-fn share(place: usize) -> f64 {
+pub(super) fn share(place: usize) -> f64 {
     place as f64 / PLACES as f64
 }

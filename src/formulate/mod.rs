@@ -3,17 +3,20 @@
 pub mod assemblies;
 pub mod assembly;
 pub mod attempt;
+mod contradiction;
 mod impulses;
 mod jumps;
 pub mod limits;
 mod restrictions;
 pub mod start;
 mod suspect;
+mod touches;
 
 use std::collections::BTreeSet;
 
 use cotree_fmu::constraints::initial::solve_initial;
 use cotree_fmu::model::{Model, State};
+use cotree_fmu::program::Role;
 
 use crate::component::{Held, Origin, System};
 use crate::diagnostic::suggest::{self, list};
@@ -72,24 +75,28 @@ pub fn formulate_written(mechanism: &Mechanism) -> Result<Formulated, Vec<Fault>
 /// Contradictions, loops that cannot be closed, masses that are missing where motion needs them.
 pub fn formulate_with(mut equations: Equations) -> Result<Formulated, Vec<Fault>> {
     let length = typical_length(&mut equations);
-    let mut faults = check_trivial(&equations, length);
+    let mut faults = check_trivial(&mut equations, length);
     faults.extend(without_rate(&equations.system.mechanism));
     let start = own_start(&equations, length);
     let (model, state) = first_state(&mut equations, length, start.as_ref(), &mut faults)?;
-    let Restrictions { mut equations, state, active, restricting, .. } = match faults.is_empty() {
+    let found = match faults.is_empty() {
         true => restrictions(equations, (model, state), length, start.as_ref())?,
         false => unclosed(equations, (model, state)),
     };
+    if faults.is_empty() {
+        faults.extend(contradiction::contradiction(&found));
+    }
+    let Restrictions { mut equations, state, generic, active, restricting, .. } = found;
     let redundant: Vec<usize> = (0..active.len()).filter(|&index| !active[index]).collect();
     for &index in &redundant {
         equations.constraints[index].repeats = !equations.constraints[index].is_trivial();
     }
-    let pose = Pose {
+    let [pose, generic] = [&state, &generic].map(|state| Pose {
         time: state.time(),
         positions: state.positions().to_vec(),
         followers: state.follower_positions().to_vec(),
-    };
-    let mut lowered = match lower::program(&mut equations, length, (&active, &restricting), &pose) {
+    });
+    let mut lowered = match lower::program(&mut equations, length, (&active, &restricting), [&pose, &generic]) {
         Ok(lowered) => lowered,
         // Where the loops do not close, this may have no other cause.
         Err(_) if !faults.is_empty() => return Err(faults),
@@ -108,9 +115,11 @@ pub fn formulate_with(mut equations: Equations) -> Result<Formulated, Vec<Fault>
     initial.found_positions = [state.positions(), state.follower_positions()].concat();
     initial.found_rates = [state.rates(), state.follower_rates()].concat();
     let program = &lowered.program;
-    let chosen = program.is_driven() || program.arms.as_ref().is_some_and(|form| form.repeating() > 0);
+    let chosen = program.constraints.iter().any(|row| row.role == Role::Repeating)
+        || program.arms.as_ref().is_some_and(|form| form.repeating() > 0);
     let moves_freely = !program.is_driven();
     let mut warnings: Vec<Fault> = redundancy_warning(&equations, &lowered.shared, chosen).into_iter().collect();
+    warnings.extend(touches::touches(&equations.system.mechanism));
     let jumps = jumps::jumps(&equations.system.mechanism);
     if moves_freely {
         if let Some(formulated) = with_impulses(&equations, &jumps) {
@@ -172,7 +181,8 @@ fn first_state(
 fn unclosed(equations: Equations, (model, state): (Model, State)) -> Restrictions {
     let some: BTreeSet<usize> = equations.loops().map(|(index, _)| index).take(equations.coordinates.len()).collect();
     let active = (0..equations.constraints.len()).map(|index| some.contains(&index)).collect();
-    Restrictions { equations, model, state, active, restricting: Vec::new() }
+    let generic = state.clone();
+    Restrictions { equations, model, state, generic, active, restricting: Vec::new() }
 }
 
 /// Where the recommended trees start, for other trees.
@@ -203,15 +213,16 @@ pub fn default_value(mechanism: &Mechanism, symbol: Symbol) -> f64 {
 }
 
 /// Loop equations without coordinates must be satisfied: two drivers of the same angle must agree.
-fn check_trivial(equations: &Equations, length: f64) -> Vec<Fault> {
-    let mechanism = &equations.system.mechanism;
-    let experiment = mechanism.experiment;
+fn check_trivial(equations: &mut Equations, length: f64) -> Vec<Fault> {
+    let experiment = equations.system.mechanism.experiment;
+    let gaps = equations.gaps();
+    let (equations, mechanism) = (&*equations, &equations.system.mechanism);
     let mut faults = Vec::new();
-    for constraint in equations.constraints.iter().filter(|c| c.says_nothing()) {
+    for (constraint, gap) in equations.constraints.iter().zip(gaps).filter(|(own, _)| own.says_nothing()) {
         for share in [0.0, 0.137, 0.619, 1.0] {
             let time = experiment.start + share * (experiment.stop - experiment.start);
             let at = |symbol: Symbol| if symbol == Symbol::Time { time } else { default_value(mechanism, symbol) };
-            let gap = equations.system.arena.evaluate(&[constraint.value], &at)[0];
+            let gap = equations.system.arena.evaluate(&[gap], &at)[0];
             if gap.abs() > 1e-9 {
                 faults.push(conflict(equations, constraint, time, gap, length));
                 break;

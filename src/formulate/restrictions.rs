@@ -30,6 +30,8 @@ pub(super) struct Restrictions {
     pub equations: Equations,
     pub model: Model,
     pub state: State,
+    /// Another one, where loop equations depend on each other only if they do in every pose of the motion.
+    pub generic: State,
     /// By loop equation: is it imposed?
     pub active: Vec<bool>,
     /// Loop equations that restrict in second order.
@@ -58,7 +60,8 @@ pub(super) fn restrictions(
     let found = found.map_err(|undecided| vec![undecided_fault(&equations, &undecided.rows)])?;
     if found.forbidden.is_empty() {
         let active = imposed(&equations, &found);
-        return Ok(Restrictions { equations, model, state, active, restricting: Vec::new() });
+        let generic = generic(found, &state);
+        return Ok(Restrictions { equations, model, state, generic, active, restricting: Vec::new() });
     }
     let implied = implied(&mut equations, &model, &found).ok_or_else(|| vec![turns(&equations, &found.restricting)])?;
     let first = equations.constraints.len();
@@ -77,7 +80,13 @@ pub(super) fn restrictions(
         return Err(vec![turns(&equations, &restricting)]);
     }
     let active = imposed(&equations, &again);
-    Ok(Restrictions { equations, model, state, active, restricting })
+    let generic = generic(again, &state);
+    Ok(Restrictions { equations, model, state, generic, active, restricting })
+}
+
+/// Where the rows were counted.
+fn generic(found: Independence, state: &State) -> State {
+    found.poses.into_iter().next().unwrap_or_else(|| state.clone())
 }
 
 fn imposed(equations: &Equations, found: &Independence) -> Vec<bool> {

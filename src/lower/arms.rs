@@ -48,7 +48,7 @@ pub fn arm_form(
 }
 
 /// Do loop equations repeat others, and do all of them hold in this pose?
-fn repeat_exactly(equations: &Equations, length: f64, values: &impl Values) -> bool {
+pub(super) fn repeat_exactly(equations: &Equations, length: f64, values: &impl Values) -> bool {
     let repeating: Vec<&Constraint> = equations.constraints.iter().filter(|row| row.repeats).collect();
     let gaps: Vec<Expr> = repeating.iter().map(|row| row.value).collect();
     let gaps = equations.system.arena.evaluate(&gaps, values);

@@ -7,6 +7,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use nalgebra::DMatrix;
+
+use super::blocks::{Block, transposed};
 use super::eliminate::{Factor, Obstacle, System};
 use super::motion::{scales, typical, unit_masses};
 use super::program::Pose;
@@ -42,14 +45,14 @@ pub fn impose(
     equations: &mut Equations,
     (active, restricting): (&[bool], &[usize]),
     length: f64,
-    pose: &Pose,
+    [pose, generic]: [&Pose; 2],
 ) -> Result<Shared, Obstacle> {
     if active.iter().all(|&active| active) {
         return Ok(Shared::default());
     }
     let stresses = self_stresses(equations, active, length, pose)?;
     let mut reactions = reactions(equations, &stresses, length);
-    let values = stress_values(equations, &reactions, stresses.len(), pose);
+    let values = stress_values(equations, &reactions, stresses.len(), generic);
     let largest = values.iter().flatten().fold(0.0, |largest: f64, value| largest.max(value.abs()));
     let shares = |row: &[f64], states: &[usize]| states.iter().any(|&state| row[state].abs() > NONE * largest);
     let dropped = (0..active.len()).filter(|&row| !active[row]);
@@ -77,6 +80,106 @@ pub fn impose(
     let mut owners: Vec<Owner> = sharing.map(|(reaction, _)| reaction.variable.owner).collect();
     owners.dedup();
     Ok(Shared { owners, undetermined })
+}
+
+/// The same where drivers determine the motion by a block of loop equations some of which repeat others: no choice of them, and so no finite self-stress, serves in every pose. With
+/// T for how the reactions R change with the multipliers of all these equations, the change of least norm solves \[T^T W T, J; J^T, 0\] {mu, nu} = {-T^T W R, 0}. None if a self-stress changes no
+/// reaction that is reported.
+///
+/// # Errors
+/// The elimination takes too many operations.
+pub fn impose_in_every_pose(
+    equations: &mut Equations,
+    block: &Block,
+    length: f64,
+    generic: &Pose,
+) -> Result<Option<Shared>, Obstacle> {
+    let trivial = (0..equations.constraints.len()).filter(|&row| equations.constraints[row].is_trivial());
+    let rows: Vec<usize> = block.rows.iter().map(|&row| row as usize).chain(trivial).collect();
+    let single: Vec<BTreeMap<usize, Expr>> = rows.iter().map(|&row| BTreeMap::from([(row, Expr::ONE)])).collect();
+    let reactions = reactions(equations, &single, length);
+    let place = |column: usize| block.columns.iter().position(|&own| own as usize == column);
+    let entries = |&row: &usize| -> Vec<(usize, Expr)> {
+        let jacobian = equations.constraints[row].jacobian.iter();
+        jacobian.filter_map(|&(column, entry)| Some((place(column)?, entry))).collect()
+    };
+    let jacobian = transposed(&rows.iter().map(entries).collect::<Vec<_>>(), block.columns.len());
+    let values = stress_values(equations, &reactions, rows.len(), generic);
+    let Some(states) = states(equations, &jacobian, rows.len(), generic) else { return Ok(None) };
+    let by_state = values_by_state(&values, &states);
+    if independent(&by_state).len() < states.ncols() {
+        return Ok(None);
+    }
+    let changes = match least_change(equations, (&rows, &jacobian), &reactions, (length, generic)) {
+        Ok(changes) => changes,
+        Err(Obstacle::Undetermined(_)) => return Ok(None),
+        Err(obstacle @ Obstacle::TooLarge) => return Err(obstacle),
+    };
+    for reaction in &reactions {
+        let arena = &mut equations.system.arena;
+        let value = reaction.stress.iter().zip(&changes);
+        let value = value.fold(reaction.value, |sum, (&slope, &change)| arena.add_product(sum, slope, change));
+        equations.redefine(reaction.variable, value);
+    }
+    let largest = by_state.iter().flatten().fold(0.0, |largest: f64, value| largest.max(value.abs()));
+    let sharing = reactions.iter().zip(&by_state);
+    let sharing = sharing.filter(|(_, row)| row.iter().any(|value| value.abs() > NONE * largest));
+    let mut owners: Vec<Owner> = sharing.map(|(reaction, _)| reaction.variable.owner).collect();
+    owners.dedup();
+    Ok(Some(Shared { owners, undetermined: Vec::new() }))
+}
+
+/// Self-stresses of loop equations, given by columns, as numbers in a pose: a column for each. None if they have no values there.
+fn states(equations: &Equations, jacobian: &[Vec<(usize, Expr)>], rows: usize, pose: &Pose) -> Option<DMatrix<f64>> {
+    let exprs: Vec<Expr> = jacobian.iter().flatten().map(|(_, entry)| *entry).collect();
+    let numbers = equations.system.arena.evaluate(&exprs, &typical(&equations.system.mechanism, pose));
+    if !numbers.iter().all(|number| number.is_finite()) {
+        return None;
+    }
+    // Square, so that all right singular vectors are found.
+    let mut matrix = DMatrix::zeros(rows, rows);
+    let places =
+        jacobian.iter().enumerate().flat_map(|(column, entries)| entries.iter().map(move |(row, _)| (column, *row)));
+    places.zip(numbers).for_each(|(place, number)| matrix[place] = number);
+    let svd = matrix.svd(false, true);
+    let v_t = svd.v_t?;
+    // The columns of the equations are independent in a generic pose.
+    let mut order: Vec<usize> = (0..rows).collect();
+    order.sort_by(|&a, &b| svd.singular_values[a].total_cmp(&svd.singular_values[b]));
+    let free = &order[..rows - jacobian.len()];
+    Some(DMatrix::from_fn(rows, free.len(), |row, state| v_t[(free[state], row)]))
+}
+
+/// How reactions change with self-stresses, from how they change with multipliers.
+fn values_by_state(values: &[Vec<f64>], states: &DMatrix<f64>) -> Vec<Vec<f64>> {
+    let along = |row: &Vec<f64>, state: usize| row.iter().zip(states.column(state).iter()).map(|(a, b)| a * b).sum();
+    values.iter().map(|row| (0..states.ncols()).map(|state| along(row, state)).collect()).collect()
+}
+
+/// The changes of the multipliers, with no effect on the motion, that make the norm of the reactions least.
+fn least_change(
+    equations: &mut Equations,
+    (rows, jacobian): (&[usize], &[Vec<(usize, Expr)>]),
+    reactions: &[Reaction],
+    (length, pose): (f64, &Pose),
+) -> Result<Vec<Expr>, Obstacle> {
+    let values = typical(&equations.system.mechanism, pose);
+    // A force by itself, a torque by the force at the typical length.
+    let scales: Vec<f64> = rows.iter().map(|&row| length / equations.constraints[row].scale(length)).collect();
+    let arena = &mut equations.system.arena;
+    let normal = normal_equations(arena, reactions, rows.len());
+    let sparse = |row: &Vec<Expr>| {
+        let entries = row[..rows.len()].iter().copied().enumerate();
+        entries.filter(|(_, entry)| *entry != Expr::ZERO).collect()
+    };
+    let mass: Vec<Vec<(usize, Expr)>> = normal.iter().map(sparse).collect();
+    let system = System { mass: &mass, jacobian, scales: &scales, values: &values };
+    let factor = Factor::new(arena, &system)?;
+    let mut right: Vec<Expr> = normal.iter().map(|row| row[rows.len()]).collect();
+    right.resize(rows.len() + jacobian.len(), Expr::ZERO);
+    let mut solution = factor.solve(arena, &right);
+    solution.truncate(rows.len());
+    Ok(solution)
 }
 
 /// For each redundant loop equation, multipliers of it and of the independent ones in equilibrium: J_a^T y = J_d^T. A diagonal matrix
@@ -171,8 +274,8 @@ fn independent(values: &[Vec<f64>]) -> Vec<usize> {
     found
 }
 
-/// Sizes of the self-stresses that make the norm least: the normal equations, by Gaussian elimination (their matrix is positive definite).
-fn minimising(arena: &mut Arena, reactions: &[Reaction], states: usize) -> Vec<Expr> {
+/// The equations that make the norm least: a matrix, and its right-hand side as the last column.
+fn normal_equations(arena: &mut Arena, reactions: &[Reaction], states: usize) -> Vec<Vec<Expr>> {
     let mut rows: Vec<Vec<Expr>> = vec![vec![Expr::ZERO; states + 1]; states];
     for reaction in reactions {
         let weight = arena.constant(reaction.weight);
@@ -184,6 +287,12 @@ fn minimising(arena: &mut Arena, reactions: &[Reaction], states: usize) -> Vec<E
             row[states] = arena.subtract_product(row[states], weighted, reaction.value);
         }
     }
+    rows
+}
+
+/// Sizes of the self-stresses that make the norm least, by Gaussian elimination (the matrix is positive definite).
+fn minimising(arena: &mut Arena, reactions: &[Reaction], states: usize) -> Vec<Expr> {
+    let mut rows = normal_equations(arena, reactions, states);
     for pivot in 0..states {
         let upper = rows[pivot].clone();
         for row in &mut rows[pivot + 1..] {

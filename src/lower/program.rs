@@ -6,12 +6,12 @@ use cotree_fmu::program::arm_form::ArmForm;
 use cotree_fmu::program::domain::{Domain, DomainTape};
 use cotree_fmu::program::{
     Constraint, Coordinate, Engine, Experiment, Follower, FollowerOrder, Initial, Input, LawTape, Layout, Parameter,
-    Program, SparseTape, Tapes,
+    Program, Role, SparseTape, Tapes,
 };
 use cotree_fmu::taylor::Jet;
 
-use super::arms::{arm_form, mass_form};
-use super::blocks::{Block, Loops, blocks};
+use super::arms::{arm_form, mass_form, repeat_exactly};
+use super::blocks::{Block, Incidence, Loops, blocks};
 use super::cost::Cost;
 use super::dependencies::Moving;
 use super::domains::{domains, ranges};
@@ -25,8 +25,8 @@ use super::steep::steep;
 use super::table::Table;
 use super::tape::Assembler;
 use crate::component::{Held, Origin};
-use crate::equations::Equations;
 use crate::equations::arms::TOO_MANY;
+use crate::equations::{Constraint as Row, Equations};
 use crate::expr::{Expr, Order, Symbol};
 use crate::mechanism::Method;
 
@@ -87,13 +87,14 @@ struct MotionKernels {
 
 /// A program with which the mechanism can be assembled, but not moved.
 pub fn positions(equations: &mut Equations, length: f64) -> Program {
-    let active: Vec<bool> = equations.constraints.iter().map(|constraint| !constraint.is_trivial()).collect();
+    let role = |own: &Row| if own.is_trivial() { Role::LeftOut } else { Role::Imposed };
+    let roles: Vec<Role> = equations.constraints.iter().map(role).collect();
     let kernels = PositionKernels::new(equations, length);
-    assemble(equations, (length, &active), &kernels, &MotionKernels::default(), &Table::default())
+    assemble(equations, (length, &roles), &kernels, &MotionKernels::default(), &Table::default())
 }
 
 /// The whole program. `active`: the independent loop equations; as many as coordinates determine the motion. `restricting`: those that others stand for, because they restrict in
-/// second order only.
+/// second order only. The poses are the start, and one where loop equations depend on each other only if they do in every pose.
 ///
 /// # Errors
 /// A coordinate that moves no mass and is not constrained.
@@ -101,12 +102,13 @@ pub fn program(
     equations: &mut Equations,
     length: f64,
     (active, restricting): (&[bool], &[usize]),
-    pose: &Pose,
+    [pose, generic]: [&Pose; 2],
 ) -> Result<Lowered, Obstacle> {
     let driven = is_driven(equations, active);
+    let roles = roles(equations, length, (active, restricting), pose);
     let kernels = PositionKernels::new(equations, length);
     let mut moving = MotionKernels::default();
-    let blocks = if driven { solution_order(equations, active) } else { Vec::new() };
+    let blocks = if driven { solution_order(equations, &roles) } else { Vec::new() };
     if !driven {
         let (solver, solve_tree) = solve_tree::solver(equations, active, length, pose)?;
         moving.solve_tree = solve_tree;
@@ -122,7 +124,14 @@ pub fn program(
     let values = [laws, kernels.gamma.clone(), kernels.constraint_rate.clone()].concat();
     moving.laws = steep(&mut equations.system.arena, &values);
     moving.domains = domains(equations);
-    let shared = least_norm::impose(equations, (active, restricting), length, pose)?;
+    let shared = match blocks.iter().find(|block| block.repeats()) {
+        Some(block) => least_norm::impose_in_every_pose(equations, block, length, generic)?,
+        None => None,
+    };
+    let shared = match shared {
+        Some(shared) => shared,
+        None => least_norm::impose(equations, (active, restricting), length, [pose, generic])?,
+    };
     let table = Table::new(equations, driven, &Moving { solved: &moving.solved, blocks: &blocks });
     moving.outputs.clone_from(&table.results);
     if driven {
@@ -138,7 +147,7 @@ pub fn program(
             }
         }
     }
-    let mut program = assemble(equations, (length, active), &kernels, &moving, &table);
+    let mut program = assemble(equations, (length, &roles), &kernels, &moving, &table);
     if is_too_large(&program) {
         program.engine = Engine::Dop853;
         no_series = Some(TOO_MANY.into());
@@ -193,7 +202,7 @@ impl PositionKernels {
             }
         }
         PositionKernels {
-            constraint: equations.constraints.iter().map(|constraint| constraint.value).collect(),
+            constraint: equations.gaps(),
             jacobian,
             constraint_rate: (0..equations.constraints.len()).map(|index| equations.constraint_rate(index)).collect(),
             gamma: equations.constraints.iter().map(|constraint| constraint.gamma).collect(),
@@ -274,7 +283,7 @@ pub fn kernel_cost(equations: &Equations, results: &[Expr]) -> Cost {
 
 fn assemble(
     equations: &mut Equations,
-    (length, active): (f64, &[bool]),
+    (length, roles): (f64, &[Role]),
     position: &PositionKernels,
     moving: &MotionKernels,
     table: &Table,
@@ -364,7 +373,7 @@ fn assemble(
         inputs: inputs(equations),
         followers: followers(equations, length),
         coordinates: coordinates(equations, length),
-        constraints: constraints(equations, length, active),
+        constraints: constraints(equations, length, roles),
         length,
         variables: table.variables(),
         constants: assembler.constants.clone(),
@@ -382,14 +391,28 @@ fn assemble(
     }
 }
 
-/// The blocks of the independent loop equations.
-fn solution_order(equations: &Equations, active: &[bool]) -> Vec<Block> {
-    blocks(&incidence(equations, active), equations.coordinates.len())
+/// What the motion has to do with each loop equation. Those that repeat others but nearly are left out: each choice of them is another motion.
+fn roles(equations: &Equations, length: f64, (active, restricting): (&[bool], &[usize]), pose: &Pose) -> Vec<Role> {
+    let chosen = is_driven(equations, active)
+        && restricting.is_empty()
+        && repeat_exactly(equations, length, &typical(&equations.system.mechanism, pose));
+    let role = |(own, &active): (&Row, &bool)| match active {
+        true => Role::Imposed,
+        false if chosen && own.repeats => Role::Repeating,
+        false => Role::LeftOut,
+    };
+    equations.constraints.iter().zip(active).map(role).collect()
 }
 
-/// The coordinates that occur in each active loop equation.
-fn incidence(equations: &Equations, active: &[bool]) -> Vec<(u32, Vec<u32>)> {
-    let rows = equations.constraints.iter().enumerate().filter(|(row, _)| active[*row]);
+/// The blocks of the loop equations that determine the motion.
+fn solution_order(equations: &Equations, roles: &[Role]) -> Vec<Block> {
+    let [independent, repeating] = [Role::Imposed, Role::Repeating].map(|role| incidence(equations, roles, role));
+    blocks(&independent, &repeating, equations.coordinates.len())
+}
+
+/// The coordinates that occur in each loop equation of a role.
+fn incidence(equations: &Equations, roles: &[Role], role: Role) -> Vec<Incidence> {
+    let rows = equations.constraints.iter().enumerate().filter(|(row, _)| roles[*row] == role);
     rows.map(|(row, constraint)| (row as u32, constraint.jacobian.iter().map(|&(column, _)| column as u32).collect()))
         .collect()
 }
@@ -460,13 +483,13 @@ fn coordinates(equations: &Equations, length: f64) -> Vec<Coordinate> {
     equations.coordinates.iter().map(of).collect()
 }
 
-fn constraints(equations: &Equations, length: f64, active: &[bool]) -> Vec<Constraint> {
-    let rows = equations.constraints.iter().zip(active);
-    rows.map(|(constraint, &active)| Constraint {
+fn constraints(equations: &Equations, length: f64, roles: &[Role]) -> Vec<Constraint> {
+    let rows = equations.constraints.iter().zip(roles);
+    rows.map(|(constraint, &role)| Constraint {
         owner: equations.system.element(constraint.element).name.clone(),
         scale: constraint.scale(length),
         angular: constraint.held == Held::Angle,
-        active,
+        role,
         implied: matches!(equations.system.element(constraint.element).origin, Origin::Implied(_)),
     })
     .collect()

@@ -47,9 +47,9 @@ fn power_of_square(arena: &mut Arena, base: Expr, exponent: f64) -> Option<Expr>
 
 fn compare(arena: &mut Arena, comparison: Comparison, left: Expr, right: Expr) -> Expr {
     match comparison {
-        Comparison::Less => arena.binary(Binary::Less, left, right),
-        Comparison::LessEqual => arena.binary(Binary::LessEqual, left, right),
-        Comparison::Greater => arena.binary(Binary::Less, right, left),
-        Comparison::GreaterEqual => arena.binary(Binary::LessEqual, right, left),
+        Comparison::Less => arena.compare(Binary::Less, left, right),
+        Comparison::LessEqual => arena.compare(Binary::LessEqual, left, right),
+        Comparison::Greater => arena.compare(Binary::Less, right, left),
+        Comparison::GreaterEqual => arena.compare(Binary::LessEqual, right, left),
     }
 }

@@ -64,7 +64,7 @@ fn solver(lowered: &Lowered) -> String {
 
 fn integrated(lowered: &Lowered) -> Integrated {
     let program = &lowered.program;
-    let active = program.constraints.iter().filter(|constraint| constraint.active).count();
+    let active = program.constraints.iter().filter(|constraint| constraint.is_imposed()).count();
     let needs_acceleration =
         |source: Source| matches!(source, Source::Acceleration(_) | Source::Output { accelerated: true, .. });
     let outputs = lowered.table.rows.iter().filter(|row| row.output);

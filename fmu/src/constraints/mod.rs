@@ -6,8 +6,10 @@
 //! * `reciprocals`: how close loop equations are to depending on each other.
 //! * `domains`: which law has no value.
 //! * [`poses`], `closing`, [`independence`]: nearby consistent poses, and what each loop equation restricts.
+//! * [`contradiction`]: whether drivers contradict what is left out.
 
 mod closing;
+pub mod contradiction;
 pub(crate) mod domains;
 pub mod expansion;
 pub mod independence;

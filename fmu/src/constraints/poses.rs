@@ -45,10 +45,41 @@ pub(crate) fn scaled(model: &Model, state: &State) -> Vec<f64> {
     coordinates.map(|(q, coordinate)| q / coordinate.scale).collect()
 }
 
-/// Those of the active loop equations.
-pub(crate) fn active_rows(model: &Model, state: &State) -> Vec<SparseRow> {
+/// Those of some loop equations.
+pub(crate) fn rows_of(model: &Model, state: &State, imposed: &[usize]) -> Vec<SparseRow> {
     let mut rows = sparse_jacobian(model, state);
-    model.active().iter().map(|&row| std::mem::take(&mut rows[row])).collect()
+    imposed.iter().map(|&row| std::mem::take(&mut rows[row])).collect()
+}
+
+/// The loop equations that count in a pose: the active ones or, where others repeat them, as many of all as are furthest from depending on each other there.
+pub(crate) fn imposed(model: &Model, state: &State) -> Vec<usize> {
+    let eligible = model.eligible();
+    if eligible.is_empty() {
+        return model.active().to_vec();
+    }
+    let mut left: Vec<(usize, SparseRow)> = eligible.iter().copied().zip(rows_of(model, state, eligible)).collect();
+    let square = |row: &SparseRow| row.values().map(|entry| entry * entry).sum::<f64>();
+    let mut chosen = Vec::with_capacity(model.active().len());
+    while chosen.len() < model.active().len() {
+        let furthest = (0..left.len()).max_by(|&a, &b| square(&left[a].1).total_cmp(&square(&left[b].1)));
+        let Some(furthest) = furthest else { break };
+        let (row, direction) = left.swap_remove(furthest);
+        chosen.push(row);
+        let size = square(&direction);
+        if size > 0.0 {
+            left.iter_mut().for_each(|(_, other)| take_off(other, &direction, size));
+        }
+    }
+    chosen.sort_unstable();
+    chosen
+}
+
+/// Takes the part along a direction with this square out of a row.
+fn take_off(row: &mut SparseRow, direction: &SparseRow, square: f64) {
+    let product: f64 = direction.iter().filter_map(|(column, part)| Some(row.get(column)? * part)).sum();
+    if product != 0.0 {
+        direction.iter().for_each(|(&column, part)| *row.entry(column).or_default() -= product / square * part);
+    }
 }
 
 /// Consistent poses near a state, the state itself first: random moves in all coordinates (up to `reach` in units of

@@ -274,7 +274,7 @@ pub(super) fn open_row(model: &Model, residuals: &[f64], tolerance: f64) -> Opti
     let constraints = model.program().constraints.iter().zip(residuals);
     // Written so that NaN does not hold.
     let holds = |size: f64| size <= limit;
-    constraints.into_iter().position(|(row, residual)| !row.active && !holds(residual.abs() / row.scale))
+    constraints.into_iter().position(|(row, residual)| !row.is_imposed() && !holds(residual.abs() / row.scale))
 }
 
 /// The largest of some loop equations' residuals, relative to their scales.

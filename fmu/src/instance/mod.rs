@@ -562,7 +562,7 @@ impl Instance {
 
     /// A failure of the solver; at the present time already, it comes from what was set here.
     fn explained(&self, failure: Failure) -> InstanceError {
-        let failure = not_singular(&self.model, &self.now.run, failure);
+        let failure = not_singular(&self.model, &self.now.run, self.settings().is_named(), failure);
         let now = matches!(failure, Failure::LockUp { time, .. } if time <= self.time());
         let jumps = if now && self.now.run.is_changed() { self.jumps() } else { Vec::new() };
         if jumps.is_empty() { InstanceError::Solver(failure) } else { InstanceError::Jump { jumps, cause: failure } }

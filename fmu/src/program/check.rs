@@ -94,7 +94,7 @@ impl Program {
     /// Checks the whole program.
     pub fn check(&self) -> Result<(), Fault> {
         self.check_positions()?;
-        let constrained = self.constraints.iter().any(|constraint| constraint.active);
+        let constrained = self.constraints.iter().any(|constraint| constraint.is_imposed());
         self.check_motion_counts(constrained)?;
         self.check_arms()
     }

@@ -147,6 +147,17 @@ pub struct Coordinate {
     pub scale: f64,
 }
 
+/// What the motion has to do with a loop equation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Role {
+    /// It is redundant: checked for consistency, but not imposed.
+    LeftOut,
+    /// One of as many as are independent.
+    Imposed,
+    /// Of a driven mechanism, redundant: it helps to determine the motion where those that are imposed depend on each other.
+    Repeating,
+}
+
 /// One scalar loop equation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Constraint {
@@ -156,8 +167,8 @@ pub struct Constraint {
     pub scale: f64,
     /// Is it an angle [rad]? Otherwise it is a gap [m].
     pub angular: bool,
-    /// Redundant rows are checked for consistency but not imposed.
-    pub active: bool,
+    /// What the motion has to do with it.
+    pub role: Role,
     /// Do the others imply it, in second order, with the parameters of the export? Then it stands for rows that are not imposed.
     pub implied: bool,
 }
@@ -218,7 +229,7 @@ pub struct LawTape {
 /// The kernels. Each reads the registers named in its comment and the parameter stage, and may use every register from
 /// the end of the parameter stage on as scratch: results must be copied out before another tape runs.
 ///
-/// Sizes: n coordinates, m loop equations (active and inactive), f followers.
+/// Sizes: n coordinates, m loop equations (whatever their role), f followers.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Tapes {
     /// What depends on parameters only. Run when parameters change; its registers persist.
@@ -231,7 +242,7 @@ pub struct Tapes {
     pub constraint_rate: Tape,
     /// gamma of Eq. (21), m results: Phi_q a = gamma. Reads as `constraint_rate`.
     pub gamma: Tape,
-    /// Accelerations, then reactions of all m constraints: zero for inactive ones, and where drivers determine the motion and no output needs them. Reads
+    /// Accelerations, then reactions of all m constraints: zero for those that are left out, and where drivers determine the motion and no output needs them. Reads
     /// time, inputs, followers, q, v.
     pub acceleration: Tape,
     /// Registers that hold, after `acceleration`, 1 / r^2 with any sign, where r is how far a loop equation is from others: all of them regular unless one
@@ -364,6 +375,13 @@ impl Layout {
     }
 }
 
+impl Constraint {
+    /// Is it one of the independent ones?
+    pub fn is_imposed(&self) -> bool {
+        self.role == Role::Imposed
+    }
+}
+
 impl Program {
     /// Can somebody else integrate it? Not if a driver follows an input: loops, accelerations or outputs then need its rates, which nobody
     /// tells.
@@ -373,7 +391,7 @@ impl Program {
 
     /// Do drivers determine the motion: are there as many independent loop equations as coordinates?
     pub fn is_driven(&self) -> bool {
-        self.constraints.iter().filter(|constraint| constraint.active).count() == self.coordinates.len()
+        self.constraints.iter().filter(|constraint| constraint.is_imposed()).count() == self.coordinates.len()
     }
 
     /// The inputs that a driver follows, in order: those whose rates something needs.

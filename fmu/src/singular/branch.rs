@@ -6,7 +6,7 @@
 
 use super::crossing::Changes;
 use super::passing::describe;
-use crate::constraints::poses::active_rows;
+use crate::constraints::poses::{imposed, rows_of};
 use crate::constraints::reciprocals::read;
 use crate::context::Context;
 use crate::failure::Failure;
@@ -75,9 +75,10 @@ fn extend(context: &mut Context, run: &mut Run) -> bool {
 /// l (J_q v) w at a pose for the rates before and after it, of the product of its factors; and the joints that take part in l. Zero where branches
 /// only come close to each other: there the motion turns from the one to the other.
 fn turn(model: &Model, [before, pose, after]: [&State; 3]) -> (f64, Vec<String>) {
-    let rows = active_rows(model, pose);
-    let Some((combination, joints)) = weakest_combination(model, &rows) else { return (0.0, Vec::new()) };
-    let bend = change_along(model, pose, &combination, &scaled(model, before.rates()));
+    let imposed = imposed(model, pose);
+    let rows = rows_of(model, pose, &imposed);
+    let Some((combination, joints)) = weakest_combination(model, (&imposed, &rows)) else { return (0.0, Vec::new()) };
+    let bend = change_along((model, pose), (imposed, &combination), &scaled(model, before.rates()));
     let (mut product, mut bends, mut rates) = (0.0, 0.0, 0.0);
     for (bend, rate) in bend.iter().zip(scaled(model, after.rates())) {
         product += bend * rate;
@@ -96,10 +97,14 @@ fn scaled(model: &Model, rates: &[f64]) -> Vec<f64> {
 }
 
 /// How l J, the combination of the loop equations' rows, changes along a direction in units of the scales.
-fn change_along(model: &Model, pose: &State, combination: &[f64], direction: &[f64]) -> Vec<f64> {
+fn change_along(
+    (model, pose): (&Model, &State),
+    (imposed, combination): (Vec<usize>, &[f64]),
+    direction: &[f64],
+) -> Vec<f64> {
     let mut sum = vec![0.0; direction.len()];
     let directions = direction.iter().enumerate().map(|(column, part)| (column, [*part, 0.0, 0.0, 0.0]));
-    for (row, column, change) in Changes::new(model).along(pose, directions) {
+    for (row, column, change) in Changes::new(model, imposed).along(pose, directions) {
         sum[column] += combination[row] * change[0];
     }
     sum

@@ -79,8 +79,8 @@ impl Dependences {
     }
 
     /// By how much branches miss each other near a state, relative to the scales of the loop equations.
-    pub fn defect(&self, model: &Model, state: &State) -> f64 {
-        let mut study = Study::new(model);
+    pub fn defect(&self, model: &Model, imposed: &[usize], state: &State) -> f64 {
+        let mut study = Study::new(model, imposed);
         let Some(mut here) = study.at(&self.independent, state) else { return 0.0 };
         let defects = (0..self.combinations.len()).map(|place| study.defect(&mut here, place).abs());
         defects.fold(0.0, math::maximum)
@@ -107,7 +107,7 @@ impl Dependences {
     }
 }
 
-/// A pose: its active loop equations in units of the scales, and what follows from their rows. The column after those of the coordinates is that of time.
+/// A pose: the loop equations that count there in units of the scales, and what follows from their rows. The column after those of the coordinates is that of time.
 struct Pose {
     state: State,
     rows: Vec<SparseRow>,
@@ -145,19 +145,22 @@ struct NewtonStep {
     left: f64,
 }
 
-/// How an entry of an active loop equation's row changes along four directions: row and column, in units of the scales.
+/// How an entry of a loop equation's row changes along four directions: row and column, in units of the scales.
 pub(super) type Change = (usize, usize, Lane);
 
 /// Second derivatives of the loop equations, exact, along directions.
 pub(super) struct Changes<'a> {
     model: &'a Model,
+    /// The loop equations whose rows are asked for.
+    imposed: Vec<usize>,
     machine: Machine,
     tangents: Vec<Lane>,
 }
 
 impl<'a> Changes<'a> {
-    pub fn new(model: &'a Model) -> Self {
-        Self { model, machine: Machine::new(model), tangents: vec![ZERO; model.program().registers as usize] }
+    pub fn new(model: &'a Model, imposed: Vec<usize>) -> Self {
+        let tangents = vec![ZERO; model.program().registers as usize];
+        Self { model, imposed, machine: Machine::new(model), tangents }
     }
 
     /// Of the rows at a state along these changes of coordinates, in units of the scales.
@@ -174,7 +177,7 @@ impl<'a> Changes<'a> {
         let change = |(&(row, column), &result): (&(u32, u32), &u32)| {
             let (row, column) = (row as usize, column as usize);
             let factor = scale(column) / program.constraints[row].scale;
-            let place = model.active().binary_search(&row).ok()?;
+            let place = self.imposed.binary_search(&row).ok()?;
             Some((place, column, multiply(splat(factor), self.tangents[result as usize])))
         };
         entries.filter_map(change).filter(|(.., changes)| *changes != ZERO).collect()
@@ -184,20 +187,22 @@ impl<'a> Changes<'a> {
 /// The storage for studying the poses of a model.
 struct Study<'a> {
     model: &'a Model,
+    /// The loop equations that count in the pose.
+    imposed: &'a [usize],
     machine: Machine,
     changes: Changes<'a>,
 }
 
 impl<'a> Study<'a> {
-    fn new(model: &'a Model) -> Self {
-        Self { model, machine: Machine::new(model), changes: Changes::new(model) }
+    fn new(model: &'a Model, imposed: &'a [usize]) -> Self {
+        Self { model, imposed, machine: Machine::new(model), changes: Changes::new(model, imposed.to_vec()) }
     }
 
     /// Evaluates a pose; none if its independent rows are not.
     fn at(&mut self, independent: &[usize], state: &State) -> Option<Pose> {
         let (model, mut state) = (self.model, state.clone());
         let x = scaled(model, &state);
-        let mut loops = Loops { model, machine: &mut self.machine, state: &mut state, only: Some(model.active()) };
+        let mut loops = Loops { model, machine: &mut self.machine, state: &mut state, only: Some(self.imposed) };
         let (mut rows, mut open) = (loops.rows(&x), Vec::new());
         loops.residuals(&x, &mut open);
         for (row, [before, _, after]) in rows.iter_mut().zip(self.around(&state)).filter(|(_, [a, _, b])| a != b) {
@@ -212,11 +217,11 @@ impl<'a> Study<'a> {
     /// The loop equations a little before a time, at it, and a little after, the pose the same.
     fn around(&mut self, state: &State) -> Vec<[f64; 3]> {
         let model = self.model;
-        let mut values = vec![[0.0; 3]; model.active().len()];
+        let mut values = vec![[0.0; 3]; self.imposed.len()];
         let (x, mut open) = (scaled(model, state), Vec::new());
         for (place, shift) in [-DIFFERENCE, 0.0, DIFFERENCE].into_iter().enumerate() {
             let mut moved = moved(model, state, [(model.coordinates(), 1.0)], shift);
-            Loops { model, machine: &mut self.machine, state: &mut moved, only: Some(model.active()) }
+            Loops { model, machine: &mut self.machine, state: &mut moved, only: Some(self.imposed) }
                 .residuals(&x, &mut open);
             values.iter_mut().zip(&open).for_each(|(values, open)| values[place] = *open);
         }
@@ -310,7 +315,7 @@ impl<'a> Study<'a> {
         let [before, after] = [-DIFFERENCE, DIFFERENCE].map(|shift| {
             let mut moved = moved(model, state, [(model.coordinates(), 1.0)], shift);
             let x = scaled(model, &moved);
-            Loops { model, machine: &mut self.machine, state: &mut moved, only: Some(model.active()) }.rows(&x)
+            Loops { model, machine: &mut self.machine, state: &mut moved, only: Some(self.imposed) }.rows(&x)
         });
         for (place, column) in columns[..last].iter().enumerate() {
             let changes = after.iter().zip(&before).map(|(after, before)| entry(after, column) - entry(before, column));

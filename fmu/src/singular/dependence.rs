@@ -99,7 +99,7 @@ fn rates(context: &Context, run: &Run) -> [f64; 3] {
 }
 
 /// The true reason where the loop equations that are imposed depend on each other, but not all that there are: redundant joints allow another choice, in which the pose is not singular.
-pub(crate) fn not_singular(model: &Model, run: &Run, failure: Failure) -> Failure {
+pub(crate) fn not_singular(model: &Model, run: &Run, named: bool, failure: Failure) -> Failure {
     /// A row is another choice if more than this share of it is new.
     const NEW: f64 = 1e-3;
     let (Failure::NotPassed { time, joints, .. }
@@ -114,7 +114,7 @@ pub(crate) fn not_singular(model: &Model, run: &Run, failure: Failure) -> Failur
     if imposed == all || independent_rows(sparse_jacobian(model, &state), NEW, NEW).1.len() < imposed {
         return failure;
     }
-    Failure::ChoiceDependent { time: *time, joints: joints.clone() }
+    Failure::ChoiceDependent { time: *time, joints: joints.clone(), named }
 }
 
 /// Which loop equations depend on each other where the step begins, and how far from it they are.

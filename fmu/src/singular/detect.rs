@@ -11,7 +11,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::constraints::poses::active_rows;
+use crate::constraints::poses::{imposed, rows_of};
 use crate::constraints::reciprocals::{STEADY, is_jump, is_within};
 use crate::linalg::sparse::SparseRow;
 use crate::linalg::spectrum::{ends, ends_of_many};
@@ -221,22 +221,23 @@ impl Guard {
 /// Joints and drivers whose loop equations depend on each other at a state, or do so most, and how far from it they are, relative to how far they are in
 /// other poses: 0 to 1.
 pub fn dependent(model: &Model, state: &State) -> (f64, Vec<String>) {
-    let mut poses = vec![active_rows(model, state)];
+    let imposed = imposed(model, state);
+    let mut poses = vec![rows_of(model, state, &imposed)];
     // A law may have no value in some poses.
     let is_defined = |rows: &Vec<SparseRow>| rows.iter().flat_map(SparseRow::values).all(|entry| entry.is_finite());
-    poses.extend(open_poses(model, state).map(|pose| active_rows(model, &pose)).filter(is_defined));
+    poses.extend(open_poses(model, state).map(|pose| rows_of(model, &pose, &imposed)).filter(is_defined));
     divide_by_sizes(&mut poses);
-    let mut found = poses.iter().filter_map(|rows| distance(model, rows));
+    let mut found = poses.iter().filter_map(|rows| distance(model, (&imposed, rows)));
     let Some((here, joints)) = found.next() else { return (1.0, Vec::new()) };
     let usual = found.fold(here, |most, (distance, _)| math::maximum(most, distance));
     (if here > 0.0 { here / usual } else { 0.0 }, joints)
 }
 
 /// How far rows of loop equations of about unit size are from depending on each other, and the joints and drivers that do so most.
-fn distance(model: &Model, rows: &[SparseRow]) -> Option<(f64, Vec<String>)> {
+fn distance(model: &Model, (imposed, rows): (&[usize], &[SparseRow])) -> Option<(f64, Vec<String>)> {
     // The largest combination is no measure: a single row, and rows that vanish together, would never depend on each other.
     let (least, _, combination) = weakest(model, rows)?;
-    Some((least.max(0.0).sqrt(), named(model, &combination)))
+    Some((least.max(0.0).sqrt(), named(model, imposed, &combination)))
 }
 
 /// Poses around a state, whose loops are open.
@@ -261,10 +262,13 @@ fn divide_by_sizes(poses: &mut [Vec<SparseRow>]) {
     }
 }
 
-/// The combination of some active loop equations, given by their rows, that holds least, and the joints and drivers that take part in it.
-pub(crate) fn weakest_combination(model: &Model, rows: &[SparseRow]) -> Option<(Vec<f64>, Vec<String>)> {
+/// The combination of some loop equations, given with their rows, that holds least, and the joints and drivers that take part in it.
+pub(crate) fn weakest_combination(
+    model: &Model,
+    (imposed, rows): (&[usize], &[SparseRow]),
+) -> Option<(Vec<f64>, Vec<String>)> {
     let (_, _, combination) = weakest(model, rows)?;
-    let joints = named(model, &combination);
+    let joints = named(model, imposed, &combination);
     Some((combination, joints))
 }
 
@@ -277,10 +281,10 @@ pub(crate) fn weakest(model: &Model, rows: &[SparseRow]) -> Option<(f64, f64, Ve
     ends(&DMatrix::from_fn(rows.len(), columns, |row, column| rows[row].get(&column).copied().unwrap_or_default()))
 }
 
-/// The joints and drivers that take part in a combination of active loop equations.
-fn named(model: &Model, combination: &[f64]) -> Vec<String> {
+/// The joints and drivers that take part in a combination of loop equations.
+fn named(model: &Model, imposed: &[usize], combination: &[f64]) -> Vec<String> {
     let share = SHARE * combination.iter().fold(0.0, |largest, part| math::maximum(largest, part.abs()));
-    let taking_part = model.active().iter().zip(combination).filter(|(_, part)| part.abs() > share);
+    let taking_part = imposed.iter().zip(combination).filter(|(_, part)| part.abs() > share);
     let constraints = &model.program().constraints;
     let mut joints: Vec<String> = taking_part.map(|(&row, _)| constraints[row].owner.clone()).collect();
     joints.dedup();

@@ -27,7 +27,7 @@ pub fn four_bar(drive: Drive, redundant: bool) -> Program {
     program.coordinates = vec![coordinate("coupler.angle"), coordinate("rocker.angle")];
     program.constraints = vec![constraint("rocker_pin"), constraint("rocker_pin")];
     if redundant {
-        program.constraints.push(Constraint { active: false, ..constraint("spare_pin") });
+        program.constraints.push(Constraint { role: Role::LeftOut, ..constraint("spare_pin") });
     }
     let order = match drive {
         Drive::Velocity => Some(FollowerOrder::Velocity),

@@ -273,7 +273,7 @@ fn lines(equations: &mut Equations) -> Vec<(String, Expr)> {
 /// The independent loop equations.
 fn active(formulated: &Formulated) -> Vec<usize> {
     let constraints = formulated.lowered.program.constraints.iter().enumerate();
-    constraints.filter(|(_, constraint)| constraint.active).map(|(row, _)| row).collect()
+    constraints.filter(|(_, constraint)| constraint.is_imposed()).map(|(row, _)| row).collect()
 }
 
 fn roots(equations: &mut Equations, active: &[usize]) -> Vec<(RowBlock, Vec<Expr>)> {

@@ -277,8 +277,9 @@ fn matrices(equations: &mut Equations) -> Vec<(CodeBlock, [usize; 2], Expr)> {
     }
     let none = vec![Expr::ZERO; n];
     results.extend(column(CodeBlock::Load, if dynamic { &equations.dynamics().load } else { &none }));
-    for (row, (_, constraint)) in equations.loops().enumerate() {
-        results.push((CodeBlock::Constraint, [row, 0], constraint.value));
+    let gaps = equations.gaps();
+    for (row, (index, constraint)) in equations.loops().enumerate() {
+        results.push((CodeBlock::Constraint, [row, 0], gaps[index]));
         results.push((CodeBlock::TimeRate, [row, 0], constraint.time_rate));
         results.push((CodeBlock::Gamma, [row, 0], constraint.gamma));
     }

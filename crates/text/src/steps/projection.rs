@@ -124,7 +124,8 @@ impl Lesson<'_> {
             let names = (0..loops.len()).map(|row| Tree::Name(Name::entry("Phi", &[row]))).collect();
             let values: Vec<Expr> = loops.iter().map(|&index| self.equations.constraints[index].value).collect();
             blocks.extend(self.equations(names, &values));
-            blocks.push(self.closed(&values));
+            let gaps = self.equations.gaps();
+            blocks.push(self.closed(&loops.iter().map(|&index| gaps[index]).collect::<Vec<_>>()));
         }
         blocks.extend(self.slide_equations());
         blocks

@@ -340,7 +340,7 @@ impl<'a> Positions<'a> {
     /// Sign of the determinant of the active loop equations and known conditions; 0 if it has none.
     fn orientation(&mut self, x: &[f64]) -> f64 {
         let inactive: Vec<bool> =
-            self.0.model.program().constraints.iter().map(|constraint| !constraint.active).collect();
+            self.0.model.program().constraints.iter().map(|constraint| !constraint.is_imposed()).collect();
         let known = self.conditions().iter().filter(|condition| condition.known).count();
         let size = x.len();
         if self.0.model.active().len() + known != size || size > 500 || known == size {

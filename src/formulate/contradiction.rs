@@ -1,0 +1,44 @@
+//! Drivers that contradict what joints hold: where a run starts they agree, along the motion that they prescribe they do not.
+
+use std::collections::BTreeSet;
+
+use cotree_fmu::constraints::contradiction::contradiction as first_contradiction;
+
+use super::assembly::{circuit_names, owner_span, show};
+use super::restrictions::{Restrictions, owners};
+use crate::columns::rounded;
+use crate::component::Held;
+use crate::diagnostic::Fault;
+use crate::diagnostic::suggest::list;
+
+/// Loop equations that were left out because they repeat others at the start must hold along the motion, too.
+pub(super) fn contradiction(found: &Restrictions) -> Option<Fault> {
+    let Restrictions { equations, model, state, active, restricting, .. } = found;
+    let rows = 0..active.len();
+    let kept: Vec<usize> = rows.clone().filter(|&row| active[row]).collect();
+    let counts = |row: &usize| !equations.constraints[*row].is_trivial() && !restricting.contains(row);
+    let all: Vec<usize> = rows.filter(counts).collect();
+    let open = first_contradiction(model, state, &kept, &all)?;
+    let involved: BTreeSet<String> =
+        open.rows.iter().flat_map(|&row| circuit_names(equations, &equations.constraints[row])).collect();
+    let holding = owners(equations, &open.rows);
+    let takes_part = |name: &String| involved.contains(name) || holding.contains(name);
+    let drivers = equations.system.mechanism.drivers.iter().map(|driver| driver.name.clone());
+    let drivers: Vec<String> = drivers.filter(takes_part).collect();
+    let joints: Vec<String> = holding.into_iter().filter(|name| !drivers.contains(name)).collect();
+    let last = drivers.last()?;
+    let row = &equations.constraints[open.row];
+    let owner = &equations.system.element(row.element).name;
+    let [until, time] = open.times.map(|time| rounded(time, 4));
+    let whose = if joints.is_empty() { "each other".to_owned() } else { list(&joints) };
+    let message = format!(
+        "{} {} {whose}: all of it holds until t = {until} s, and at t = {time} s `{owner}` is open by {}",
+        list(&drivers),
+        if drivers.len() == 1 { "contradicts" } else { "contradict" },
+        show(open.gap, row.held == Held::Angle),
+    );
+    let fault = Fault::new("scene::conflict", message, owner_span(equations, last));
+    Some(fault.label("prescribes what the others do not allow").help(
+        "no motion does what the drivers prescribe and keeps all joints closed: make the laws of the drivers agree, leave out a driver, or let a joint give way",
+    ))
+}

@@ -1,0 +1,210 @@
+//! Platforms on parallel cranks of one length, one of which is driven: the cranks turn alike and the platform moves on a circle, so that its motion and the torque of the driver are
+//! closed forms. Of the loop equations no choice stays independent for a whole turn.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::fmt::Write;
+
+use crate::support::random::Random;
+use crate::support::run::{model, started, value};
+
+const STOP: f64 = 1.5;
+const POINTS: u32 = 12;
+const TOLERANCES: [f64; 3] = [1e-3, 1e-6, 1e-10];
+
+/// The driven angle with two derivatives.
+#[derive(Clone, Copy)]
+enum Law {
+    /// start + speed x t
+    Steady(f64, f64),
+    /// start + size x sin(frequency x t)
+    Swinging(f64, f64, f64),
+}
+
+impl Law {
+    fn text(self) -> String {
+        match self {
+            Law::Steady(start, speed) => format!("{start:?} + {speed:?}*t"),
+            Law::Swinging(start, size, frequency) => format!("{start:?} + {size:?}*sin({frequency:?}*t)"),
+        }
+    }
+
+    fn at(self, t: f64) -> [f64; 3] {
+        match self {
+            Law::Steady(start, speed) => [start + speed * t, speed, 0.0],
+            Law::Swinging(start, size, frequency) => {
+                let (sine, cosine) = (frequency * t).sin_cos();
+                [start + size * sine, size * frequency * cosine, -size * frequency * frequency * sine]
+            }
+        }
+    }
+}
+
+struct Platform {
+    law: Law,
+    length: f64,
+    /// Of the cranks, then the platform.
+    masses: Vec<f64>,
+    gravity: [f64; 2],
+    /// Where the platform's centre is if cranks have no length, and its angle.
+    place: [f64; 2],
+    angle: f64,
+    feet: Vec<[f64; 2]>,
+    driven: usize,
+}
+
+impl Platform {
+    fn random(random: &mut Random) -> Platform {
+        let mut within = |from: f64, to: f64| random.between(from, to);
+        let count = within(2.0, 5.999) as usize;
+        let turn = within(-PI, PI);
+        let (sine, cosine) = turn.sin_cos();
+        let in_a_row = within(0.0, 1.0) < 0.3;
+        let foot = |within: &mut dyn FnMut(f64, f64) -> f64| {
+            let (x, y) = (within(-1.0, 1.0), if in_a_row { 0.0 } else { within(-1.0, 1.0) });
+            [cosine * x - sine * y + 0.3, sine * x + cosine * y - 0.2]
+        };
+        let feet = (0..count).map(|_| foot(&mut within)).collect();
+        // A quarter turn is where single equations vanish; in a row that would be no regular pose.
+        let quarters = [0.0, FRAC_PI_2, -FRAC_PI_2][within(0.0, 2.999) as usize];
+        let start = if in_a_row || within(0.0, 1.0) < 0.5 { turn + within(0.3, 1.2) } else { quarters };
+        let law = match within(0.0, 1.0) < 0.5 {
+            true => Law::Steady(start, [FRAC_PI_2, -PI, within(1.0, 5.0)][within(0.0, 2.999) as usize]),
+            false => Law::Swinging(start, within(-3.0, 3.0), within(1.0, 4.0)),
+        };
+        Platform {
+            law,
+            length: within(0.1, 0.5),
+            masses: (0..=count).map(|_| within(0.2, 2.0)).collect(),
+            gravity: [within(-5.0, 5.0), within(-9.0, 5.0)],
+            place: [within(-0.4, 0.4), within(-0.4, 0.4)],
+            angle: within(-2.0, 2.0),
+            feet,
+            driven: within(0.0, count as f64 - 0.001) as usize,
+        }
+    }
+
+    fn scene(&self) -> String {
+        let Platform { law, length, masses, gravity, place, angle, feet, driven } = self;
+        let mut text = format!("format = 1\nname = \"platform\"\ngravity = {gravity:?}\n[ground.points]\n");
+        for (index, foot) in feet.iter().enumerate() {
+            let _ = writeln!(text, "g{index} = {foot:?}");
+        }
+        let (sine, cosine) = angle.sin_cos();
+        let corners: Vec<String> = feet
+            .iter()
+            .enumerate()
+            .map(|(index, foot)| {
+                let [x, y] = [foot[0] - place[0], foot[1] - place[1]];
+                format!("p{index} = {:?}", [cosine * x + sine * y, cosine * y - sine * x])
+            })
+            .collect();
+        let mass = masses[feet.len()];
+        let _ = writeln!(text, "[bodies.top]\nmass = {mass:?}\ninertia = 0.1\npoints = {{ {} }}", corners.join(", "));
+        let start = law.at(0.0)[0];
+        let mut guesses = format!("\"top.angle\" = {{ guess = {angle:?} }}\n");
+        for (index, mass) in masses[..feet.len()].iter().enumerate() {
+            let half = 0.5 * length;
+            let inertia = mass * length * length / 12.0;
+            let _ = writeln!(
+                text,
+                "[bodies.k{index}]\nmass = {mass:?}\ninertia = {inertia:?}\npoints = {{ o = [{:?}, 0], e = [{half:?}, 0] }}\n\
+                 [joints.a{index}]\ntype = \"revolute\"\nbetween = [\"ground.g{index}\", \"k{index}.o\"]\n\
+                 [joints.b{index}]\ntype = \"revolute\"\nbetween = [\"k{index}.e\", \"top.p{index}\"]",
+                -half
+            );
+            let _ = writeln!(guesses, "\"k{index}.angle\" = {{ guess = {start:?} }}");
+        }
+        let _ =
+            writeln!(text, "[drivers.motor]\njoint = \"a{driven}\"\nangle = \"{}\"\n[initial]\n{guesses}", law.text());
+        let _ = writeln!(
+            text,
+            "[outputs]\nvariables = [\"top.x\", \"top.y\", \"top.angle\", \"top.ax\", \"top.ay\", \"motor.torque\"]\n\
+             [experiment]\nstop = {STOP:?}"
+        );
+        text
+    }
+
+    /// x, y, angle, their accelerations in x and y, and the torque, by virtual power.
+    fn expected(&self, t: f64) -> [f64; 6] {
+        let [angle, rate, acceleration] = self.law.at(t);
+        let (sine, cosine) = angle.sin_cos();
+        let [l, cranks] = [self.length, self.masses[..self.feet.len()].iter().sum()];
+        let top = self.masses[self.feet.len()];
+        let inertia = l * l * (top + cranks / 3.0);
+        let pull = l * (top + 0.5 * cranks) * (self.gravity[1] * cosine - self.gravity[0] * sine);
+        [
+            self.place[0] + l * cosine,
+            self.place[1] + l * sine,
+            self.angle,
+            -l * (acceleration * sine + rate * rate * cosine),
+            l * (acceleration * cosine - rate * rate * sine),
+            inertia * acceleration - pull,
+        ]
+    }
+}
+
+#[test]
+fn no_pose_of_a_driven_platform_stops_it_or_spoils_its_loads() {
+    let mut random = Random(61);
+    for number in 0..60 {
+        let platform = Platform::random(&mut random);
+        let model = model(&platform.scene());
+        for tolerance in TOLERANCES {
+            let mut instance = started(&model, None, STOP, tolerance);
+            for point in 0..=POINTS {
+                let time = STOP * f64::from(point) / f64::from(POINTS);
+                let stepped = instance.step_to(time);
+                stepped.unwrap_or_else(|error| panic!("{number} at {tolerance:e}: {error}\n{}", platform.scene()));
+                for (name, expected) in ["top.x", "top.y", "top.angle", "top.ax", "top.ay", "motor.torque"]
+                    .into_iter()
+                    .zip(platform.expected(time))
+                {
+                    let found = value(&mut instance, name);
+                    let near = (found - expected).abs() <= 1e-7 * (1.0 + expected.abs());
+                    assert!(
+                        near,
+                        "{number}: {name} at {time} s with {tolerance:e}: {found}, not {expected}\n{}",
+                        platform.scene()
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// With cranks of different lengths the platform tilts, and a longer one than the others can follow is stopped: whichever equations are chosen, all say so.
+#[test]
+fn a_platform_at_the_end_of_its_reach_is_refused() {
+    let text = r#"
+format = 1
+name = "reach"
+[ground.points]
+left = [0, 0]
+right = [1, 0]
+[bodies.long]
+points = { o = [0, 0], e = [0.6, 0] }
+[bodies.short]
+points = { o = [0, 0], e = [0.3, 0] }
+[bodies.top]
+points = { a = [0, 0], b = [0.9, 0] }
+[joints]
+a = { type = "revolute", between = ["ground.left", "long.o"] }
+b = { type = "revolute", between = ["long.e", "top.a"] }
+c = { type = "revolute", between = ["top.b", "short.e"] }
+d = { type = "revolute", between = ["ground.right", "short.o"] }
+twice = { type = "revolute", between = ["top.b", "short.e"] }
+[drivers.motor]
+joint = "a"
+angle = "0.9 + t"
+[initial]
+"top.angle" = { guess = -0.2 }
+"short.angle" = { guess = 1.2 }
+[outputs]
+variables = ["short.angle"]
+[experiment]
+stop = 3.0
+"#;
+    let mut instance = started(&model(text), None, 3.0, 1e-6);
+    let error = instance.step_to(3.0).expect_err("the coupler is too short").to_string();
+    assert!(error.contains("end of their reach"), "{error}");
+}
