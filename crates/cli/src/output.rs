@@ -1,6 +1,6 @@
 //! Where results go: standard output, or a file that is whole or not there.
 
-use std::io::{BufWriter, IsTerminal, Read, StdoutLock, Write, self};
+use std::io::{self, BufWriter, IsTerminal, Read, StdoutLock, Write};
 use std::path::{Path, PathBuf};
 
 use cotree::compile::{self, Compiled};
