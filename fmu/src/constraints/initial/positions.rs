@@ -62,7 +62,8 @@ impl<'a> Positions<'a> {
         self.attempt(Wanted::CONDITIONS, &mut guess);
         let mut known = guess.clone();
         let r = self.attempt(Wanted::KNOWN, &mut known);
-        if !fulfilled(&r) {
+        // In a folded pose Newton's method does not see how what is known can change.
+        if !fulfilled(&r) && !self.close(Wanted::KNOWN, &mut guess.clone()) {
             // Without substitution all that contradict each other share what is left.
             let shared = self.attempt(Wanted { substituted: false, ..Wanted::KNOWN }, &mut known);
             return Err(self.contradiction(if fulfilled(&shared) { &r } else { &shared }));
