@@ -212,7 +212,7 @@ impl<'f> Course<'f> {
                 return Ok(());
             }
             if length < span * SHORTEST {
-                return Err(self.stuck());
+                return Err(self.stuck("their steps become too short: a law is too steep or not smooth".to_owned()));
             }
             self.check_work(most)?;
             // The method that takes the motion's steps while it is stiff has none for its derivatives.
@@ -225,14 +225,14 @@ impl<'f> Course<'f> {
 
     /// Fails when the derivatives cost too much.
     fn check_work(&self, most: u64) -> Result<(), Failure> {
-        let refused = |what| Err(Failure::NoDerivative { time: self.motion.time(), what });
         if self.tried > FREE_STEPS + DEAREST * self.motion.statistics().steps {
-            return refused(format!(
+            return Err(self.stuck(format!(
                 "they take more than {DEAREST} times the steps of the motion: a law is too steep or not smooth; ask for a larger tolerance"
-            ));
+            )));
         }
         if self.work() > most {
-            return refused(format!("they are more work than was permitted, {most} steps"));
+            let what = format!("they are more work than was permitted, {most} steps");
+            return Err(Failure::NoDerivative { time: self.motion.time(), what });
         }
         Ok(())
     }
@@ -298,8 +298,8 @@ impl<'f> Course<'f> {
         Ok(found)
     }
 
-    /// Why the steps become ever shorter: most likely a singular pose is near, which the motion itself passes.
-    fn stuck(&self) -> Failure {
+    /// Why the steps are so short: most likely a singular pose is near, which the motion itself passes; otherwise this.
+    fn stuck(&self, otherwise: String) -> Failure {
         let time = self.motion.time();
         let jacobian = self
             .at(&mut self.motion.clone(), time)
@@ -312,10 +312,7 @@ impl<'f> Course<'f> {
         match parts {
             Err(failure) => failure,
             Ok(Some(parts)) if singular(&parts.singular_values) => singular_pose(time),
-            Ok(_) => {
-                let what = "their steps become too short: a law is too steep or not smooth".to_owned();
-                Failure::NoDerivative { time, what }
-            }
+            Ok(_) => Failure::NoDerivative { time, what: otherwise },
         }
     }
 
