@@ -822,6 +822,10 @@ fn without_masses_the_loads_still_act() {
         );
         check(joint(&figures, "O2"), &[("/max/value", 300.0 / (1.0 - (7.0f64 / 15.0).powi(2)).sqrt())]);
     }
+    // All the way round, wherever the turn begins.
+    let turned = scene.replace("\"50 deg\"", "\"170 deg\"").replace("-0.12", "0");
+    let figures = motion(&turned, &["--output", "guide", "--speed", "0"]);
+    assert_eq!(values(&figures, "drive").len(), 720);
     // Gravity alone at rest: with masses, and with them the torque is that of their weights.
     let still = motion(&lever("3 deg"), &["--input", "pin", "--output", "bar.tip.y", "--speed", "0"]);
     follows(&still, "drive", 1e-9, |angle| 10.0 * angle.cos());

@@ -268,8 +268,8 @@ fn pose(instance: &mut Instance, mechanism: &Mechanism, table: &Table, index: us
     let bodies = mechanism.bodies.iter().flat_map(|body| POSE.map(|own| own.of(&body.name)));
     let guesses = bodies.filter_map(|name| Some((*table.columns.get(&name)?.get(index)?, name)));
     for (value, name) in guesses.chain([(table.input(index), PLACE.to_owned())]) {
-        let variable = instance.variable(&name);
-        if let Some(variable) = variable.filter(|variable| !instance.is_calculated(*variable)) {
+        let can_be_set = |own: &usize| instance.is_input(*own) || instance.initial_value(*own).is_some();
+        if let Some(variable) = instance.variable(&name).filter(can_be_set) {
             instance.set(variable, value)?;
         }
     }
