@@ -560,7 +560,7 @@ fn wrong_cams_are_told_from_right_ones() {
     let changes = [
         ("roller = \"8 mm\"", "roller = \"8 mm\"\nface = [1, 0]", "scene::cam_contact"),
         ("roller = \"8 mm\"", "face = [0, 1]", "scene::cam_contact"),
-        ("base = \"base\"\nroller = \"8 mm\"", "base = \"1 mm\"\nface = [1, 0]", "scene::cam_undercut"),
+        ("base = \"base\"\nroller = \"8 mm\"", "base = \"base/30\"\nface = [1, 0]", "scene::cam_undercut"),
         ("base = \"base\"", "base = \"base\"\nside = \"left\"", "scene::unused"),
         ("- harmonic((angle - 3)/2)", "", "scene::cam_law"),
         ("harmonic(angle/2)", "harmonic(t/2)", "scene::not_constant"),

@@ -29,7 +29,7 @@ fn a_scene_comes_from_standard_input() {
     std::fs::create_dir(folder.path().join("parts")).unwrap();
     std::fs::write(folder.path().join("parts/bob.toml"), bob).unwrap();
     // Parts are looked for in the current folder.
-    let scene = "name = \"piped\"\n[parts.one]\nfile = \"parts/bob.toml\"\n[initial]\n\"one_rail.sdot\" = 3\n[experiment]\nstop = 2\nstep = 1\n";
+    let scene = "name = \"piped\"\n[parts.one]\nfile = \"parts/bob.toml\"\n[initial]\n\"one_rail.v\" = 3\n[experiment]\nstop = 2\nstep = 1\n";
     for (arguments, expected) in [
         (&["check", "-"][..], "1 body, 1 joint, mobility 1"),
         (&["show", "-"], "piped"),

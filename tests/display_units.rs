@@ -123,8 +123,10 @@ fn derivatives_are_in_the_units_of_what_they_are_made_of() {
     let json = text(folder.path(), &["linearize", "shown.toml", "--json"]);
     let si: Value = serde_json::from_str(&json).unwrap();
     let shown = text(folder.path(), &["linearize", "shown.toml"]);
+    // The rates of the point come first, then the matrices.
     let row = |start: &str| {
-        let line = shown.lines().find(|line| line.trim_start().starts_with(start)).expect(start);
+        let matrices = shown.lines().skip_while(|line| !line.trim_start().starts_with("A "));
+        let line = matrices.clone().find(|line| line.trim_start().starts_with(start)).expect(start);
         line.split_whitespace().skip(1).map(|cell| cell.parse::<f64>().unwrap()).collect::<Vec<f64>>()
     };
     // d(guide.v)/dt: mm/s2 by mm and by deg; arm.tip.x: mm by deg.

@@ -161,7 +161,7 @@ fn particles_without_inertia_are_told_of_together() {
              [joints.pin]\ntype = \"revolute\"\nbetween = [\"ground.p\", \"c.end\"]\n[loads]\n\
              s1 = {{ type = \"spring\", between = [\"ground\", \"a\"], stiffness = 100, length = 0.5 }}\n\
              s2 = {{ type = \"spring\", between = [\"a\", \"b\"], stiffness = 100, length = 0.5 }}\n\
-             [initial]\n\"a.x\" = 0.3\n\"b.x\" = 0.7\n[outputs]\nvariables = [\"a.x\", \"b.y\", \"c.x\"]\n[experiment]\nstop = 0.2\n"
+             [initial]\n\"a.x\" = 0.3\n\"b.x\" = 0.7\n\"a.omega\" = 1.0\n\"b.omega\" = 2.0\n[outputs]\nvariables = [\"a.x\", \"b.y\", \"c.x\"]\n[experiment]\nstop = 0.2\n"
         )
     };
     let said = faults("particles.toml", scene("0")).unwrap();

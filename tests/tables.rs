@@ -111,7 +111,7 @@ fn a_curve_is_the_same_however_its_file_is_written() {
     for (index, text) in [
         "s [mm],force [kN]\n0,2\n500,1\n",
         "Travel (mm),Force (kN)\r\n0,2\r\n500,1\r\n",
-        "s/mm;F/kN\n0;2,0\n500;1,0\n",
+        "Weg/mm;F/kN\n0;2,0\n500;1,0\n",
         "travel_mm\tforce_kN\n0\t2\n500\t1\n",
         "\u{feff}\"Travel\";\"Force\"\n\"mm\";\"kN\"\n\"0,0\";\"2,0\"\n\"500,0\";\"1,0\"\n",
         "# travel[mm] force[kN]\n0 2\n500 1\n",

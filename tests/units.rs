@@ -90,10 +90,10 @@ fn what_newcomers_write_is_told_what_to_write() {
         ("2*pi*t", "360*t", "scene::degrees", "`360[deg]*t`"),
         ("\"shaft.angle\"", "\"shaft.angle [deg]\"", "scene::unknown_output", "write `shaft.angle`"),
         ("\"shaft.angle\"", "\"shaft.angle (deg)\"", "scene::unknown_output", "write `shaft.angle`"),
-        ("mass = 0.4", "mass = 0．4", "scene::syntax", "`0.4`"),
-        ("mass = 0.4", "mass = ０.４", "scene::syntax", "`0.4`"),
-        ("\"revolute\"", "“revolute”", "scene::syntax", "`\"revolute\"`"),
-        ("\"revolute\"", "„revolute“", "scene::syntax", "`\"revolute\"`"),
+        ("mass = 0.4", "mass = 0．4", "scene::syntax", "mass = 0.4`"),
+        ("mass = 0.4", "mass = ０.４", "scene::syntax", "mass = 0.4`"),
+        ("\"revolute\"", "“revolute”", "scene::syntax", "\"revolute\"`"),
+        ("\"revolute\"", "„revolute“", "scene::syntax", "\"revolute\"`"),
         (
             "{ hub = [0, 0], tip = [\"140 mm\", 0] }",
             "[[0, 0], [0.14, 0]]",
@@ -127,7 +127,7 @@ between = ["ground", "rod.b"]
 axis = [1, 0]
 [initial]
 "rod.angle" = { guess = 100 }
-"rail.s" = { guess = "-1 m" }
+"rail.s" = "5 m"
 "#;
     let found = faults(&format!("{FAN}{loop_}"));
     let errors = found.iter().filter(|fault| fault.severity == Severity::Error).count();

@@ -283,7 +283,8 @@ impl System {
             });
         let turned = self.elements.iter().flat_map(|element| self.turned_by(element)).chain(given);
         let turned: HashSet<BodyId> = turned.collect();
-        self.r_nodes.keys().copied().filter(|body| !turned.contains(body)).collect()
+        let bodies = (0..self.mechanism.bodies.len()).map(BodyId);
+        bodies.filter(|body| self.r_nodes.contains_key(body) && !turned.contains(body)).collect()
     }
 
     /// The bodies that an element turns, or whose axes it uses.

@@ -128,7 +128,9 @@ fn factor_with_unit(text: &Text, number: usize, unit: &Text) -> Option<Fault> {
 fn missing_product(text: &Text, at: usize) -> Option<Fault> {
     let rest = &text.text[at..];
     let word = &rest[..rest.find(|c: char| !c.is_alphanumeric() && c != '_' && c != '.').unwrap_or(rest.len())];
-    let is_unit = unit::is_meant(word) || unit::separated(rest.trim()).is_some();
+    // `sin(` is a function, though seconds and inches have these letters.
+    let is_called = rest[word.len()..].trim_start().starts_with('(');
+    let is_unit = !is_called && unit::is_meant(word) || unit::separated(rest.trim()).is_some();
     let is_expression = word == "pi" || rest.trim().contains(|c: char| "+-() ,<>*^".contains(c));
     (is_expression && !is_unit && !word.is_empty()).then(|| without_product(text, at, at + word.len()))
 }

@@ -53,7 +53,7 @@ fn held_inputs_give_the_next_instant() {
     let carriage = |spring: &str| {
         format!(
             "name = \"carriage\"\n[inputs]\npush = \"0 N\"\n[ground.points]\nwall = [-1, 0]\n[bodies.cart]\nmass = 2\ninertia = 1\n[joints.rail]\ntype = \"prismatic\"\n\
-             between = [\"ground\", \"cart\"]\naxis = [1, 0]\n[loads.push]\ntype = \"force\"\non = \"cart\"\nvector = [\"push\", 0]\n{spring}[outputs]\nvariables = [\"cart.x\"]\n"
+             between = [\"ground\", \"cart\"]\naxis = [1, 0]\n[loads.hand]\ntype = \"force\"\non = \"cart\"\nvector = [\"push\", 0]\n{spring}[outputs]\nvariables = [\"cart.x\"]\n"
         )
     };
     let spring = "[loads.coil]\ntype = \"spring\"\nbetween = [\"ground.wall\", \"cart\"]\nstiffness = 18\nlength = 1\n";

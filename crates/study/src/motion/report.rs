@@ -121,7 +121,7 @@ impl Figures {
 
     /// How fast the input moves, on which forces depend.
     fn pace(&self) -> Cell {
-        let speed = format!("{} {}/s", rounded(self.speed, 6), self.input.unit);
+        let speed = number(self.speed, &format!("{}/s", self.input.unit));
         match self.origin {
             Speed::Asked if self.speed == 0.0 => ", at rest in each pose: the forces are static".into(),
             Speed::Asked => line![", at ", speed],
