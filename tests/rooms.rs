@@ -69,11 +69,7 @@ const CRATES: [Crate; 8] = [
             "stroke", "atlas", "path",
         ],
     ),
-    (
-        "cotree_study",
-        "crates/study/src",
-        &["analysis", "bench", "compare", "contact", "motion", "sweep", "fit"],
-    ),
+    ("cotree_study", "crates/study/src", &["analysis", "bench", "compare", "contact", "motion", "sweep", "fit"]),
     (
         "cotree_draw",
         "crates/draw/src",

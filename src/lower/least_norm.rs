@@ -156,10 +156,13 @@ fn values_by_state(values: &[Vec<f64>], states: &DMatrix<f64>) -> Vec<Vec<f64>> 
     values.iter().map(|row| (0..states.ncols()).map(|state| along(row, state)).collect()).collect()
 }
 
+/// Column and entry.
+type SparseRow = Vec<(usize, Expr)>;
+
 /// The changes of the multipliers, with no effect on the motion, that make the norm of the reactions least.
 fn least_change(
     equations: &mut Equations,
-    (rows, jacobian): (&[usize], &[Vec<(usize, Expr)>]),
+    (rows, jacobian): (&[usize], &[SparseRow]),
     reactions: &[Reaction],
     (length, pose): (f64, &Pose),
 ) -> Result<Vec<Expr>, Obstacle> {

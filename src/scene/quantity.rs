@@ -114,7 +114,7 @@ fn decimal_comma(text: &Text, at: usize) -> Option<Fault> {
 /// `"360 deg*t"`: a unit, and then something that is none.
 fn factor_with_unit(text: &Text, number: usize, unit: &Text) -> Option<Fault> {
     let is_unit = |end: &usize| unit::parse(&Text::from(unit.text[..*end].trim())).is_ok();
-    let end = unit.text.match_indices(['*', '/']).map(|(end, _)| end).filter(is_unit).last()?;
+    let end = unit.text.match_indices(['*', '/']).map(|(end, _)| end).rfind(is_unit)?;
     let first = Text::new(unit.text[..end].trim(), unit.part(0, end));
     let rest = || unit.text[end + 1..].split(['.', '*', '/']);
     if rest().all(|factor| unit::is_meant(factor.trim())) || unit::separated(&unit.text).is_some() {

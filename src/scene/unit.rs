@@ -211,7 +211,7 @@ fn explained(word: &str) -> Option<String> {
     if word.chars().count() < 3 {
         return None;
     }
-    if let Some((_, what)) = UNKNOWN.iter().find(|(words, _)| words.iter().any(|own| is(own))) {
+    if let Some((_, what)) = UNKNOWN.iter().find(|(words, _)| words.iter().any(&is)) {
         return Some((*what).to_owned());
     }
     let long = || OTHERWISE.iter().flat_map(|(words, _)| words.iter().copied()).filter(|own| own.chars().count() > 4);

@@ -175,7 +175,8 @@ impl Heading {
 
 /// The places of brackets with what they hold that stand in no others.
 fn groups(text: &str) -> Vec<(usize, usize)> {
-    let (mut groups, mut open): (Vec<(usize, usize)>, Vec<(char, usize)>) = (Vec::new(), Vec::new());
+    let mut groups = Vec::new();
+    let mut open: Vec<(char, usize)> = Vec::new();
     for (at, c) in text.char_indices() {
         if let Some([_, closing]) = BRACKETS.iter().find(|[opening, _]| *opening == c) {
             open.push((*closing, at));

@@ -47,7 +47,7 @@ impl Bars {
             }
             let radius = 1.5 * random.between(0.0, 1.0).sqrt();
             let point = (polar(radius, random.between(0.0, TAU)) + 0.5) * lengths[2];
-            let side = if random.integer() % 2 == 0 { 1.0 } else { -1.0 };
+            let side = if random.integer().is_multiple_of(2) { 1.0 } else { -1.0 };
             return Bars { lengths, point, side };
         }
     }

@@ -2,7 +2,6 @@
 
 use std::f64::consts::TAU;
 
-use cotree::columns::rounded;
 use cotree::diagnostic::suggest;
 use cotree::line;
 use cotree::mechanism::Units;
