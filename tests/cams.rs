@@ -674,7 +674,7 @@ fn a_turning_follower_keeps_the_turn_of_its_guess() {
                     "format = 1\nname = \"host\"\ngravity = [0, 0]\n[parts.p]\nfile = \"rocker.toml\"\nangle = \"{part} deg\"\n[experiment]\nstop = 0.1\n"
                 );
                 std::fs::write(folder.path().join("host.toml"), host).unwrap();
-                let results = sound(Scene::read(&folder.path().join("host.toml"))).simulate().unwrap();
+                let results = sound(Scene::read(folder.path().join("host.toml"))).simulate().unwrap();
                 let at_start = |name: &str| results.get(name).unwrap_or_else(|| panic!("no {name}"))[0];
                 check_rocker(guess, part, ["p_rocker.angle", "p_spring.torque"].map(at_start));
                 continue;

@@ -452,7 +452,7 @@ fn the_scene_in_an_fmu_finds_files_from_elsewhere() {
     archive.extract(&unpacked).expect("a folder");
     std::fs::remove_dir_all(folder.0.join("parts")).expect("the author's files are away");
     std::fs::remove_dir_all(folder.0.join("laws")).expect("the author's files are away");
-    let again = sound(Scene::read(&unpacked.join("resources/scene.toml")));
+    let again = sound(Scene::read(unpacked.join("resources/scene.toml")));
     let mut program = Vec::new();
     archive.by_name("resources/program.bin").expect("a program").read_to_end(&mut program).expect("bytes");
     assert_eq!(compile(&again).expect("sound").program.to_bytes().expect("bytes"), program);

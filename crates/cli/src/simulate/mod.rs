@@ -98,6 +98,9 @@ pub struct Simulate {
     times: Times,
 }
 
+/// Whether a run is as accurate as it should be, or why it ends before its time.
+type Ended = Result<Option<Inaccuracy>, Failure>;
+
 impl Simulate {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         let read = [Some(self.scene.as_path()), self.input.as_deref(), self.overlay.as_deref()];
@@ -145,7 +148,7 @@ impl Simulate {
         model: Arc<Model>,
         record: &mut Record,
         shown: &Shown,
-    ) -> Result<(u64, Result<Option<Inaccuracy>, Failure>, Gaps), Failure> {
+    ) -> Result<(u64, Ended, Gaps), Failure> {
         let is_wanted = self.output.is_some() || !(self.summary || self.plot.is_some());
         let mut writer = is_wanted.then(|| output::begin(self.file(), record.table(shown))).transpose()?;
         let is_kept = self.plot.is_some() || self.summary || self.overlay.is_some();
