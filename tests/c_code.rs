@@ -87,8 +87,9 @@ fn results(equations: &mut Equations) -> Vec<Expr> {
     if symbols.iter().any(|symbol| matches!(symbol, Symbol::Missing(..))) {
         results = vec![Expr::ZERO; n * n + n];
     }
+    let gaps = equations.gaps();
     let rows: Vec<_> = equations.loops().map(|(_, row)| row).collect();
-    results.extend(rows.iter().map(|row| row.value));
+    results.extend(equations.loops().map(|(index, _)| gaps[index]));
     results.extend(rows.iter().flat_map(|row| dense(&row.jacobian)));
     results.extend(rows.iter().map(|row| row.time_rate));
     results.extend(rows.iter().map(|row| row.gamma));

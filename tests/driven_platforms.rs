@@ -153,8 +153,10 @@ fn no_pose_of_a_driven_platform_stops_it_or_spoils_its_loads() {
             let mut instance = started(&model, None, STOP, tolerance);
             for point in 0..=POINTS {
                 let time = STOP * f64::from(point) / f64::from(POINTS);
-                let stepped = instance.step_to(time);
-                stepped.unwrap_or_else(|error| panic!("{number} at {tolerance:e}: {error}\n{}", platform.scene()));
+                if point > 0 {
+                    let stepped = instance.step_to(time);
+                    stepped.unwrap_or_else(|error| panic!("{number} at {tolerance:e}: {error}\n{}", platform.scene()));
+                }
                 for (name, expected) in ["top.x", "top.y", "top.angle", "top.ax", "top.ay", "motor.torque"]
                     .into_iter()
                     .zip(platform.expected(time))

@@ -561,7 +561,8 @@ fn sides_that_touch_are_told_apart_by_what_is_left_between_them() {
         for engine in ENGINES {
             for tolerance in [1e-4, 1e-6, 1e-9] {
                 let [_, rate] = pushed_to(law, &[("height", 0.7)], engine, tolerance);
-                let near = (rate - expected).abs() < 1e-6;
+                // Where `t/0.4 < 1` switches is found as closely; the law of a cycloid rounds to 0 within 1e-8 of its end.
+                let near = (rate - expected).abs() < 2.0 * tolerance + 2e-8;
                 assert!(near, "{law} by {engine:?} at {tolerance:e}: {rate} instead of {expected}");
             }
         }

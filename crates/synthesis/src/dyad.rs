@@ -94,14 +94,14 @@ pub enum Condition {
     Ground {
         /// Normal of the line.
         direction: Point,
-        /// [m]
+        /// \[m\]
         value: f64,
     },
     /// The pin in the body is on the line `direction . x = value` of the body.
     Moving {
         /// Normal of the line.
         direction: Point,
-        /// [m]
+        /// \[m\]
         value: f64,
     },
     /// No bar: a slider or a slot.

@@ -72,7 +72,8 @@ pub(super) fn log_messages(fmu: &Fmu) {
 
 pub(super) fn log_silence(fmu: &Fmu) {
     let slave = fmu.started();
-    slave.run(0..10);
+    // Before the input jumps: of one that a driver follows that is a warning.
+    slave.run(0..5);
     slave.terminate();
     assert_eq!(slave.log(), []);
 }

@@ -54,7 +54,8 @@ pub(super) fn log_messages(fmu: &Fmu) -> Outcome {
 
 pub(super) fn log_silence(fmu: &Fmu) -> Outcome {
     let slave = fmu.started();
-    slave.run(0..10);
+    // Before the input jumps: of one that a driver follows that is a warning.
+    slave.run(0..5);
     slave.raw.terminate();
     assert!(slave.messages().is_empty());
     Passed
