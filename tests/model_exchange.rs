@@ -1,7 +1,11 @@
 //! Singular poses in Model Exchange: an integrator outside that meets one is told so, and nobody else is.
 
 use std::f64::consts::FRAC_PI_2;
+use std::fs;
+use std::path::Path;
 use std::sync::Arc;
+
+use crate::support::ROOT;
 
 use cotree::compile::compile;
 use cotree::scene::{Body, Scene};
@@ -80,6 +84,25 @@ fn no_other_step_is() {
         integrate(&mut instance, 6.0, h).unwrap_or_else(|failure| panic!("{rod}: {failure}"));
         assert!(instance.take_passages().is_empty());
     }
+}
+
+/// The tumbling mechanism of Andrews turns once in some 8 ms: long steps open its loops farther than can be closed, which is no lock-up, and shorter ones do not.
+#[test]
+fn steps_that_are_too_long_for_a_fast_mechanism_are_said_to_be() {
+    let path = Path::new(ROOT).join("models/andrews/scene.toml");
+    let compiled = compile(&Scene::from_toml(&fs::read_to_string(path).unwrap()).unwrap()).unwrap();
+    let model = Arc::new(Model::new(compiled.program).expect("a sound program"));
+    for h in [5e-3, 1e-2] {
+        let mut instance = Instance::new(Arc::clone(&model));
+        let found = integrate(&mut instance, 0.1, h).expect_err("the loops are torn");
+        assert!(matches!(found, InstanceError::Apart { .. }), "{h}: {found:?}");
+        let said = found.to_string();
+        for part in ["steps are too long for how fast", "shorter steps", "controls its steps", "use Co-Simulation"] {
+            assert!(said.contains(part), "{said}");
+        }
+        assert!(!said.contains("change the lengths"), "{said}");
+    }
+    integrate(&mut Instance::new(model), 0.03, 1e-5).expect("short steps keep the loops closed");
 }
 
 #[test]

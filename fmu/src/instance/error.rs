@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 use super::crossing::Crossing;
-use crate::failure::{Failure, number};
+use crate::failure::{Failure, Gap, number};
 use crate::program::seal::FrameError;
 
 /// Why an instance refuses.
@@ -144,8 +144,15 @@ pub enum InstanceError {
     #[error("at t = {:.6} s the mechanism is in a singular pose: the loops at {} hold less there, and an integrator outside does not see on which branch the motion goes on; use Co-Simulation", .0.time, list(&.0.joints))]
     Crossing(Crossing),
     /// The importer's steps have taken the loops too far apart.
-    #[error("{0}; in Model Exchange the importer's steps may be too long: give its integrator a smaller tolerance")]
-    Apart(Failure),
+    #[error(
+        "at t = {time} s the loops have come too far apart to be closed again, first at `{}`: in Model Exchange the importer integrates, and its steps are too long for how fast this mechanism moves; give its solver shorter steps, or one that controls its steps with a smaller tolerance, or use Co-Simulation; if that stops there as well, the mechanism locks up", gap.owner
+    )]
+    Apart {
+        /// When [s].
+        time: f64,
+        /// What is left open.
+        gap: Gap,
+    },
     /// A saved state of something else.
     #[error("this state was saved by another model")]
     ForeignState,

@@ -143,8 +143,8 @@ impl Instance {
         self.shown.copy_from(&self.now.state);
         let reprojected = self.stepper.reproject(&self.model, &mut self.machine, before, &mut self.shown, &settings);
         reprojected.map_err(|failure| match failure {
-            Failure::LockUp { .. } | Failure::Drift { .. } if !self.now.run.is_changed() => {
-                InstanceError::Apart(failure)
+            Failure::LockUp { time, gap } | Failure::Drift { time, gap } if !self.now.run.is_changed() => {
+                InstanceError::Apart { time, gap }
             }
             other => self.explained(other),
         })?;
