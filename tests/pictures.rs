@@ -5,6 +5,7 @@ use crate::support::ROOT;
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use command::{code, cotree, stderr};
 use resvg::tiny_skia::Pixmap;
@@ -94,6 +95,33 @@ fn a_still_shows_the_pose_of_its_time() {
     assert!(png.width() > 300 && png.pixels().iter().any(|pixel| pixel.red() < 100));
 }
 
+/// A picture for LaTeX says what the SVG says, and a document takes it as it is.
+#[test]
+fn pictures_for_latex_can_be_typeset() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let scene = model("double_pendulum");
+    done(folder, &["show", &scene, "--drawing", "pose.tex", "--graph", "graphs.TEX", "--at", "0.5 s"]);
+    done(folder, &["show", &scene, "--drawing", "start.tex"]);
+    done(folder, &["check", &scene, "--drawing", "checked.tex"]);
+    let text = |name: &str| fs::read_to_string(folder.join(name)).unwrap();
+    for name in ["pose.tex", "graphs.TEX"] {
+        let text = text(name);
+        assert!(text.starts_with("\\begin{tikzpicture}") && text.ends_with("\\end{tikzpicture}\n"), "{name}: {text}");
+        assert!(text.contains("{upper};") && text.contains("{lower};"), "{name}: {text}");
+    }
+    assert_ne!(text("pose.tex"), text("start.tex"));
+    assert_eq!(text("checked.tex"), text("start.tex"));
+    let page = "\\documentclass{article}\\usepackage{tikz}\\begin{document}\\input{pose.tex}\\input{graphs.TEX}\\end{document}";
+    fs::write(folder.join("page.tex"), page).unwrap();
+    let mut latex = Command::new("pdflatex");
+    latex.args(["-interaction=nonstopmode", "-halt-on-error", "page.tex"]).current_dir(folder);
+    // Elsewhere the pictures of lessons hold the writer to known commands.
+    if let Ok(output) = latex.output() {
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stdout));
+    }
+}
+
 #[test]
 fn impossible_stills_are_refused() {
     let folder = tempfile::tempdir().unwrap();
@@ -102,6 +130,7 @@ fn impossible_stills_are_refused() {
         (&["--drawing", "a.svg", "--at", "-1 s"][..], "before the start"),
         (&["--drawing", "a.svg", "--at", "1 kg"], "not in s"),
         (&["--drawing", "a.bmp"], "`.png`"),
+        (&["--drawing", "a.pdf"], "its name must end with `.svg` or `.png` or `.tex` or `.dxf`"),
         (&["--at", "1 s"], "--drawing"),
     ] {
         let output = cotree(folder.path(), &[&["show", &scene], arguments].concat());

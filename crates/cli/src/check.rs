@@ -30,14 +30,14 @@ pub struct Check {
     /// Scene files (TOML or JSON); `-` is standard input
     #[arg(required = true, value_name = "SCENE")]
     scenes: Vec<PathBuf>,
-    /// Draw it into an SVG or PNG file; if it cannot be assembled as it is written, the pose that was found, with gaps in red
+    /// Draw it into an SVG, PNG or TikZ (.tex) file; if it cannot be assembled as it is written, the pose that was found, with gaps in red
     #[arg(long, value_name = "FILE")]
     drawing: Option<PathBuf>,
 }
 
 impl Check {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
-        output::is_written_as(self.drawing.as_deref(), &["svg", "png"])?;
+        output::is_written_as(self.drawing.as_deref(), &["svg", "png", "tex"])?;
         let [scene] = &self.scenes[..] else { return self.run_each(format) };
         output::apart(&[Some(scene)], &[self.drawing.as_deref()])?;
         self.one(scene, format)

@@ -11,6 +11,7 @@ use cotree::scene::{Fault, Faults, Scene, Span};
 use cotree::simulate::Gaps;
 use cotree_draw::png::{self, Size};
 use cotree_fmu::instance::Inaccuracy;
+use cotree_text::tikz::tikz;
 use serde::Serialize;
 
 use super::MessageFormat;
@@ -138,10 +139,12 @@ pub fn begin(
     Ok(Writer::new(Destination::new(file)?, columns)?)
 }
 
-/// Writes a picture, as PNG if its name ends so, and says what it is.
+/// Writes a picture, as PNG or for LaTeX if its name ends so, and says what it is.
 pub fn picture(path: &Path, picture: &str, what: &str, format: MessageFormat) -> Result<(), Failure> {
     if has_extension(path, "png") {
         write(path, png::png(picture, Size::Times(2.0)).map_err(|error| Failure::file("draw", path, error))?)?;
+    } else if has_extension(path, "tex") {
+        write(path, tikz(picture).map_err(|error| Failure::file("draw", path, error))?)?;
     } else {
         write(path, picture)?;
     }

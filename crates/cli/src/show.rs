@@ -56,13 +56,13 @@ pub struct Show {
     /// What other choices of trees would cost: equations, operations, time, condition
     #[arg(long, conflicts_with_all = ["equations", "steps"])]
     compare: bool,
-    /// Draw the mechanism at its start: an SVG, PNG or DXF file
+    /// Draw the mechanism at its start: an SVG, PNG or DXF file, or TikZ for LaTeX if the name ends with .tex
     #[arg(long, value_name = "FILE")]
     drawing: Option<PathBuf>,
     /// Draw it at this time of its motion instead, such as "0.3 s"
     #[arg(long, value_name = "TIME", requires = "drawing", allow_hyphen_values = true)]
     at: Option<String>,
-    /// Draw the mechanism and its two linear graphs: an SVG or a PNG file, or Graphviz if the name ends with .dot
+    /// Draw the mechanism and its two linear graphs: an SVG or a PNG file, TikZ if the name ends with .tex, or Graphviz if with .dot
     #[arg(long, value_name = "FILE")]
     graph: Option<PathBuf>,
 }
@@ -79,9 +79,9 @@ struct Figures {
 impl Show {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         output::apart(&[Some(&self.scene)], &[self.graph.as_deref(), self.drawing.as_deref()])?;
-        for (path, kinds) in [(&self.drawing, ["svg", "png", "dxf"].as_slice()), (&self.graph, &["svg", "png", "dot"])]
-        {
-            output::is_written_as(path.as_deref(), kinds)?;
+        let [drawing, graph] = [["svg", "png", "tex", "dxf"], ["svg", "png", "tex", "dot"]];
+        for (path, kinds) in [(&self.drawing, drawing), (&self.graph, graph)] {
+            output::is_written_as(path.as_deref(), &kinds)?;
         }
         let scene = output::load(&self.scene)?;
         let (compiled, mut formulated) = compile::compile_with_equations(&scene)?;
