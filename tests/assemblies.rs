@@ -76,6 +76,62 @@ fn both_assemblies_of_a_four_bar_are_found_and_can_be_pasted() {
     assert!(found.len() == 2 && same(found[0], wanted[0]) && same(found[1], wanted[1]), "{found:?} {wanted:?}");
 }
 
+/// Two equal bars on two equal bars, like scissors: `a` is driven, so the upper pair has two upright ways; or it is folded, with its ends together, and turns freely.
+const SCISSORS: &str = r#"
+name = "scissors"
+[bodies.a]
+mass = 1
+inertia = 1
+points = { l = [-0.5, 0], r = [0.5, 0], m = [0, 0] }
+[bodies.b]
+mass = 1
+inertia = 1
+points = { l = [-0.5, 0], r = [0.5, 0], m = [0, 0] }
+[joints]
+pin = { type = "revolute", between = ["ground", "a.l"] }
+middle = { type = "revolute", between = ["a.m", "b.m"] }
+roller = { type = "slot", between = ["ground", "b.r"], axis = [1, 0] }
+[bodies.c]
+mass = 1
+inertia = 1
+points = { l = [-0.5, 0], r = [0.5, 0], m = [0, 0] }
+[bodies.d]
+mass = 1
+inertia = 1
+points = { l = [-0.5, 0], r = [0.5, 0], m = [0, 0] }
+[joints.left]
+type = "revolute"
+between = ["b.l", "c.l"]
+[joints.right]
+type = "revolute"
+between = ["a.r", "d.r"]
+[joints.upper]
+type = "revolute"
+between = ["c.m", "d.m"]
+[drivers.tilt]
+joint = "pin"
+angle = "30 deg"
+[initial]
+"a.angle" = { guess = "30 deg" }
+"b.angle" = { guess = "-30 deg" }
+"c.angle" = { guess = "30 deg" }
+"d.angle" = { guess = "-30 deg" }
+"#;
+
+/// `b` is at -30 deg, with `c` and `d` upright on it or hanging from it, or folded onto `a` at -150 deg, where `b.l` is `a.r` and the upper pair is folded, too.
+#[test]
+fn folded_poses_that_turn_freely_hide_no_single_ones() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("a.toml"), SCISSORS).unwrap();
+    let output = cotree(folder.path(), &["assemblies", "a.toml"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let text = stdout(&output);
+    assert!(text.contains("the loops close in 2 ways") && text.contains("can move on, though all is held"), "{text}");
+    for angle in ["30.000000", "-30.000000"] {
+        assert!(text.contains(&format!("\"c.angle\" = {{ guess = \"{angle} deg\" }}")), "{text}");
+    }
+}
+
 #[test]
 fn what_is_open_is_held_where_the_scene_begins() {
     let folder = tempfile::tempdir().unwrap();

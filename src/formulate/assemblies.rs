@@ -30,6 +30,8 @@ pub struct Assemblies {
     pub found: Vec<usize>,
     /// From how many starts none was found.
     pub failed: usize,
+    /// From how many starts a pose was found that can move on, though all is held: where bars lie on each other, for example. It is not listed.
+    pub loose: usize,
     /// Is the first one that of the scene? Its own guesses may lead to none.
     pub is_own: bool,
 }
@@ -57,7 +59,7 @@ pub fn assemblies(mechanism: &Mechanism, starts: usize) -> Result<Assemblies, Ve
     let known = mechanism.initial.iter().filter(|own| own.variable.quantity.class() == Class::Position);
     let open = freedoms.saturating_sub(known.count());
     let held = hold(&mut mechanism, &names, &state, open, &guessed);
-    Ok(Assemblies { is_own, ..search(&mechanism, held, &state, starts)? })
+    Ok(Assemblies { is_own, ..search(&mechanism, held, (&state, freedoms), starts)? })
 }
 
 /// A pose in which the loops are closed.
@@ -169,14 +171,19 @@ fn variable(mechanism: &Mechanism, name: &str) -> Option<Variable> {
     Some(Variable { owner: Owner::Joint(JointId(index)), quantity })
 }
 
-/// Solves from the scene's own start and from others that fill the space of positions evenly.
-fn search(mechanism: &Mechanism, held: Vec<Value>, own: &State, starts: usize) -> Result<Assemblies, Vec<Fault>> {
+/// Solves from the scene's own start, with its number of freedoms, and from others that fill the space of positions evenly.
+fn search(
+    mechanism: &Mechanism,
+    held: Vec<Value>,
+    (own, freedoms): (&State, usize),
+    starts: usize,
+) -> Result<Assemblies, Vec<Fault>> {
     let mut equations = equations(mechanism, &mechanism.coordinates)?;
     let length = typical_length(&mut equations);
     let draft = lower::positions(&mut equations, length);
     let ranges = ranges(&equations, length);
     let known: Vec<String> = mechanism.initial.iter().map(|own| mechanism.variable_name(own.variable)).collect();
-    let mut found = Assemblies { held, poses: Vec::new(), found: Vec::new(), failed: 0, is_own: true };
+    let mut found = Assemblies { held, poses: Vec::new(), found: Vec::new(), failed: 0, loose: 0, is_own: true };
     for start in 0..=starts {
         let mut program = draft.clone();
         let stays = |index: usize| start == 0 || known.contains(&equations.coordinates[index].name.position);
@@ -188,13 +195,25 @@ fn search(mechanism: &Mechanism, held: Vec<Value>, own: &State, starts: usize) -
             (_, None) => found.failed += 1,
             // A disturbed search may leave what is known; that is no pose of the scene.
             (_, Some(state)) if !keeps(&equations, &known, own, &state) => found.failed += 1,
-            (model, Some(state)) => found.add(values(&equations, &model, &state), length),
+            (model, Some(state)) => {
+                let pose = values(&equations, &model, &state);
+                match found.place(&pose, length) {
+                    Some(index) => found.found[index] += 1,
+                    None if is_loose(&equations, (model, state), length, freedoms) => found.loose += 1,
+                    None => found.add(pose),
+                }
+            }
         }
         if found.poses.len() > MOST {
             break;
         }
     }
     Ok(found)
+}
+
+/// Has a pose more freedoms than that of the scene? Where that cannot be decided it counts as a single one.
+fn is_loose(equations: &Equations, pose: (Model, State), length: f64, freedoms: usize) -> bool {
+    restrictions(equations.clone(), pose, length, None).is_ok_and(|found| found.mobility() > freedoms)
 }
 
 /// Has a pose the known coordinates of the scene's own start?
@@ -212,7 +231,8 @@ impl Assemblies {
         self.poses.len() > MOST
     }
 
-    fn add(&mut self, pose: Vec<Value>, length: f64) {
+    /// Where a pose is in the list.
+    fn place(&self, pose: &[Value], length: f64) -> Option<usize> {
         let same = |a: &Value, b: &Value| {
             let apart = (a.value - b.value).abs();
             // Half a turn is the same either way; whole turns that matter are not.
@@ -222,13 +242,12 @@ impl Assemblies {
                 apart < SAME * length
             }
         };
-        match self.poses.iter().position(|known| known.iter().zip(&pose).all(|(a, b)| same(a, b))) {
-            Some(index) => self.found[index] += 1,
-            None => {
-                self.poses.push(pose);
-                self.found.push(1);
-            }
-        }
+        self.poses.iter().position(|known| known.iter().zip(pose).all(|(a, b)| same(a, b)))
+    }
+
+    fn add(&mut self, pose: Vec<Value>) {
+        self.poses.push(pose);
+        self.found.push(1);
     }
 }
 

@@ -82,6 +82,12 @@ fn text(found: &Assemblies, mechanism: &Mechanism, starts: usize) -> String {
     if !found.is_own {
         text += "the guesses of the scene lead to none of them\n";
     }
+    if found.loose > 0 {
+        text += &format!(
+            "{} led to poses that can move on, though all is held, such as bars that lie on each other: they are no single ones and are not listed\n",
+            counted(found.loose, "start")
+        );
+    }
     for (index, (pose, times)) in found.poses.iter().zip(&found.found).enumerate() {
         let own = if index == 0 && found.is_own { ", that of the scene" } else { "" };
         text += &format!("\n# {} (found {times} times{own})\n[initial]\n", index + 1);
