@@ -165,6 +165,8 @@ pub mod sheet;
 #[doc(hidden)]
 pub mod simulate;
 #[doc(hidden)]
+pub mod task;
+#[doc(hidden)]
 pub mod tree;
 
 pub use compile::{Compiled, ExportFailure, compile};

@@ -98,6 +98,7 @@ mod single_faults;
 mod slips;
 mod stored_programs;
 mod sweep;
+mod synthesis;
 mod tables;
 mod taylor;
 mod units;

@@ -58,6 +58,7 @@ const CRATES: [Crate; 8] = [
             "compile",
             "simulate",
             "import",
+            "task",
             "gallery",
         ],
     ),
@@ -69,7 +70,11 @@ const CRATES: [Crate; 8] = [
             "stroke", "atlas", "path",
         ],
     ),
-    ("cotree_study", "crates/study/src", &["analysis", "bench", "compare", "contact", "motion", "sweep", "fit"]),
+    (
+        "cotree_study",
+        "crates/study/src",
+        &["analysis", "bench", "compare", "contact", "motion", "sweep", "fit", "synthesis"],
+    ),
     (
         "cotree_draw",
         "crates/draw/src",

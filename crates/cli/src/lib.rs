@@ -32,6 +32,7 @@ mod simulate;
 mod stop;
 mod study;
 mod sweep;
+mod synthesize;
 mod times;
 mod trace;
 mod units;
@@ -98,6 +99,7 @@ enum Command {
     Assemblies(assemblies::FindAssemblies),
     Modes(modes::Modes),
     Motion(motion::Motion),
+    Synthesize(synthesize::Synthesize),
     Export(export::Export),
     Import(import::Import),
     Bench(bench::Bench),
@@ -141,6 +143,7 @@ pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Assemblies(command) => command.run(format),
         Command::Modes(command) => command.run(format),
         Command::Motion(command) => command.run(format),
+        Command::Synthesize(command) => command.run(format),
         Command::Export(command) => command.run(format),
         Command::Import(command) => command.run(format),
         Command::Bench(command) => command.run(format),

@@ -27,3 +27,5 @@ pub mod fit;
 pub mod motion;
 #[doc(hidden)]
 pub mod sweep;
+#[doc(hidden)]
+pub mod synthesis;

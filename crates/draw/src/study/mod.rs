@@ -4,3 +4,4 @@ pub mod bench;
 pub mod fit;
 pub mod motion;
 pub mod sweep;
+pub mod synthesis;

@@ -1,0 +1,352 @@
+//! Linkages for a task: found, judged, driven, ranked, written as scenes.
+
+mod candidates;
+mod drive;
+pub mod report;
+mod scene;
+
+use std::collections::BTreeMap;
+
+use cotree::scene::Faults;
+use cotree::task::{Kind, Limits as Asked, Region as Where, Task};
+use cotree_synthesis::{Defect, Dyad, Limits, Linkage, Point, Pose, Region, Side, Verdict, extent, judge};
+
+use drive::{Station, largest_miss};
+
+/// The linkages for a task.
+#[derive(Clone, Debug)]
+pub struct Answer {
+    pub task: Task,
+    /// The dyads of poses; of other tasks there are none.
+    pub dyads: Vec<Dyad>,
+    /// Good ones, best first; then the others, if they are asked for.
+    pub solutions: Vec<Solution>,
+    /// How many linkages were left out for each reason.
+    pub left_out: BTreeMap<String, usize>,
+    /// How many were looked at.
+    pub looked_at: usize,
+    /// What the last of them missed, and by how much the nearest did.
+    pub last: Option<String>,
+}
+
+/// A linkage for a task.
+#[derive(Clone, Debug)]
+pub struct Solution {
+    pub linkage: Linkage,
+    /// Its two dyads in the list, for poses.
+    pub dyads: Option<[usize; 2]>,
+    /// Ground, first bar, coupler, second bar, as far as there are \[m\].
+    pub lengths: [Option<f64>; 4],
+    pub class: &'static str,
+    /// By how much the task is missed at most \[m or rad\].
+    pub error: f64,
+    /// The smallest transmission angle over the part used \[rad\].
+    pub transmission: f64,
+    pub full_turn: bool,
+    pub defects: Vec<Defect>,
+    /// Why it is not good; none: it is.
+    pub reason: Option<String>,
+    /// The body at the poses or points of the task.
+    pub poses: Vec<Pose>,
+    /// How far the driven scene was from them, as a share of the size.
+    pub driven: Option<f64>,
+    /// The scene.
+    pub scene: Option<String>,
+}
+
+/// A linkage before it is judged.
+pub(crate) struct Candidate {
+    linkage: Linkage,
+    /// The body at the task's poses or points, exactly on the linkage.
+    poses: Vec<Pose>,
+    error: f64,
+    dyads: Option<[usize; 2]>,
+    /// May the second dyad be the input too?
+    both: bool,
+}
+
+/// What candidates come with.
+pub(crate) struct Found {
+    dyads: Vec<Dyad>,
+    candidates: Vec<Candidate>,
+    /// Only so many good ones are shown, not alike: the others are beside them.
+    most: Option<usize>,
+    left_out: BTreeMap<String, usize>,
+}
+
+/// How far a driven linkage may be from its poses, as a share of the size.
+const MET: f64 = 1e-9;
+/// A bar that is shorter than this share of the longest is none.
+const NO_BAR: f64 = 1e-4;
+
+/// Finds the linkages for a task; with `all`, those that are not good too.
+///
+/// # Errors
+/// Why the task has no answer at all.
+pub fn synthesize(task: &Task, all: bool) -> Result<Answer, Faults> {
+    let limits = limits(&task.limits);
+    let found = candidates::of(task, &limits)?;
+    let mut answer = Answer {
+        task: task.clone(),
+        dyads: found.dyads,
+        solutions: Vec::new(),
+        left_out: found.left_out,
+        looked_at: found.candidates.len(),
+        last: None,
+    };
+    let mut judged: Vec<Judged> = found.candidates.iter().filter_map(|own| best(own, &limits, task)).collect();
+    answer.looked_at += answer.left_out.values().sum::<usize>();
+    for own in judged.iter().filter(|own| own.reason.is_some()) {
+        *answer.left_out.entry(own.reason.clone().unwrap_or_default()).or_default() += 1;
+    }
+    judged.sort_by(|a, b| a.rank(task).total_cmp(&b.rank(task)));
+    let most = found.most.unwrap_or(usize::MAX);
+    let (good, bad): (Vec<Judged>, Vec<Judged>) = judged.into_iter().partition(|own| own.reason.is_none());
+    answer.last = last(&bad, good.is_empty());
+    for own in good {
+        let lengths = own.linkage.lengths();
+        let is_like = |other: &Solution| is_beside(&other.lengths, &lengths);
+        if found.most.is_some() && (answer.solutions.len() >= most || answer.solutions.iter().any(is_like)) {
+            *answer.left_out.entry(MORE.to_owned()).or_default() += 1;
+            continue;
+        }
+        let solution = solution(task, own, answer.solutions.len() + 1);
+        match &solution.reason {
+            None => answer.solutions.push(solution),
+            Some(reason) => *answer.left_out.entry(reason.clone()).or_default() += 1,
+        }
+    }
+    if all {
+        let shown = bad.into_iter().take(found.most.map_or(usize::MAX, |most| 4 * most));
+        answer.solutions.extend(shown.map(undriven));
+    }
+    Ok(answer)
+}
+
+/// A candidate with its better input.
+struct Judged {
+    linkage: Linkage,
+    verdict: Verdict,
+    poses: Vec<Pose>,
+    error: f64,
+    dyads: Option<[usize; 2]>,
+    reason: Option<String>,
+    /// How far it came: the more the later was the reason; and by how much it misses a limit.
+    stage: usize,
+    miss: f64,
+}
+
+impl Judged {
+    /// The less the better: the error where tasks are met nearly, else the transmission angle.
+    fn rank(&self, task: &Task) -> f64 {
+        let size = extent(self.poses.iter().map(|pose| pose.at)).1;
+        let nearly = matches!(task.kind, Kind::Path { .. } | Kind::Function { .. }) || self.error > 1e-7 * size;
+        if nearly && self.error > 1e-7 * size {
+            self.error / size - 1e-6 * self.verdict.transmission
+        } else {
+            -self.verdict.transmission
+        }
+    }
+}
+
+/// Judged with the input that serves best; none if there is no input.
+fn best(candidate: &Candidate, limits: &Limits, task: &Task) -> Option<Judged> {
+    let swapped = candidate.dyads.map(|[i, j]| [j, i]);
+    let ways = [(candidate.linkage, candidate.dyads), (candidate.linkage.swapped(), swapped)];
+    let count = if candidate.both { 2 } else { 1 };
+    let judged = ways.into_iter().take(count).filter(|(linkage, _)| linkage.has_input()).map(|(linkage, dyads)| {
+        let verdict = judged(&linkage, &candidate.poses, limits.crank || is_turn(task), task);
+        let lengths: Vec<f64> = linkage.lengths().into_iter().flatten().collect();
+        let longest = lengths.iter().copied().fold(0.0, f64::max);
+        let shortest = lengths.iter().copied().fold(f64::INFINITY, f64::min);
+        let missed = limits.missed(&linkage, &verdict);
+        let defect = verdict.defects.first().map(|defect| (*defect as usize + 1, reason_of(*defect).to_owned(), 0.0));
+        let nothing =
+            (shortest < NO_BAR * longest).then(|| (0, "a bar is next to nothing beside the others".to_owned(), 0.0));
+        let limit = missed.map(|(limit, miss)| (limit as usize + 4, format!("limit `{}`", limit.name()), miss));
+        let (stage, reason, miss) = match nothing.or(defect).or(limit) {
+            Some((stage, reason, miss)) => (stage, Some(reason), miss),
+            None => (10, None, 0.0),
+        };
+        let poses = candidate.poses.clone();
+        Judged { linkage, verdict, poses, error: candidate.error, dyads, reason, stage, miss }
+    });
+    judged.max_by(|a, b| {
+        (a.stage, a.verdict.transmission)
+            .partial_cmp(&(b.stage, b.verdict.transmission))
+            .unwrap_or(std::cmp::Ordering::Equal)
+    })
+}
+
+fn reason_of(defect: Defect) -> &'static str {
+    match defect {
+        Defect::Circuit => "would have to be taken apart between poses (circuit)",
+        Defect::Branch => "the input passes a dead point between poses (branch)",
+        Defect::Order => "takes the poses in another order",
+    }
+}
+
+/// Points of a path are looked at for their order only where they are well apart: noise may exchange neighbours.
+const APART: usize = 8;
+
+fn judged(linkage: &Linkage, poses: &[Pose], turn: bool, task: &Task) -> Verdict {
+    let mut verdict = judge(linkage, poses, turn);
+    if !matches!(task.kind, Kind::Path { .. }) || !verdict.defects.contains(&Defect::Order) {
+        return verdict;
+    }
+    let thin: Vec<Pose> = poses.iter().step_by(poses.len().div_ceil(APART)).copied().collect();
+    let sparse = judge(linkage, &thin, turn);
+    if !sparse.defects.contains(&Defect::Order) {
+        verdict.defects.retain(|defect| *defect != Defect::Order);
+        if let (true, [first, second, ..]) = (verdict.full_turn, &sparse.inputs[..]) {
+            let sense = (second - first).signum();
+            let turned = |input: &f64| first + sense * (sense * (input - first)).rem_euclid(std::f64::consts::TAU);
+            verdict.inputs = verdict.inputs.iter().map(turned).collect();
+        }
+    }
+    verdict
+}
+
+/// What removed the last linkages, and how near the nearest came.
+fn last(bad: &[Judged], none_is_good: bool) -> Option<String> {
+    let stage = bad.iter().map(|own| own.stage).max().filter(|_| none_is_good)?;
+    let those = || bad.iter().filter(|own| own.stage == stage);
+    let nearest = those().min_by(|a, b| a.miss.total_cmp(&b.miss))?;
+    let reason = nearest.reason.as_deref()?;
+    let count = those().count();
+    let near = match reason {
+        "limit `transmission`" => {
+            let angle = nearest.verdict.transmission.to_degrees();
+            format!("; the nearest has {angle:.1} deg")
+        }
+        "limit `ground`" | "limit `moving`" | "limit `length`" => {
+            format!("; the nearest misses it by {:.4} m", nearest.miss)
+        }
+        _ => String::new(),
+    };
+    Some(format!("what removed the last {count}: {reason}{near}"))
+}
+
+/// Why good linkages of a sampled family are not shown.
+const MORE: &str = "good too, but much like one that is shown, or after the last one";
+
+/// Are two linkages of a sampled family neighbours?
+fn is_beside(a: &[Option<f64>; 4], b: &[Option<f64>; 4]) -> bool {
+    let size = a.iter().flatten().copied().fold(0.0, f64::max);
+    a.iter().zip(b).all(|(a, b)| match (a, b) {
+        (Some(a), Some(b)) => (a - b).abs() < 0.1 * size,
+        _ => a.is_none() && b.is_none(),
+    })
+}
+
+fn undriven(own: Judged) -> Solution {
+    Solution {
+        linkage: own.linkage,
+        dyads: own.dyads,
+        lengths: own.linkage.lengths(),
+        class: class(&own.linkage, &own.verdict),
+        error: own.error,
+        transmission: own.verdict.transmission,
+        full_turn: own.verdict.full_turn,
+        defects: own.verdict.defects,
+        reason: own.reason,
+        poses: own.poses,
+        driven: None,
+        scene: None,
+    }
+}
+
+/// Written as a scene, and driven by the program: what it does not do is no solution.
+fn solution(task: &Task, own: Judged, number: usize) -> Solution {
+    let inputs = &own.verdict.inputs;
+    let (_, size) = extent(own.poses.iter().map(|pose| pose.at));
+    let (first, last) = (inputs.first().copied().unwrap_or(0.0), inputs.last().copied().unwrap_or(0.0));
+    let sense = if last < first { -1.0 } else { 1.0 };
+    let start = inputs.iter().map(|input| sense * input).fold(f64::INFINITY, f64::min) * sense;
+    let end = inputs.iter().map(|input| sense * input).fold(f64::NEG_INFINITY, f64::max) * sense;
+    let turns = matches!(own.linkage.first, Dyad::Bar { .. });
+    let whole = turns && own.verdict.full_turn && (task.limits.crank || is_turn(task));
+    let end = if whole { start + sense * std::f64::consts::TAU } else { end };
+    let duration = if turns { (end - start).abs() } else { 1.0 };
+    let time = |input: f64| (input - start) / (end - start) * duration;
+    let mut stations: Vec<Station> =
+        inputs.iter().zip(&own.poses).map(|(input, pose)| Station { time: time(*input), pose: *pose }).collect();
+    stations.sort_by(|a, b| a.time.total_cmp(&b.time));
+    let begin = stations.first().map_or(Pose::new(0.0, 0.0, 0.0), |station| station.pose);
+    let name = format!("{}_{number}", cotree::mechanism::identifier(&task.name));
+    let about = format!("{} for the task {}", class(&own.linkage, &own.verdict), task.name);
+    let driven =
+        scene::Driven { name: &name, about: &about, linkage: &own.linkage, start: begin, way: [start, end], duration };
+    let text = scene::text(&driven);
+    let miss = largest_miss(&text, &stations, size);
+    let mut solution = undriven(own);
+    match miss {
+        Ok(miss) if miss <= MET => solution.driven = Some(miss),
+        Ok(_) => solution.reason = Some("misses its poses when cotree drives it".to_owned()),
+        Err(_) => solution.reason = Some("cannot be driven through its poses".to_owned()),
+    }
+    solution.scene = Some(text);
+    solution
+}
+
+fn is_turn(task: &Task) -> bool {
+    match &task.kind {
+        Kind::Stroke { .. } => true,
+        Kind::Path { closed, .. } => *closed,
+        Kind::Poses { .. } | Kind::Function { .. } => false,
+    }
+}
+
+/// What people call it, its input first.
+fn class(linkage: &Linkage, verdict: &Verdict) -> &'static str {
+    let [ground, first, body, second] = linkage.lengths();
+    match (linkage.first, linkage.second) {
+        (Dyad::Bar { .. }, Dyad::Bar { .. }) => {}
+        (Dyad::Bar { .. }, Dyad::Slider { .. }) => return "slider-crank",
+        (Dyad::Slider { .. }, Dyad::Bar { .. }) => return "slider-crank, driven at the slider",
+        (Dyad::Slider { .. }, Dyad::Slider { .. }) => return "double slider",
+        (Dyad::Slot { .. }, _) | (_, Dyad::Slot { .. }) => return "linkage with a slot",
+    }
+    let shortest = [ground, first, body, second].into_iter().flatten().fold(f64::INFINITY, f64::min);
+    match verdict.grashof {
+        None => "four-bar at a change point",
+        Some(false) => "triple rocker",
+        Some(true) if ground == Some(shortest) => "double crank",
+        Some(true) if first == Some(shortest) => "crank-rocker",
+        Some(true) if second == Some(shortest) => "crank-rocker, driven at the rocker",
+        Some(true) => "double rocker",
+    }
+}
+
+fn limits(asked: &Asked) -> Limits {
+    let at = |[x, y]: [f64; 2]| Point::new(x, y);
+    let region = |region: &Where| match region {
+        Where::Box(low, high) => Region::Box(at(*low), at(*high)),
+        Where::Polygon(corners) => Region::Polygon(corners.iter().map(|own| at(*own)).collect()),
+    };
+    Limits {
+        ground: asked.ground.as_ref().map(region),
+        moving: asked.moving.as_ref().map(region),
+        length: asked.length,
+        transmission: asked.transmission,
+        crank: asked.crank,
+    }
+}
+
+impl Solution {
+    /// The curve of the body's origin: over the whole circuit, and where the body is at the task's poses.
+    pub fn curve(&self) -> Vec<Point> {
+        let Some(first) = self.poses.first() else { return Vec::new() };
+        if !matches!(self.linkage.first, Dyad::Bar { .. }) {
+            return self.poses.iter().map(|pose| pose.at).collect();
+        }
+        let circuit: Vec<(f64, Side)> = self.linkage.circuit(first, 240);
+        let mut points: Vec<Point> = circuit
+            .into_iter()
+            .filter_map(|(input, side)| self.linkage.pose(input, side))
+            .map(|pose| pose.at)
+            .collect();
+        points.extend(points.first().copied());
+        points
+    }
+}

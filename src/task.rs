@@ -1,0 +1,623 @@
+//! Tasks for which a linkage is sought, as they are written: poses, a function, a path or a stroke, and limits.
+//!
+//! Bare numbers are in SI units: lengths in metres, angles in radians.
+
+use std::path::Path;
+
+use crate::diagnostic::fault::{Fault, Faults, Sink};
+use crate::diagnostic::span::{Source, Span, Text};
+use crate::files;
+use crate::mechanism::{Formula, ParameterId, Unit};
+use crate::scene::constant::evaluate;
+use crate::scene::decode::Fields;
+use crate::scene::document::{self, Content, Node};
+use crate::scene::expression::{self, Tree, TreeKind};
+use crate::scene::{Reading, Value, read};
+
+/// A task.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Task {
+    /// Its name.
+    pub name: String,
+    /// What is to be done.
+    pub kind: Kind,
+    /// What else is asked of a linkage.
+    pub limits: Limits,
+    /// What is chosen where the task leaves it free.
+    pub choose: Choose,
+    /// Its text, for faults.
+    pub source: Source,
+    /// Where what is to be done is written.
+    pub span: Span,
+}
+
+/// What is to be done.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Kind {
+    /// A body takes poses.
+    Poses {
+        /// x \[m\], y \[m\], angle \[rad\]
+        at: Vec<[f64; 3]>,
+        /// How near each pose is to be met \[m\], if not exactly.
+        tolerance: Option<Vec<f64>>,
+        /// How much each pose counts, if they are met nearly.
+        weight: Option<Vec<f64>>,
+    },
+    /// An output follows an input.
+    Function {
+        /// Turns of the input from the first position \[rad\].
+        input: Vec<f64>,
+        /// Turns \[rad\] or ways \[m\] of the output from the first position.
+        output: Vec<f64>,
+        /// Does a slider follow?
+        is_slider: bool,
+        /// The angles of input and output bar at the first position, if they are given \[rad\].
+        zero: [Option<f64>; 2],
+        /// The length of the ground of a four-bar \[m\].
+        ground: f64,
+    },
+    /// A point follows a path.
+    Path {
+        /// [m]
+        points: Vec<[f64; 2]>,
+        /// Is the last point beside the first?
+        closed: bool,
+        /// The turn of the crank at each point from the first one on \[rad\].
+        crank: Option<Vec<f64>>,
+        /// The pivots in the ground \[m\].
+        pivots: Option<[[f64; 2]; 2]>,
+    },
+    /// A swing of a rocker or a stroke of a slider during a turn of the crank.
+    Stroke {
+        /// [rad]
+        crank_turn: f64,
+        /// \[rad\], or \[m\] of a slider
+        way: f64,
+        /// Is it a slider?
+        is_slider: bool,
+        /// Of the slider's line from the crank's pivot \[m\].
+        offset: Option<f64>,
+        /// The length of the ground of a four-bar \[m\].
+        ground: f64,
+    },
+}
+
+/// Where points may be.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Region {
+    /// From the lower left to the upper right corner \[m\].
+    Box([f64; 2], [f64; 2]),
+    /// The corners of a polygon \[m\].
+    Polygon(Vec<[f64; 2]>),
+}
+
+/// What else is asked of a linkage.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Limits {
+    /// Of pins in the ground.
+    pub ground: Option<Region>,
+    /// Of pins in the body, in its frame.
+    pub moving: Option<Region>,
+    /// Shortest and longest bar \[m\].
+    pub length: Option<[f64; 2]>,
+    /// Smallest transmission angle \[rad\].
+    pub transmission: Option<f64>,
+    /// Must the input turn fully?
+    pub crank: bool,
+}
+
+/// Pins that are chosen, of the first and of the second bar \[m\].
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Choose {
+    /// Pins in the ground.
+    pub ground: [Option<[f64; 2]>; 2],
+    /// Pins in the body, in its frame.
+    pub moving: [Option<[f64; 2]>; 2],
+    /// Lines on which a pin is, for four poses.
+    pub lines: Vec<Line>,
+}
+
+/// The line `x = value` or `y = value` on which a pin is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Line {
+    /// A pin in the ground? Else in the body, in its frame.
+    pub of_ground: bool,
+    /// y = value? Else x = value.
+    pub is_y: bool,
+    /// [m]
+    pub value: f64,
+}
+
+/// The largest task file \[bytes\].
+const LARGEST: u64 = 16 << 20;
+const KINDS: [&str; 4] = ["poses", "function", "path", "stroke"];
+const TOP: [&str; 8] = ["name", "description", "poses", "function", "path", "stroke", "limits", "choose"];
+/// Points of a law that are looked at.
+const LAW: usize = 25;
+
+impl Task {
+    /// Reads a task file: TOML, or JSON if it begins with `{`.
+    ///
+    /// # Errors
+    /// A file that cannot be read, and everything that is wrong with the task.
+    pub fn read(path: &Path) -> Result<Task, Faults> {
+        let name = path.display().to_string();
+        let alone = |fault| Faults::new(Source::new(name.clone(), ""), vec![fault]);
+        let bytes = files::read(path, LARGEST).map_err(|error| {
+            let message = format!("`{name}` cannot be read: {error}");
+            alone(Fault::new("scene::unreadable", message, Span::default()))
+        })?;
+        let text = crate::scene::decode::text(path, bytes).map_err(alone)?;
+        Task::from_source(Source::new(name.clone(), text))
+    }
+
+    /// Reads a task from a text.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the task.
+    pub fn from_text(text: &str) -> Result<Task, Faults> {
+        Task::from_source(Source::new("", text))
+    }
+
+    fn from_source(source: Source) -> Result<Task, Faults> {
+        let mut faults = Sink::default();
+        let text = source.own_text().to_owned();
+        let document = if text.trim_start().starts_with('{') {
+            document::from_json(&text, &mut faults)
+        } else {
+            document::from_toml(&text, &TOP, &mut faults)
+        };
+        let task = document.and_then(|document| Reader { faults: &mut faults }.task(&document, &source));
+        match task {
+            Some(task) if !faults.has_errors() => Ok(task),
+            _ => Err(faults.into_faults(source)),
+        }
+    }
+
+    /// A fault of the task as a whole.
+    pub fn fault(&self, message: &str, help: &str) -> Faults {
+        let fault = Fault::new("scene::wrong_value", message, self.span).help(help);
+        Faults::new(self.source.clone(), vec![fault])
+    }
+}
+
+struct Reader<'f> {
+    faults: &'f mut Sink,
+}
+
+impl Reader<'_> {
+    fn task(&mut self, document: &Node, source: &Source) -> Option<Task> {
+        let top = Fields::open(document, "the task", Span::new(0, 0), &TOP, self.faults)?;
+        let name = top.get("name").and_then(|node| self.faults.text(node, "`name`"));
+        let there: Vec<&str> = KINDS.into_iter().filter(|kind| top.get(kind).is_some()).collect();
+        let &[kind] = &there[..] else {
+            let message = format!("a task is one of poses, function, path and stroke, not {} of them", there.len());
+            let help = "write one table `[poses]`, `[function]`, `[path]` or `[stroke]`";
+            self.faults.push(Fault::new("scene::wrong_value", message, Span::default()).help(help));
+            return None;
+        };
+        let (node, span) = (top.get(kind)?, top.key_span(kind).unwrap_or_default());
+        let read = match kind {
+            "poses" => self.poses(node, span),
+            "function" => self.function(node, span),
+            "path" => self.path(node, span),
+            _ => self.stroke(node, span),
+        };
+        let limits = top.get("limits").map(|node| self.limits(node)).unwrap_or_default();
+        let choose = top.get("choose").map(|node| self.choose(node)).unwrap_or_default();
+        let is_free = match &read {
+            Some(Kind::Poses { at, tolerance, weight }) => at.len() <= 4 && tolerance.is_none() && weight.is_none(),
+            Some(Kind::Function { .. } | Kind::Path { .. } | Kind::Stroke { .. }) => false,
+            None => true,
+        };
+        if !is_free {
+            self.without(&top, &["choose"], "this task: it fixes what two to four exact poses leave free")?;
+        }
+        let name = name.map_or_else(|| kind.to_owned(), |name| name.text);
+        Some(Task { name, kind: read?, limits, choose, source: source.clone(), span })
+    }
+
+    fn wrong<T>(&mut self, node: &Node, message: String, help: &str) -> Option<T> {
+        self.faults.push(Fault::new("scene::wrong_value", message, node.span).help(help));
+        None
+    }
+
+    /// Keys that would have no effect are refused.
+    fn without(&mut self, fields: &Fields<'_>, keys: &[&str], other: &str) -> Option<()> {
+        let written: Vec<(&str, &Node)> = keys.iter().filter_map(|key| Some((*key, fields.get(key)?))).collect();
+        for (key, node) in &written {
+            let message = format!("{} has no effect on {other}", fields.name_of(key));
+            self.faults.push(Fault::new("scene::wrong_value", message, node.span).help("leave it out"));
+        }
+        written.is_empty().then_some(())
+    }
+
+    fn number(&mut self, node: &Node, what: &str, unit: &Unit) -> Option<f64> {
+        let quantity = self.faults.quantity(node, what)?;
+        let text = match quantity.value {
+            Value::Number(number) => return Some(number),
+            Value::Text(text) => Text::new(text, node.span),
+        };
+        let wanted = format!("a number in {}, alone or with its unit", unit.si);
+        match read(&text) {
+            Err(fault) => {
+                self.faults.push(fault);
+                None
+            }
+            Ok(Reading::Number(number)) => Some(number),
+            Ok(Reading::Measure(number, given)) if given.exponents == unit.exponents => Some(number),
+            Ok(Reading::Measure(..)) => {
+                self.wrong(node, format!("{what} is not in {}", unit.si), &format!("write {wanted}"))
+            }
+            Ok(Reading::Expression) => self.wrong(node, format!("{what} is no number"), &format!("write {wanted}")),
+        }
+    }
+
+    fn items<'n>(&mut self, node: &'n Node, what: &str) -> Option<&'n [Node]> {
+        match &node.kind {
+            Content::Array(items) => Some(&items[..]),
+            other => {
+                self.wrong(node, format!("{what} is {}, but must be a list", other.name()), "write a list in brackets")
+            }
+        }
+    }
+
+    fn numbers(&mut self, node: &Node, what: &str, unit: &Unit) -> Option<Vec<f64>> {
+        let items = self.items(node, what)?;
+        let numbers: Vec<Option<f64>> = items.iter().map(|item| self.number(item, what, unit)).collect();
+        numbers.into_iter().collect()
+    }
+
+    fn point(&mut self, node: &Node, what: &str) -> Option<[f64; 2]> {
+        let numbers = self.numbers(node, what, &Unit::length())?;
+        let count = numbers.len();
+        let point: Option<[f64; 2]> = numbers.try_into().ok();
+        point.or_else(|| self.wrong(node, format!("{what} has {count} numbers, but a point has two"), "write `[x, y]`"))
+    }
+
+    fn points(&mut self, node: &Node, what: &str) -> Option<Vec<[f64; 2]>> {
+        let items = self.items(node, what)?;
+        let points: Vec<Option<[f64; 2]>> = items.iter().map(|item| self.point(item, what)).collect();
+        points.into_iter().collect()
+    }
+
+    fn range(&mut self, node: &Node, what: &str, unit: &Unit) -> Option<[f64; 2]> {
+        let numbers = self.numbers(node, what, unit)?;
+        match numbers[..] {
+            [low, high] if low <= high => Some([low, high]),
+            [_, _] => self.wrong(
+                node,
+                format!("{what} leaves nothing: its lower end is above the upper one"),
+                "write the lower end first",
+            ),
+            _ => self.wrong(
+                node,
+                format!("{what} has {} numbers instead of two", numbers.len()),
+                "write `[lower, upper]`",
+            ),
+        }
+    }
+
+    /// A number for each of `count`, where one stands for all.
+    fn each(&mut self, node: &Node, what: &str, unit: &Unit, count: usize) -> Option<Vec<f64>> {
+        if !matches!(node.kind, Content::Array(_)) {
+            return self.number(node, what, unit).map(|number| vec![number; count]);
+        }
+        let numbers = self.numbers(node, what, unit)?;
+        self.count(node, what, numbers, count)
+    }
+
+    fn count(&mut self, node: &Node, what: &str, numbers: Vec<f64>, count: usize) -> Option<Vec<f64>> {
+        if numbers.len() == count {
+            return Some(numbers);
+        }
+        let found = numbers.len();
+        self.wrong(node, format!("{what} has {found} numbers for {count}"), "write one for each")
+    }
+
+    fn above_zero(&mut self, node: &Node, what: &str, numbers: &[f64]) -> Option<()> {
+        if numbers.iter().all(|number| *number > 0.0 && number.is_finite()) {
+            return Some(());
+        }
+        self.wrong(node, format!("{what} must be above zero"), "leave it out, or write a larger number")
+    }
+
+    fn poses(&mut self, node: &Node, span: Span) -> Option<Kind> {
+        let fields = Fields::open(node, "`poses`", span, &["at", "tolerance", "weight"], self.faults)?;
+        let at = fields.required("at", "write `at = [[x, y, angle], ...]`", self.faults)?;
+        let mut poses = Vec::new();
+        for item in self.items(at, "`at`")? {
+            let parts = self.items(item, "a pose")?;
+            let [x, y, angle] = parts else {
+                let message = format!("a pose has {} numbers instead of three", parts.len());
+                return self.wrong(item, message, "write `[x, y, angle]`");
+            };
+            let place = [x, y].map(|part| self.number(part, "a place of a pose", &Unit::length()));
+            let angle = self.number(angle, "the angle of a pose", &Unit::angle());
+            poses.push([place[0]?, place[1]?, angle?]);
+        }
+        if poses.len() < 2 {
+            return self.wrong(at, format!("a task has two poses or more, not {}", poses.len()), "add poses");
+        }
+        let mut list = |key: &str, unit: &Unit| match fields.get(key) {
+            None => Some(None),
+            Some(node) => {
+                let what = format!("`{key}`");
+                let numbers = self.each(node, &what, unit, poses.len())?;
+                self.above_zero(node, &what, &numbers)?;
+                Some(Some(numbers))
+            }
+        };
+        let tolerance = list("tolerance", &Unit::length())?;
+        let weight = list("weight", &Unit { exponents: [0; 4], si: String::new(), display: None })?;
+        Some(Kind::Poses { at: poses, tolerance, weight })
+    }
+
+    fn optional(&mut self, fields: &Fields<'_>, key: &str, unit: &Unit) -> Option<Option<f64>> {
+        match fields.get(key) {
+            None => Some(None),
+            Some(node) => self.number(node, &fields.name_of(key), unit).map(Some),
+        }
+    }
+
+    fn ground(&mut self, fields: &Fields<'_>) -> Option<f64> {
+        let ground = self.optional(fields, "ground", &Unit::length())?;
+        if let (Some(length), Some(node)) = (ground, fields.get("ground")) {
+            self.above_zero(node, "`ground`", &[length])?;
+        }
+        Some(ground.unwrap_or(1.0))
+    }
+
+    fn function(&mut self, node: &Node, span: Span) -> Option<Kind> {
+        let keys = ["input", "output", "x", "range", "input_zero", "output_zero", "ground"];
+        let fields = Fields::open(node, "`function`", span, &keys, self.faults)?;
+        let input = fields.required("input", "write turns of the input: `input = [0, 0.4, ...]`", self.faults)?;
+        let output = fields.required("output", "write turns of the output, or a law such as \"x^1.5\"", self.faults)?;
+        let ground = self.ground(&fields)?;
+        let zero = [
+            self.optional(&fields, "input_zero", &Unit::angle())?,
+            self.optional(&fields, "output_zero", &Unit::angle())?,
+        ];
+        if let Content::Text(_) = output.kind {
+            let (input, (output, is_slider)) = self.law(&fields, input, output)?;
+            self.of_slider(&fields, is_slider)?;
+            return Some(Kind::Function { input, output, is_slider, zero, ground });
+        }
+        self.without(&fields, &["x", "range"], "outputs that are numbers")?;
+        let turns = self.numbers(input, "`input`", &Unit::angle())?;
+        let (ways, is_slider) = self.ways(output, "`output`")?;
+        let ways = self.count(output, "`output`", ways, turns.len())?;
+        self.of_slider(&fields, is_slider)?;
+        Some(Kind::Function { input: turns, output: ways, is_slider, zero, ground })
+    }
+
+    fn of_slider(&mut self, fields: &Fields<'_>, is_slider: bool) -> Option<()> {
+        let keys: &[&str] = if is_slider { &["ground", "output_zero"] } else { &[] };
+        self.without(fields, keys, "a slider")
+    }
+
+    /// Lengths if one of them has a unit of length, else angles.
+    fn ways(&mut self, node: &Node, what: &str) -> Option<(Vec<f64>, bool)> {
+        let items = self.items(node, what)?;
+        let is_slider = items.iter().any(is_length);
+        let unit = if is_slider { Unit::length() } else { Unit::angle() };
+        Some((self.numbers(node, what, &unit)?, is_slider))
+    }
+
+    /// `output = "x^1.5"`, `x = [1, 4]`, `input = ["0 deg", "90 deg"]`, `range = ["0 deg", "90 deg"]`: turns of input and output from the first position.
+    fn law(&mut self, fields: &Fields<'_>, input: &Node, output: &Node) -> Option<(Vec<f64>, (Vec<f64>, bool))> {
+        let x = fields.required("x", "write from where to where the law goes: `x = [1, 4]`", self.faults)?;
+        let range = fields.required(
+            "range",
+            "write how far the output goes: `range = [\"0 deg\", \"90 deg\"]`",
+            self.faults,
+        )?;
+        let plain = Unit { exponents: [0; 4], si: String::new(), display: None };
+        let ends = self.numbers(x, "`x`", &plain)?;
+        let turn = self.numbers(input, "`input`", &Unit::angle())?;
+        let (ways, is_slider) = self.ways(range, "`range`")?;
+        let (&[x0, x1], &[from, to], &[low, high]) = (&ends[..], &turn[..], &ways[..]) else {
+            return self.wrong(
+                output,
+                "a law needs two numbers for each of `x`, `input` and `range`".to_owned(),
+                "write `[first, last]`",
+            );
+        };
+        let text = output.text()?;
+        let tree = match expression::parse(&text) {
+            Ok(tree) => tree,
+            Err(fault) => {
+                self.faults.push(fault);
+                return None;
+            }
+        };
+        let Some(formula) = formula(&tree) else {
+            return self.wrong(
+                output,
+                "the law uses something else than x".to_owned(),
+                "write a formula of x, such as \"x^1.5\"",
+            );
+        };
+        let share = |i: usize| i as f64 / (LAW - 1) as f64;
+        let values: Vec<f64> = (0..LAW).map(|i| evaluate(&formula, &[x0 + (x1 - x0) * share(i)])).collect();
+        let (first, last) = (values[0], values[LAW - 1]);
+        if values.iter().any(|value| !value.is_finite()) || first == last {
+            return self.wrong(
+                output,
+                "the law has no value somewhere, or the same at both ends".to_owned(),
+                "change `x`",
+            );
+        }
+        let inputs = (0..LAW).map(|i| (to - from) * share(i)).collect();
+        let outputs = values.iter().map(|value| (high - low) * (value - first) / (last - first)).collect();
+        Some((inputs, (outputs, is_slider)))
+    }
+
+    fn path(&mut self, node: &Node, span: Span) -> Option<Kind> {
+        let fields = Fields::open(node, "`path`", span, &["points", "closed", "crank", "pivots"], self.faults)?;
+        let points = fields.required("points", "write `points = [[x, y], ...]`", self.faults)?;
+        let mut list = self.points(points, "`points`")?;
+        let closed = match fields.get("closed") {
+            Some(node) => self.faults.boolean(node, "`closed`")?,
+            None => false,
+        };
+        if closed && list.len() > 3 && list.first() == list.last() {
+            list.pop();
+        }
+        if list.len() < 3 {
+            return self.wrong(points, format!("a path has three points or more, not {}", list.len()), "add points");
+        }
+        let crank = match fields.get("crank") {
+            None => None,
+            Some(node) => {
+                let numbers = self.numbers(node, "`crank`", &Unit::angle())?;
+                let first = numbers.first().copied().unwrap_or(0.0);
+                let turns = self.count(node, "`crank`", numbers, list.len())?;
+                Some(turns.into_iter().map(|turn| turn - first).collect())
+            }
+        };
+        let pivots = match fields.get("pivots") {
+            None => None,
+            Some(node) => {
+                let found = self.points(node, "`pivots`")?;
+                let count = found.len();
+                let pair: Option<[[f64; 2]; 2]> = found.try_into().ok();
+                match pair {
+                    Some(pair) => Some(pair),
+                    None => {
+                        return self.wrong(
+                            node,
+                            format!("`pivots` has {count} points instead of two"),
+                            "write `[[x, y], [x, y]]`",
+                        );
+                    }
+                }
+            }
+        };
+        Some(Kind::Path { points: list, closed, crank, pivots })
+    }
+
+    fn stroke(&mut self, node: &Node, span: Span) -> Option<Kind> {
+        let keys = ["crank_turn", "time_ratio", "swing", "stroke", "offset", "ground"];
+        let fields = Fields::open(node, "`stroke`", span, &keys, self.faults)?;
+        let turn = self.optional(&fields, "crank_turn", &Unit::angle())?;
+        let plain = Unit { exponents: [0; 4], si: String::new(), display: None };
+        let ratio = self.optional(&fields, "time_ratio", &plain)?;
+        let swing = self.optional(&fields, "swing", &Unit::angle())?;
+        let stroke = self.optional(&fields, "stroke", &Unit::length())?;
+        let offset = self.optional(&fields, "offset", &Unit::length())?;
+        let ground = self.ground(&fields)?;
+        let turn = match (turn, ratio) {
+            (Some(turn), None) => turn,
+            (None, Some(ratio)) if ratio > 0.0 => std::f64::consts::TAU * ratio / (1.0 + ratio),
+            _ => {
+                return self.wrong(
+                    node,
+                    "a stroke has either a `crank_turn` or a `time_ratio`".to_owned(),
+                    "write one of them, above zero",
+                );
+            }
+        };
+        match (swing, stroke) {
+            (Some(way), None) => {
+                self.without(&fields, &["offset"], "a swing")?;
+                Some(Kind::Stroke { crank_turn: turn, way, is_slider: false, offset, ground })
+            }
+            (None, Some(way)) => {
+                self.without(&fields, &["ground"], "a slider")?;
+                Some(Kind::Stroke { crank_turn: turn, way, is_slider: true, offset, ground })
+            }
+            _ => self.wrong(
+                node,
+                "a stroke has either a `swing` or a `stroke`".to_owned(),
+                "`swing` is an angle of a rocker, `stroke` a way of a slider",
+            ),
+        }
+    }
+
+    fn region(&mut self, fields: &Fields<'_>, key: &str) -> Option<Region> {
+        let node = fields.get(key)?;
+        let what = fields.name_of(key);
+        if let Content::Array(_) = node.kind {
+            let corners = self.points(node, &what)?;
+            if corners.len() < 3 {
+                return self.wrong(
+                    node,
+                    format!("{what} is no polygon: it has {} corners", corners.len()),
+                    "write three corners or more",
+                );
+            }
+            return Some(Region::Polygon(corners));
+        }
+        let sides = Fields::open(node, &what, node.span, &["x", "y"], self.faults)?;
+        let mut side = |key: &str| match sides.get(key) {
+            Some(node) => self.range(node, &sides.name_of(key), &Unit::length()),
+            None => Some([f64::NEG_INFINITY, f64::INFINITY]),
+        };
+        let ([left, right], [bottom, top]) = (side("x")?, side("y")?);
+        Some(Region::Box([left, bottom], [right, top]))
+    }
+
+    fn limits(&mut self, node: &Node) -> Limits {
+        let keys = ["ground", "moving", "length", "transmission", "crank"];
+        let Some(fields) = Fields::open(node, "`limits`", node.span, &keys, self.faults) else {
+            return Limits::default();
+        };
+        let length = fields.get("length").and_then(|node| self.range(node, "`length`", &Unit::length()));
+        let transmission = fields.get("transmission").and_then(|node| {
+            let angle = self.number(node, "`transmission`", &Unit::angle())?;
+            if (0.0..std::f64::consts::FRAC_PI_2).contains(&angle) {
+                return Some(angle);
+            }
+            self.wrong(
+                node,
+                "a transmission angle is from 0 to below 90 degrees".to_owned(),
+                "write a smaller one, such as \"35 deg\"",
+            )
+        });
+        let crank = fields.get("crank").and_then(|node| self.faults.boolean(node, "`crank`")).unwrap_or(false);
+        let [ground, moving] = ["ground", "moving"].map(|key| self.region(&fields, key));
+        Limits { ground, moving, length, transmission, crank }
+    }
+
+    fn choose(&mut self, node: &Node) -> Choose {
+        let points = ["ground_a", "ground_b", "moving_a", "moving_b"];
+        let lines = [
+            ("ground_x", true, false),
+            ("ground_y", true, true),
+            ("moving_x", false, false),
+            ("moving_y", false, true),
+        ];
+        let keys: Vec<&str> = points.into_iter().chain(lines.map(|(key, ..)| key)).collect();
+        let Some(fields) = Fields::open(node, "`choose`", node.span, &keys, self.faults) else {
+            return Choose::default();
+        };
+        let [a, b, c, d] = points.map(|key| fields.get(key).and_then(|node| self.point(node, &fields.name_of(key))));
+        let mut line = |(key, of_ground, is_y): (&str, bool, bool)| {
+            let value = self.number(fields.get(key)?, &fields.name_of(key), &Unit::length())?;
+            Some(Line { of_ground, is_y, value })
+        };
+        Choose { ground: [a, b], moving: [c, d], lines: lines.into_iter().filter_map(&mut line).collect() }
+    }
+}
+
+fn is_length(node: &Node) -> bool {
+    let Some(text) = node.text() else { return false };
+    matches!(read(&text), Ok(Reading::Measure(_, unit)) if unit.exponents == Unit::length().exponents)
+}
+
+/// An expression of x alone.
+fn formula(tree: &Tree) -> Option<Formula> {
+    let all = |parts: &[Tree]| parts.iter().map(formula).collect::<Option<Vec<Formula>>>();
+    match &tree.kind {
+        TreeKind::Number(number) | TreeKind::Measure(number, _) => Some(Formula::Number(*number)),
+        TreeKind::Name(name) if name == "x" => Some(Formula::Parameter(ParameterId(0))),
+        TreeKind::Name(name) if name == "pi" => Some(Formula::Number(std::f64::consts::PI)),
+        TreeKind::Name(_) | TreeKind::Table(..) => None,
+        TreeKind::Call(function, arguments) => Some(Formula::Call(*function, all(arguments)?)),
+        TreeKind::If(comparison, parts) => {
+            let parts: [Formula; 4] = all(&parts[..])?.try_into().ok()?;
+            Some(Formula::If(*comparison, Box::new(parts)))
+        }
+    }
+}

@@ -1,0 +1,193 @@
+//! `cotree synthesize`: tasks that are made from known linkages, and what cannot be answered.
+
+use crate::outside::command;
+
+use std::f64::consts::TAU;
+use std::fs;
+use std::path::Path;
+
+use command::{code, cotree, stderr, stdout};
+use cotree::task::Task;
+use cotree_study::synthesis::{Answer, synthesize};
+use cotree_synthesis::{Dyad, Linkage, Point, Pose, Random};
+use serde_json::Value;
+
+fn point(random: &mut Random) -> Point {
+    Point::new(random.between(-1.0, 1.0), random.between(-1.0, 1.0))
+}
+
+/// Poses of a random four-bar at inputs in order, and its lengths.
+fn made(random: &mut Random, count: usize) -> (Linkage, Vec<Pose>) {
+    loop {
+        let mut bar = || Dyad::Bar { moving: point(random), ground: point(random), length: random.between(0.2, 1.2) };
+        let linkage = Linkage { first: bar(), second: bar() };
+        let mut inputs: Vec<f64> = (0..count).map(|_| random.between(0.0, TAU)).collect();
+        inputs.sort_by(f64::total_cmp);
+        let poses: Option<Vec<Pose>> = inputs.iter().map(|input| linkage.pose(*input, 1.0)).collect();
+        if let Some(poses) = poses {
+            return (linkage, poses);
+        }
+    }
+}
+
+fn task(poses: &[Pose], more: &str) -> String {
+    let all: Vec<String> =
+        poses.iter().map(|own| format!("[{:?}, {:?}, {:?}]", own.at.re, own.at.im, own.angle)).collect();
+    format!("name = \"task\"\n[poses]\nat = [{}]\n{more}", all.join(", "))
+}
+
+fn answered(text: &str) -> Answer {
+    let task = Task::from_text(text).unwrap_or_else(|faults| panic!("{faults}\n{text}"));
+    synthesize(&task, true).unwrap_or_else(|faults| panic!("{faults}\n{text}"))
+}
+
+#[test]
+fn five_poses_have_the_known_four_bar_among_them_and_no_good_one_has_a_defect() {
+    let mut random = Random::new(40);
+    let mut good = 0;
+    for number in 0..60 {
+        let (linkage, poses) = made(&mut random, 5);
+        let answer = answered(&task(&poses, ""));
+        let known = linkage.lengths();
+        let is_known = |lengths: &[Option<f64>; 4]| {
+            let near = |order: [usize; 4]| {
+                (0..4).all(|i| match (lengths[i], known[order[i]]) {
+                    (Some(one), Some(other)) => (one - other).abs() < 1e-6,
+                    _ => false,
+                })
+            };
+            near([0, 1, 2, 3]) || near([0, 3, 2, 1])
+        };
+        let there = answer.solutions.iter().any(|own| is_known(&own.lengths));
+        assert!(
+            there,
+            "{number}: {known:?} is not among {:?}",
+            answer.solutions.iter().map(|own| own.lengths).collect::<Vec<_>>()
+        );
+        assert_eq!(answer.looked_at, answer.good().count() + answer.left_out.values().sum::<usize>());
+        assert!(
+            !answer.left_out.keys().any(|reason| reason.contains("driven") || reason.contains("drives")),
+            "{number}: {:?}",
+            answer.left_out
+        );
+        for own in answer.good() {
+            assert!(own.defects.is_empty() && own.driven.is_some_and(|miss| miss <= 1e-9));
+            good += 1;
+        }
+    }
+    assert!(good >= 60, "{good}");
+}
+
+/// What `--json` prints of a task in a folder.
+fn printed(folder: &Path, text: &str, arguments: &[&str]) -> Value {
+    fs::write(folder.join("task.toml"), text).unwrap();
+    let run = cotree(folder, &[&["synthesize", "task.toml", "--json"], arguments].concat());
+    assert_eq!(code(&run), 0, "{}", stderr(&run));
+    serde_json::from_str(&stdout(&run)).unwrap()
+}
+
+#[test]
+fn scenes_are_written_and_run_and_drawn() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "name = \"lid\"\n[poses]\nat = [[0, 0, 0], [\"35 mm\", \"120 mm\", \"20 deg\"], [\"130 mm\", \"260 mm\", \"52 deg\"]]\n\
+                [limits]\ntransmission = \"40 deg\"\nlength = [\"60 mm\", \"600 mm\"]\n";
+    let answer = printed(folder.path(), text, &["-o", "lids"]);
+    let solutions = answer["solutions"].as_array().unwrap();
+    assert!(!solutions.is_empty());
+    for own in solutions {
+        assert!(own["transmission"].as_f64().unwrap() >= 40f64.to_radians() * (1.0 - 1e-9));
+        let lengths = own["lengths"].as_array().unwrap().iter().filter_map(Value::as_f64);
+        assert!(lengths.into_iter().all(|length| (0.06 - 1e-9..0.6 + 1e-9).contains(&length)));
+        let scene = format!("lids/{}", own["scene"].as_str().unwrap());
+        let run = cotree(folder.path(), &["simulate", &scene, "--units", "si"]);
+        assert_eq!(code(&run), 0, "{}", stderr(&run));
+    }
+    let picture = fs::read_to_string(folder.path().join("lids/solutions.svg")).unwrap();
+    assert!(picture.starts_with("<svg") && !picture.contains("NaN"));
+}
+
+#[test]
+fn a_swing_has_its_angle_and_its_time_ratio_when_it_is_driven() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "name = \"quick\"\n[stroke]\ntime_ratio = 1.25\nswing = \"40 deg\"\nground = \"200 mm\"\n";
+    let answer = printed(folder.path(), text, &["-o", "out"]);
+    assert_eq!(answer["solutions"].as_array().unwrap().len(), 1);
+    let run = cotree(
+        folder.path(),
+        &["motion", "out/1.toml", "--input", "first_pivot", "--output", "second_pivot", "--json"],
+    );
+    assert_eq!(code(&run), 0, "{}", stderr(&run));
+    let said = stdout(&run);
+    let figures: Value = serde_json::from_str(&said).unwrap();
+    let ratio = figures["time_ratio"].as_f64().unwrap_or_else(|| panic!("{said:.2000}"));
+    assert!((ratio - 1.25).abs() < 1e-6, "{ratio}");
+}
+
+#[test]
+fn functions_and_paths_have_answers() {
+    let law = answered(
+        "name = \"law\"\n[function]\noutput = \"x^2\"\nx = [0, 1]\ninput = [\"0 deg\", \"70 deg\"]\nrange = [\"0 deg\", \"60 deg\"]\n",
+    );
+    let best = law.good().next().expect("a four-bar");
+    assert!(best.error < 5e-3, "{}", best.error);
+    let slider = answered(
+        "name = \"slider\"\n[function]\ninput = [0, 0.5, 1.0, 1.6, 2.2]\noutput = [\"0 mm\", \"-12 mm\", \"-40 mm\", \"-81 mm\", \"-117 mm\"]\n",
+    );
+    assert!(slider.looked_at > 0);
+    let known = Linkage {
+        first: Dyad::Bar { moving: Point::new(-0.5, -0.4), ground: Point::new(0.1, 0.0), length: 0.3 },
+        second: Dyad::Bar { moving: Point::new(0.4, -0.3), ground: Point::new(1.1, 0.2), length: 0.8 },
+    };
+    let first = known.pose(0.0, 1.0).expect("a crank turns");
+    let curve = known.circuit(&first, 30);
+    let points: Vec<String> = curve
+        .into_iter()
+        .filter_map(|(input, side)| known.pose(input, side))
+        .map(|pose| format!("[{:?}, {:?}]", pose.at.re, pose.at.im))
+        .collect();
+    let path = answered(&format!("name = \"path\"\n[path]\nclosed = true\npoints = [{}]\n", points.join(", ")));
+    assert!(path.good().count() >= 1, "{:?}", path.left_out);
+    assert!(path.good().all(|own| own.error < 1e-9));
+}
+
+#[test]
+fn what_cannot_be_answered_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let refused = |text: &str| {
+        fs::write(folder.path().join("task.toml"), text).unwrap();
+        let run = cotree(folder.path(), &["synthesize", "task.toml"]);
+        assert_eq!(code(&run), 1, "{text}\n{}", stdout(&run));
+        stderr(&run)
+    };
+    let poses = |at: &str| refused(&format!("name = \"x\"\n[poses]\nat = [{at}]\n"));
+    assert!(poses("[0, 0, 0], [1, 0, 0.2], [0, 0, 0]").contains("poses 1 and 3 are the same"));
+    assert!(poses("[0, 0, 0], [1, 1, 0], [2, 2, 0]").contains("on a line"));
+    assert!(poses("[0, 0, 0], [1, 1, 0], [2, 3, 0]").contains("does not turn"));
+    assert!(poses("[1, 0, 0], [0, 1, \"90 deg\"], [-1, 0, \"180 deg\"]").contains("one point"));
+    assert!(poses("[1, 0, 0]").contains("two poses or more"));
+    assert!(poses("[1, 0], [0, 1, 1]").contains("2 numbers instead of three"));
+    let limits = |limit: &str| {
+        refused(&format!("name = \"x\"\n[poses]\nat = [[0, 0, 0], [1, 0, 0.3], [2, 1, 0.9]]\n[limits]\n{limit}\n"))
+    };
+    assert!(limits("length = [2, 1]").contains("lower end is above the upper one"));
+    assert!(limits("transmission = \"95 deg\"").contains("below 90 degrees"));
+    assert!(limits("speed = 1").contains("no key `speed`"));
+    assert!(refused("name = \"x\"\n").contains("one of poses, function, path and stroke"));
+    let stroke = |more: &str| refused(&format!("name = \"x\"\n[stroke]\ntime_ratio = 1.2\n{more}\n"));
+    assert!(stroke("swing = 0.5\noffset = 0.1").contains("`offset` of `stroke` has no effect on a swing"));
+    assert!(stroke("stroke = 0.5\nground = 0.1").contains("`ground` of `stroke` has no effect on a slider"));
+    assert!(stroke("swing = 0.5\n[choose]\nground_a = [0, 0]").contains("`choose` of the task has no effect"));
+    let function = |more: &str| refused(&format!("name = \"x\"\n[function]\ninput = [0, 0.5, 1]\n{more}\n"));
+    assert!(function("output = [0, 0.4, 1]\nrange = [0, 1]").contains("`range` of `function` has no effect"));
+    assert!(function("output = [0, \"4 mm\", \"9 mm\"]\noutput_zero = 1").contains("no effect on a slider"));
+}
+
+#[test]
+fn the_limit_that_removed_the_last_one_is_named() {
+    let mut random = Random::new(41);
+    let (_, poses) = made(&mut random, 5);
+    let answer = answered(&task(&poses, "[limits]\nlength = [\"10 m\", \"20 m\"]\n"));
+    assert_eq!(answer.good().count(), 0);
+    let text = answer.report().text(&cotree_study::synthesis::report::usual());
+    assert!(text.contains("no linkage is left; what removed the last"), "{text}");
+}
