@@ -22,7 +22,7 @@ pub struct Model {
     driven: bool,
     /// Of each parameter: is it the known value of a variable at the start?
     imposed: Vec<bool>,
-    /// Inputs that drivers follow, in order.
+    /// Inputs that drivers follow and whose rates are needed, in order.
     followed: Vec<usize>,
 }
 
@@ -60,7 +60,7 @@ impl Model {
                 }
             }
         }
-        let followed = program.followed_inputs();
+        let followed = program.inputs_with_rates();
         Self { driven: program.is_driven(), program, layout, active, eligible, imposed, followed }
     }
 

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use cotree_fmu::program::{Program, Source};
+use cotree_fmu::program::Source;
 
 use super::description::{Causality, Description, ScalarVariable, Start};
 use super::terminals::terminals;
@@ -17,9 +17,9 @@ pub fn describe(formulated: &Formulated, guid: &str) -> Description {
     let program = &formulated.lowered.program;
     let rows = &formulated.lowered.table.rows;
     let mut changing = Changing { rows, known: HashMap::new() };
-    let followed = followed(program, rows);
+    let followed = places(program.followed_inputs(), rows);
     let mut variables: Vec<ScalarVariable> = rows.iter().map(|row| variable(mechanism, &mut changing, row)).collect();
-    for &place in &followed {
+    for place in places(program.inputs_with_rates(), rows) {
         variables[place].description = with_derivatives(&variables[place].description);
     }
     Description {
@@ -40,9 +40,9 @@ pub fn describe(formulated: &Formulated, guid: &str) -> Description {
     }
 }
 
-/// The places of the inputs that a driver follows.
-fn followed(program: &Program, rows: &[TableRow]) -> Vec<usize> {
-    let inputs = program.followed_inputs().into_iter().map(|input| Source::Input(input as u32));
+/// The places of inputs.
+fn places(inputs: Vec<usize>, rows: &[TableRow]) -> Vec<usize> {
+    let inputs = inputs.into_iter().map(|input| Source::Input(input as u32));
     inputs.filter_map(|source| rows.iter().position(|row| row.source == source)).collect()
 }
 

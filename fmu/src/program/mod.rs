@@ -394,23 +394,36 @@ impl Program {
         self.constraints.iter().filter(|constraint| constraint.is_imposed()).count() == self.coordinates.len()
     }
 
-    /// The inputs that a driver follows, in order: those whose rates something needs.
+    /// The inputs that a driver follows, in order: those whose rates something needs, and those that a driver integrates.
     pub fn followed_inputs(&self) -> Vec<usize> {
+        let integrated = self.followers.iter().map(|follower| follower.input as usize);
+        self.inputs_read_from(self.layout().inputs())
+            .chain(integrated)
+            .collect::<BTreeSet<usize>>()
+            .into_iter()
+            .collect()
+    }
+
+    /// The inputs whose rates or accelerations something reads, in order: not those that are themselves the acceleration of a driver.
+    pub fn inputs_with_rates(&self) -> Vec<usize> {
+        self.inputs_read_from(self.layout().input_rates()).collect::<BTreeSet<usize>>().into_iter().collect()
+    }
+
+    /// The inputs of which the loop equations read what stands in this register or behind it, and other kernels the rates.
+    fn inputs_read_from(&self, first: usize) -> impl Iterator<Item = usize> {
         let layout = self.layout();
         let tapes = &self.tapes;
         let loops = [&tapes.constraint, &tapes.jacobian.tape, &tapes.constraint_rate, &tapes.gamma];
-        let loops = loops.into_iter().map(|tape| (tape, layout.inputs()));
+        let loops = loops.into_iter().map(move |tape| (tape, first));
         let others = [&tapes.acceleration, &tapes.outputs].into_iter();
-        let read = loops.chain(others.map(|tape| (tape, layout.input_rates()))).flat_map(|(tape, first)| {
+        loops.chain(others.map(move |tape| (tape, layout.input_rates()))).flat_map(move |(tape, first)| {
             let operands = tape.instructions().iter().flat_map(|instruction| instruction.operands());
             let registers = operands.chain(tape.results.iter().copied()).map(|register| register as usize);
             // Inputs, their rates and their accelerations follow each other.
             registers
                 .filter(move |register| (first..layout.followers()).contains(register))
                 .map(move |register| (register - layout.inputs()) % self.inputs.len())
-        });
-        let integrated = self.followers.iter().map(|follower| follower.input as usize);
-        read.chain(integrated).collect::<BTreeSet<usize>>().into_iter().collect()
+        })
     }
 
     /// Has its integrator steps of its own, at the ends of which a communication step may end as well?
