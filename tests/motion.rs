@@ -651,7 +651,7 @@ fn a_slot_is_driven_by_its_displacement() {
     let run = |more: &[&str]| cotree(folder.path(), &[&["motion", "a.toml", "--output", "O"], more].concat());
     for input in [&[][..], &["--input", "d"]] {
         let text = stdout(&run(&[input, &["--range", "-30 mm..45 mm"]].concat()));
-        let first = "scotch_yoke: `pin.s` moves from -30 mm to 45 mm, at 2 m/s as at the start of the scene\n";
+        let first = "scotch_yoke: `pin.s` moves from -30 mm to 45 mm, at 2000 mm/s as at the start of the scene\n";
         assert!(text.starts_with(first), "{text}");
     }
     let text = stdout(&run(&["--input", "pin"]));
@@ -834,7 +834,7 @@ fn without_masses_the_loads_still_act() {
     std::fs::write(folder.path().join("a.toml"), &scene).unwrap();
     let run = |more: &[&str]| cotree(folder.path(), &[&["motion", "a.toml", "--input", "O2"], more].concat());
     let text = stdout(&run(&[]));
-    assert!(text.lines().next().unwrap().ends_with(", at 1 rad/s, which is assumed: say --speed"), "{text}");
+    assert!(text.lines().next().unwrap().ends_with(", at 57.2958 deg/s, which is assumed: say --speed"), "{text}");
     assert!(text.contains("no mass or no inertia is given for `crank`, `rod`, `slider`: forces are without"), "{text}");
     let still = stdout(&run(&["--speed", "0"]));
     assert!(still.lines().next().unwrap().ends_with(", at rest in each pose: the forces are static"), "{still}");

@@ -82,7 +82,7 @@ fn a_table_of_runs_may_have_units_and_failing_runs() {
     assert!(lines[1].starts_with("0,1.5,0.5235987755982988,0.7,") && lines[1].ends_with(','), "{text}");
     // A rod shorter than the crank cannot follow it all the way round, but from here it can start.
     assert!(lines[2].starts_with("1,0.6,0.1,0.7,"), "{text}");
-    fs::write(&table, "rod_length\n1.5\n1 kg\n").unwrap();
+    fs::write(&table, "rod_length,crank.angle\n1.5,0\n1 kg,0\n").unwrap();
     let output = cotree(folder.path(), &["sweep", SCENE, "--table", "runs.csv"]);
     assert!(
         code(&output) == 2 && stderr(&output).contains("line 3") && stderr(&output).contains("kg"),
@@ -211,7 +211,7 @@ fn tables_and_tolerances_are_written_as_elsewhere() {
         let set = format!("rod_length=1.5 m{within}");
         swept(folder.path(), &[&["--random", "3", "--set", set.as_str()][..], &measure].concat())
     };
-    assert_eq!(drawn("+-2 %"), drawn("+-0.03"));
+    assert_eq!(drawn("+-2 %"), drawn("+-0.03 m"));
     assert_eq!(drawn("~2%"), drawn("~30 mm"));
     assert_eq!(drawn("+-2 %").lines().count(), 4);
 }
