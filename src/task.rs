@@ -405,7 +405,7 @@ impl Reader<'_> {
     }
 
     /// `output = "x^1.5"`, `x = [1, 4]`, `input = ["0 deg", "90 deg"]`, `range = ["0 deg", "90 deg"]`: turns of input and output from the first position.
-    fn law(&mut self, fields: &Fields<'_>, input: &Node, output: &Node) -> Option<(Vec<f64>, (Vec<f64>, bool))> {
+    fn law(&mut self, fields: &Fields<'_>, input: &Node, output: &Node) -> Option<Pairs> {
         let x = fields.required("x", "write from where to where the law goes: `x = [1, 4]`", self.faults)?;
         let range = fields.required(
             "range",
@@ -621,3 +621,6 @@ fn formula(tree: &Tree) -> Option<Formula> {
         }
     }
 }
+
+/// Inputs, and outputs with whether these are lengths.
+type Pairs = (Vec<f64>, (Vec<f64>, bool));
