@@ -58,7 +58,7 @@ pub enum Kind {
     },
     /// A point follows a path.
     Path {
-        /// [m]
+        /// \[m\]
         points: Vec<[f64; 2]>,
         /// Is the last point beside the first?
         closed: bool,
@@ -69,7 +69,7 @@ pub enum Kind {
     },
     /// A swing of a rocker or a stroke of a slider during a turn of the crank.
     Stroke {
-        /// [rad]
+        /// \[rad\]
         crank_turn: f64,
         /// \[rad\], or \[m\] of a slider
         way: f64,
@@ -124,7 +124,7 @@ pub struct Line {
     pub of_ground: bool,
     /// y = value? Else x = value.
     pub is_y: bool,
-    /// [m]
+    /// \[m\]
     pub value: f64,
 }
 
