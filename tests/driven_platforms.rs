@@ -162,8 +162,10 @@ fn no_pose_of_a_driven_platform_stops_it_or_spoils_its_loads() {
                     .zip(platform.expected(time))
                 {
                     let found = value(&mut instance, name);
-                    // Loops are closed as far as the tolerance asks, and feet that lie near each other amplify what is left.
-                    let bound = 1e-7 + 0.1 * tolerance;
+                    // Near a pose in which the cranks lie along their row of feet rounding errors of the loops are amplified in
+                    // accelerations and loads; places keep their digits.
+                    let is_place = matches!(name, "top.x" | "top.y" | "top.angle");
+                    let bound = if is_place { 1e-7 } else { 3e-5 };
                     let near = (found - expected).abs() <= bound * (1.0 + expected.abs());
                     assert!(
                         near,
