@@ -124,6 +124,18 @@ impl Platform {
         text
     }
 
+    /// The largest sine of the angle between the cranks and a line through two feet: zero in a singular pose.
+    fn spread(&self, t: f64) -> f64 {
+        let (sine, cosine) = self.law.at(t)[0].sin_cos();
+        let across = |a: &[f64; 2], b: &[f64; 2]| {
+            let [x, y] = [b[0] - a[0], b[1] - a[1]];
+            ((x * sine - y * cosine) / x.hypot(y)).abs()
+        };
+        let pairs =
+            self.feet.iter().enumerate().flat_map(|(place, a)| self.feet[..place].iter().map(move |b| across(a, b)));
+        pairs.fold(0.0, f64::max)
+    }
+
     /// x, y, angle, their accelerations in x and y, and the torque, by virtual power.
     fn expected(&self, t: f64) -> [f64; 6] {
         let [angle, rate, acceleration] = self.law.at(t);
@@ -142,6 +154,9 @@ impl Platform {
         ]
     }
 }
+
+/// Nearer to a singular pose than this \[rad\] a platform of this family was off by 9e-6, at 8e-4.
+const BESIDE: f64 = 1e-2;
 
 #[test]
 fn no_pose_of_a_driven_platform_stops_it_or_spoils_its_loads() {
@@ -162,10 +177,11 @@ fn no_pose_of_a_driven_platform_stops_it_or_spoils_its_loads() {
                     .zip(platform.expected(time))
                 {
                     let found = value(&mut instance, name);
-                    // Near a pose in which the cranks lie along their row of feet rounding errors of the loops are amplified in
+                    // Beside a pose in which the cranks lie along their row of feet rounding errors of the loops are amplified in
                     // accelerations and loads; places keep their digits.
-                    let is_place = matches!(name, "top.x" | "top.y" | "top.angle");
-                    let bound = if is_place { 1e-7 } else { 3e-5 };
+                    let keeps_digits =
+                        matches!(name, "top.x" | "top.y" | "top.angle") || platform.spread(time) > BESIDE;
+                    let bound = if keeps_digits { 1e-7 } else { 3e-5 };
                     let near = (found - expected).abs() <= bound * (1.0 + expected.abs());
                     assert!(
                         near,
