@@ -5,13 +5,13 @@ mod support;
 
 use std::time::Instant;
 
-use cotree::component::{Origin, System};
 use cotree::equations::Equations;
 use cotree::formulate::{formulate, formulate_with};
-use cotree::lower::{Cost, MotionSystem, Pose, kernel_cost};
-use cotree::mechanism::{Coordinates, Mechanism};
+use cotree::model::{Coordinates, Mechanism};
+use cotree::network::{Origin, System, Trees};
 use cotree::scene::Scene;
-use cotree::tree::Trees;
+use cotree::solve::{MotionSystem, Pose};
+use cotree::tape::{Cost, kernel_cost};
 use cotree_fmu::model::Model;
 use nalgebra::{DMatrix, DVector};
 use support::chain::chain;

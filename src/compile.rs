@@ -15,9 +15,9 @@ use crate::export::scene_text::SceneText;
 use crate::export::{ExportError, FmiVersion};
 use crate::expr::Property;
 use crate::formulate::{Formulated, formulate, lacking, undetermined};
-use crate::mechanism::Unit;
-use crate::output::figures::summarise;
-use crate::output::summary::Summary;
+use crate::model::Unit;
+use crate::report::figures::summarise;
+use crate::report::summary::Summary;
 use crate::scene::{Fault, Faults, Reading, Scene, Source, Span, Text, read};
 
 /// A scene, compiled.

@@ -127,7 +127,7 @@
 
 // Public for the crates above, the command and the tests of this repository.
 #[doc(hidden)]
-pub mod columns;
+pub mod arms;
 #[doc(hidden)]
 pub mod compile;
 #[doc(hidden)]
@@ -147,34 +147,39 @@ pub mod formulate;
 #[doc(hidden)]
 pub mod gallery;
 #[doc(hidden)]
-pub mod graph;
-#[doc(hidden)]
 pub mod import;
 #[doc(hidden)]
-pub mod lower;
+pub mod laws;
 #[doc(hidden)]
-pub mod mechanism;
+pub mod model;
 #[doc(hidden)]
-pub mod output;
+pub mod network;
+#[doc(hidden)]
+pub mod program;
+#[doc(hidden)]
+pub mod report;
 #[doc(hidden)]
 pub mod resolve;
+#[doc(hidden)]
+pub mod run;
 #[doc(hidden)]
 pub mod scene;
 #[doc(hidden)]
 pub mod sheet;
 #[doc(hidden)]
-pub mod simulate;
+pub mod solve;
+#[doc(hidden)]
+pub mod tape;
 #[doc(hidden)]
 pub mod task;
 #[doc(hidden)]
-pub mod tree;
+pub mod typeset;
 
 pub use compile::{Compiled, ExportFailure, compile};
 pub use diagnostic::{Fault, Faults, Severity};
 pub use scene::{
     Body, Corner, Driver, Input, InputAs, Joint, Load, Motion, Parameter, Quantity, Scene, Shape, Side, Solver, Vector,
 };
-pub use simulate::{Column, Results, RunError, SimulateError};
 
 /// The README's Rust code is compiled by the tests.
 #[cfg(doctest)]

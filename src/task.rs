@@ -7,7 +7,7 @@ use std::path::Path;
 use crate::diagnostic::fault::{Fault, Faults, Sink};
 use crate::diagnostic::span::{Source, Span, Text};
 use crate::files;
-use crate::mechanism::{Formula, ParameterId, Unit};
+use crate::model::{Formula, ParameterId, Unit};
 use crate::scene::constant::evaluate;
 use crate::scene::decode::Fields;
 use crate::scene::document::{self, Content, Node};

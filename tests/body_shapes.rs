@@ -1,11 +1,10 @@
 //! Shapes of bodies against closed forms, the parallel axis theorem and Green's theorem.
 
-use crate::support::motion;
-use crate::support::run;
+use crate::support::{motion, run};
 
 use std::f64::consts::PI;
 
-use cotree::mechanism::{Formula, Outline};
+use cotree::model::{Formula, Outline};
 use cotree::scene::{Body, Corner, Scene, Shape};
 use proptest::prelude::*;
 

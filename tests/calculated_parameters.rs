@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use cotree::compile::compile;
+use cotree::run::Results;
 use cotree::scene::Scene;
-use cotree::simulate::Results;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 use cotree_study::analysis::Study;

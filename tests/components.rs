@@ -5,14 +5,12 @@ use std::sync::Arc;
 use crate::support::random::Random;
 use crate::support::random_parts::random_parts;
 use crate::support::run::mechanism;
-use cotree::component::{Origin, System};
 use cotree::equations::Equations;
 use cotree::expr::{Expr, Symbol};
 use cotree::formulate::formulate;
-use cotree::graph::{ElementId, LinearGraph};
-use cotree::mechanism::Coordinates;
+use cotree::model::Coordinates;
+use cotree::network::{ElementId, LinearGraph, Origin, System, Trees};
 use cotree::scene::Span;
-use cotree::tree::Trees;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 

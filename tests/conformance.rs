@@ -30,7 +30,7 @@ use std::{env, fs};
 
 use cotree::export::FmiVersion;
 use cotree::scene::Scene;
-use cotree_file::export_fmu;
+use cotree_page::export_fmu;
 use fmu::Fmu;
 use table::{Outcome, Row};
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::support::hard::cases;
 use crate::support::run::{models, scene_of, value};
 use cotree::compile::compile;
-use cotree::mechanism::Mechanism;
+use cotree::model::Mechanism;
 use cotree::scene::Scene;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;

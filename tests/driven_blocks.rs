@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use cotree::formulate::{Formulated, formulate};
-use cotree::mechanism::{Coordinates, Mechanism};
+use cotree::model::{Coordinates, Mechanism};
 use cotree::scene::{Body, Driver, Scene};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;

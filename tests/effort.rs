@@ -7,9 +7,10 @@ use crate::support::random::{Family, random_case};
 use crate::support::run::{mechanism, models, scene_of, sound};
 use cotree::expr::{Expr, Order, Symbol};
 use cotree::formulate::{Formulated, formulate};
-use cotree::lower::{Cost, MotionSystem, Pose, in_solve_tree};
-use cotree::mechanism::{BodyId, Mechanism};
+use cotree::model::{BodyId, Mechanism};
 use cotree::scene::Scene;
+use cotree::solve::{MotionSystem, Pose, in_solve_tree};
+use cotree::tape::Cost;
 use cotree_fmu::tape::Tape;
 
 fn resolve(scene: &Scene) -> Mechanism {

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use cotree::compile::{Compiled, compile};
+use cotree::run::{Ensemble, Run, Settings};
 use cotree::scene::Scene;
-use cotree::simulate::{Ensemble, Run, Settings};
 use cotree_fmu::model::Model;
 
 /// Time and values at the communication points, or why there are no more.
@@ -35,7 +35,7 @@ impl Study {
 
     fn runs(&self, [stop, step]: [f64; 2], members: &[Settings], threads: usize) -> Vec<Outcome> {
         let description = &self.compiled.description;
-        let experiment = cotree::mechanism::Experiment { stop, step, ..description.experiment };
+        let experiment = cotree::model::Experiment { stop, step, ..description.experiment };
         let reported = self.compiled.reported();
         let run = Run { description, experiment, settings: Vec::new(), inputs: None, reported };
         let stop = AtomicBool::new(false);

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use command::{code, cotree, stderr, stdout};
 use cotree::Scene;
-use cotree::output::csv::Table;
+use cotree::report::csv::Table;
 use cotree_study::analysis::Study;
 use cotree_study::fit::{Ended, Fit, Request, Trial, Vary, fit, fit_watched};
 
@@ -161,7 +161,7 @@ fn bounds_are_kept_and_said() {
     let found = fitted(&request(measured(3), &["stiffness=0.26 N/mm..1 N/mm", "damping"]));
     let stiffness = &found.quantities[0];
     assert!(stiffness.value == 260.0 && stiffness.error.is_none() && stiffness.limits.is_none(), "{stiffness:?}");
-    let text = found.report().text(&cotree::mechanism::Units::default());
+    let text = found.report().text(&cotree::model::Units::default());
     assert!(text.contains("at its bound"), "{text}");
     assert!(found.quantities[1].error.is_some() && found.correlation[(0, 1)].is_nan());
 }
@@ -398,7 +398,7 @@ fn a_search_that_is_stopped_keeps_the_best_values() {
     let values: Vec<f64> = found.quantities.iter().map(|own| own.value).collect();
     assert_eq!((found.ended, values), (Ended::Stopped, best));
     assert!(lengths.len() == 3 && lengths[2] < lengths[0], "{lengths:?}");
-    assert!(found.report().text(&cotree::mechanism::Units::default()).contains("it was stopped"));
+    assert!(found.report().text(&cotree::model::Units::default()).contains("it was stopped"));
 }
 
 /// A motion whose work is limited is refused where it is more.

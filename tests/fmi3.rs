@@ -1,13 +1,7 @@
 //! FMUs of FMI 3.0: rules for the archive and the descriptions, and calls through the C interface alone, each case in a fresh process. Prints a
 //! table; with COTREE_CONFORMANCE_TABLE_3=FILE also writes it there (see tools/conformance.sh).
 
-use crate::outside::archive_rules;
-use crate::outside::fmi3_functions;
-use crate::outside::fmu_description;
-use crate::outside::fresh;
-use crate::outside::process;
-use crate::outside::python;
-use crate::outside::xml;
+use crate::outside::{archive_rules, fmi3_functions, fmu_description, fresh, process, python, xml};
 use crate::support::ROOT;
 
 #[path = "fmi3/archive.rs"]
@@ -30,9 +24,9 @@ use std::process::Command;
 use std::{env, fs};
 
 use cotree::export::FmiVersion;
-use cotree::export::inspect::Contents;
+use cotree::report::inspect::Contents;
 use cotree::scene::Scene;
-use cotree_file::export_fmu;
+use cotree_page::export_fmu;
 use fmu::Fmu;
 pub use fresh::NOTHING;
 

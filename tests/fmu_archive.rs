@@ -12,14 +12,14 @@ use cotree::export::runtime::{LIBRARY, Platform, Runtime};
 use cotree::export::scene_text::SceneText;
 use cotree::export::xml::fmi2 as xml;
 use cotree::export::{ExportError, FmiVersion};
-use cotree::mechanism::{DisplayUnit, Experiment, Unit};
+use cotree::model::{DisplayUnit, Experiment, Unit};
 use cotree::scene::{Scene, Source};
 use cotree_draw::drawing::{Body, Drawing};
-use cotree_file::accuracy::{Accuracy, Measurement};
-use cotree_file::documentation::Page;
-use cotree_file::page::{Facts, Live, preformatted};
 use cotree_fmu::context::Statistics;
 use cotree_fmu::program::Engine;
+use cotree_page::accuracy::{Accuracy, Measurement};
+use cotree_page::documentation::Page;
+use cotree_page::page::{Facts, Live, preformatted};
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 
@@ -395,7 +395,7 @@ fn a_scene_says_who_made_it_and_how_it_may_be_used() {
     let folder = tempfile::tempdir().unwrap();
     for version in [FmiVersion::V2, FmiVersion::V3] {
         let file = folder.path().join("model.fmu");
-        cotree_file::export_fmu(&scene, version, &file).unwrap();
+        cotree_page::export_fmu(&scene, version, &file).unwrap();
         let mut archive = Archive::new(Cursor::new(fs::read(&file).unwrap())).unwrap();
         let document = content(&mut archive, "modelDescription.xml");
         let head = &below(&document, "fmiModelDescription")[0];
@@ -404,7 +404,7 @@ fn a_scene_says_who_made_it_and_how_it_may_be_used() {
         }
         let page = String::from_utf8(content(&mut archive, "documentation/index.html")).unwrap();
         assert!(page.contains("<td>author</td><td>A. &lt;Watt&gt;</td>"), "{page}");
-        let contents = cotree::export::inspect::Contents::read(&file).unwrap();
+        let contents = cotree::report::inspect::Contents::read(&file).unwrap();
         assert!(contents.to_string().contains("  copyright   2026 Watt & Co\n"), "{contents}");
     }
 }

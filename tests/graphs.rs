@@ -1,13 +1,12 @@
 //! Pictures of the linear graphs, and the comparison of coordinates.
 
-use crate::support::ROOT;
-use crate::support::run;
+use crate::support::{ROOT, run};
 
 use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use cotree::mechanism::Units;
+use cotree::model::Units;
 use cotree::scene::Scene;
 use cotree_draw::graph;
 use cotree_study::compare;

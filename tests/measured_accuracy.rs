@@ -2,7 +2,7 @@
 
 use crate::support::run;
 
-use cotree_file::accuracy;
+use cotree_page::accuracy;
 use run::{compiled, scene_of};
 
 /// A wheel whose bearing drives it, faster and faster: its speed grows by a factor of 10^17 in each second.

@@ -1,10 +1,9 @@
 //! Nothing is modelled that the scene does not need.
 
-use crate::support::ROOT;
-use crate::support::run;
+use crate::support::{ROOT, run};
 
 use cotree::compile::Compiled;
-use cotree::output::summary::Summary;
+use cotree::report::summary::Summary;
 use cotree::scene::Scene;
 
 use run::{compiled, scene_of, sound};

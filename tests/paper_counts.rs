@@ -3,11 +3,10 @@
 use crate::support::ROOT;
 use std::path::Path;
 
-use cotree::component::{Origin, System};
 use cotree::equations::Equations;
-use cotree::mechanism::Coordinates;
+use cotree::model::Coordinates;
+use cotree::network::{Origin, System, Trees};
 use cotree::scene::Scene;
-use cotree::tree::Trees;
 
 /// Coordinates, loop equations of joints, and those of drivers. What holds by itself is no equation.
 fn counts(model: &str, choice: Coordinates) -> [usize; 3] {

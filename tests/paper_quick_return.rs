@@ -4,12 +4,11 @@ use crate::support::ROOT;
 use std::f64::consts::PI;
 use std::path::Path;
 
-use cotree::component::System;
 use cotree::equations::{Constraint, Equations};
 use cotree::expr::{Expr, Order, Symbol};
-use cotree::mechanism::{Mechanism, Owner, Quantity, Variable};
+use cotree::model::{Mechanism, Owner, Quantity, Variable};
+use cotree::network::{System, Trees};
 use cotree::scene::Scene;
-use cotree::tree::Trees;
 use proptest::prelude::*;
 
 fn mechanism() -> Mechanism {
@@ -124,7 +123,7 @@ proptest! {
         let mechanism = mechanism();
         let mut equations = equations(&mechanism);
         let joint = mechanism.joints.iter().position(|joint| joint.name == "tool_slide").unwrap();
-        let slide = Variable { owner: Owner::Joint(cotree::mechanism::JointId(joint)), quantity: Quantity::S };
+        let slide = Variable { owner: Owner::Joint(cotree::model::JointId(joint)), quantity: Quantity::S };
         let expr = equations.variable(slide);
         // The paper's s20 counts from the line of both pivots; so does the guide at x = 0.
         close(point.evaluate(&equations, expr), point.eq42(), 10.0)?;

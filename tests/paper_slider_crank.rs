@@ -1,11 +1,10 @@
 //! Section 5.3 of the paper: the dynamics of the slider-crank, equation by equation, on a scene laid out as in Fig. 1.
 
-use cotree::component::System;
 use cotree::equations::Equations;
 use cotree::expr::{Expr, Order, Symbol};
-use cotree::mechanism::Mechanism;
+use cotree::model::Mechanism;
+use cotree::network::{System, Trees};
 use cotree::scene::Scene;
-use cotree::tree::Trees;
 
 const SCENE: &str = r#"
 format = 1

@@ -3,13 +3,11 @@
 use crate::support::ROOT;
 use std::path::Path;
 
-use cotree::component::{Origin, System};
 use cotree::equations::Equations;
 use cotree::expr::{Expr, Order, Symbol};
-use cotree::graph::Topology;
-use cotree::mechanism::Mechanism;
+use cotree::model::Mechanism;
+use cotree::network::{Origin, System, Topology, Trees};
 use cotree::scene::Scene;
-use cotree::tree::Trees;
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 
@@ -193,7 +191,7 @@ proptest! {
 fn the_floating_system_needs_a_mass_in_its_tree() {
     let mechanism = mechanism(&floating());
     let system = System::new(&mechanism);
-    let is_spring = |id: &cotree::graph::ElementId| match system.element(*id).origin {
+    let is_spring = |id: &cotree::network::ElementId| match system.element(*id).origin {
         Origin::Load(load) => mechanism.loads[load.0].component().name == "spring",
         _ => false,
     };

@@ -4,8 +4,7 @@
 //! Python agree to rounding. numpy comes into a private environment; a machine without gfortran leaves Fortran out and says so,
 //! unless `COTREE_FORTRAN=1` asks for it.
 
-use crate::outside::command;
-use crate::outside::python;
+use crate::outside::{command, python};
 use crate::support::run;
 
 use std::fmt::Write as _;
@@ -15,7 +14,7 @@ use std::process::Command;
 
 use cotree::expr::{Expr, Order, Symbol};
 use cotree::formulate::{Formulated, formulate};
-use cotree::mechanism::Mechanism;
+use cotree::model::Mechanism;
 use cotree::scene::Scene;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::Model;

@@ -9,7 +9,7 @@ use crate::support::run::models;
 use cotree::equations::Equations;
 use cotree::expr::{Expr, Symbol};
 use cotree::formulate::equations;
-use cotree::mechanism::{Coordinates, JointId, Mechanism, Owner, Quantity, Variable};
+use cotree::model::{Coordinates, JointId, Mechanism, Owner, Quantity, Variable};
 use cotree::scene::Scene;
 use cotree_text::written::{self, Notation};
 use cotree_text::{self as text, Prose};

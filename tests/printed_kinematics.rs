@@ -1,7 +1,6 @@
 //! The printed velocities, accelerations, reactions, slides and efforts are those of the runtime, in each language.
 
-use crate::outside::command;
-use crate::outside::python;
+use crate::outside::{command, python};
 use crate::support::ROOT;
 
 use std::collections::BTreeSet;
@@ -11,9 +10,9 @@ use std::process::Command;
 use std::sync::Arc;
 
 use cotree::compile;
-use cotree::component::{Direction, Held};
 use cotree::equations::Constraint;
 use cotree::formulate::formulate;
+use cotree::network::{Direction, Held};
 use cotree::scene::Scene;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;

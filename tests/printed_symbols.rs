@@ -205,7 +205,7 @@ fn reduced(scene: &Scene, symbols: bool) -> Value {
 }
 
 /// Names with values at an instant: parameters, inputs, coordinates and their rates.
-fn known(json: &Value, results: &cotree::Results, row: usize) -> HashMap<String, f64> {
+fn known(json: &Value, results: &cotree::run::Results, row: usize) -> HashMap<String, f64> {
     let mut names = HashMap::from([("t".to_owned(), results.times()[row])]);
     for (list, key) in [("parameters", "value"), ("inputs", "start")] {
         for own in json[list].as_array().unwrap() {

@@ -1,8 +1,8 @@
-//! How results are written, whatever they are of: `cotree::output::report`.
+//! How results are written, whatever they are of: `cotree::report::data`.
 
 use cotree::compile::unit;
-use cotree::mechanism::Units;
-use cotree::output::report::{Accuracy, Report, Table, composed, named, number, per, plain, unit as unit_of};
+use cotree::model::Units;
+use cotree::report::data::{Accuracy, Report, Table, composed, named, number, per, plain, unit as unit_of};
 use cotree::{line, row};
 use serde_json::json;
 

@@ -3,7 +3,7 @@
 use crate::support::run;
 
 use cotree::expr::{Binary, Function, Unary};
-use cotree::mechanism::{
+use cotree::model::{
     BodyId, Coordinates, Dimension, Formula, InputId, JointId, LoadId, Mechanism, Motion, Owner, ParameterId, Place,
     Quantity, Unit, Variable,
 };

@@ -5,8 +5,9 @@
 use crate::support::ROOT;
 use std::path::{Path, PathBuf};
 
-use cotree::component::{System, examples, reference};
-use cotree::mechanism::{Mechanism, Part};
+use cotree::component::{examples, reference};
+use cotree::model::{Mechanism, Part};
+use cotree::network::System;
 use cotree::scene::Scene;
 
 /// What the examples use.
@@ -88,7 +89,7 @@ fn row(section: &str, name: &str, example: &str) -> String {
     let t = priority(element.translation.as_ref().map(|row| row.priority));
     let r = priority(element.rotation.as_ref().map(|row| row.priority));
     let held = element.translation.as_ref().map_or(0, |row| row.reaction.len());
-    let turned = element.rotation.as_ref().is_some_and(|row| !matches!(row.angle, cotree::component::Angle::Free(_)));
+    let turned = element.rotation.as_ref().is_some_and(|row| !matches!(row.angle, cotree::network::Angle::Free(_)));
     let taken = held + usize::from(turned) + usize::from(element.coupling.is_some());
     let taken = if taken == 0 { String::new() } else { taken.to_string() };
     let (t, r) =

@@ -1,10 +1,9 @@
 //! Derivatives of motions with respect to parameters, inputs and initial values, against high-order differences of whole runs.
 
-use crate::support::ROOT;
-use crate::support::fine;
+use crate::support::{ROOT, fine};
 
 use cotree::Scene;
-use cotree::simulate::{Run, settings};
+use cotree::run::{Run, settings};
 use cotree_fmu::instance::{Instance, Variational, Varied};
 use cotree_fmu::model::Model;
 use cotree_fmu::program::arm_form::ArmForm;

@@ -5,7 +5,7 @@ use crate::support::hanging::{self, ROOTS};
 use crate::support::random::{Family, random_case};
 use crate::support::run::{file, mechanism, models, scene_of};
 use cotree::formulate::formulate;
-use cotree::mechanism::{Coordinates, Mechanism};
+use cotree::model::{Coordinates, Mechanism};
 use cotree::scene::Body;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::{Model, State};

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use cotree::export::description::{Causality, Description, ScalarVariable};
-use cotree::mechanism::{Experiment, Unit};
-use cotree::output::csv::Table;
-use cotree::simulate::{Run, RunError};
+use cotree::model::{Experiment, Unit};
+use cotree::report::csv::Table;
+use cotree::run::{Run, RunError};
 use cotree_fmu::model::Model;
 use cotree_fmu::program as data;
 use cotree_fmu::tape::{Instruction, Operation, Tape};

@@ -1,7 +1,7 @@
 //! Slips that leave a scene right and its motion not what was meant: `check` says so, with the name.
 
 use cotree::compile::{compile, compile_with_equations};
-use cotree::output::figures::summarise;
+use cotree::report::figures::summarise;
 use cotree::scene::Scene;
 use cotree_text::assumptions::assumptions;
 

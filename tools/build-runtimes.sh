@@ -15,7 +15,7 @@ cd "$(dirname "$0")/.."
 
 folder=target/runtimes
 
-built_file() { case $1 in win64) echo cotree_runtime.dll ;; web) echo cotree_page.wasm ;; *) echo libcotree_runtime.so ;; esac; }
+built_file() { case $1 in win64) echo cotree_runtime.dll ;; web) echo cotree_web.wasm ;; *) echo libcotree_runtime.so ;; esac; }
 file() { case $1 in win64) echo cotree_runtime.dll ;; web) echo cotree_runtime.wasm ;; *) echo cotree_runtime.so ;; esac; }
 
 build() {

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use cotree::compile::compile_with_equations;
-use cotree::output::figures::summarise;
+use cotree::report::figures::summarise;
 use cotree::scene::{Faults, Scene};
 use cotree_draw::pose::draw;
 use cotree_fmu::instance::Instance;

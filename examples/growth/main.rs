@@ -64,7 +64,7 @@ fn row(name: &str, size: usize) -> Result<String, Failure> {
     let program = compile(&scene)?.program;
     let file = std::env::temp_dir().join(format!("cotree_growth_{name}_{size}.fmu"));
     let start = Instant::now();
-    cotree_file::export_fmu(&scene, FmiVersion::V2, &file)?;
+    cotree_page::export_fmu(&scene, FmiVersion::V2, &file)?;
     let exporting = start.elapsed();
     let bytes = std::fs::metadata(&file)?.len();
     std::fs::remove_file(&file)?;

@@ -43,9 +43,9 @@ pub fn study_error(error: StudyError) -> PyErr {
 }
 
 /// Why a run ended early; `None` if the user wants to stop.
-pub fn run_error(error: cotree::RunError) -> Option<String> {
+pub fn run_error(error: cotree::run::RunError) -> Option<String> {
     match error {
-        cotree::RunError::Output(_) => None,
+        cotree::run::RunError::Output(_) => None,
         other => Some(other.to_string()),
     }
 }

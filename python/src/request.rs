@@ -3,9 +3,10 @@
 use cotree::compile::quantity;
 use cotree::diagnostic::every;
 use cotree::export::description::Description;
-use cotree::mechanism::{Experiment, Unit};
-use cotree::output::csv::Table;
-use cotree::simulate::{self, settings};
+use cotree::model::{Experiment, Unit};
+use cotree::report::csv::Table;
+use cotree::run as simulate;
+use cotree::run::settings;
 use pyo3::prelude::*;
 
 use crate::outcome::wrong;

@@ -7,10 +7,10 @@ use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::time::Duration;
 
 use cotree::export::FmiVersion;
-use cotree::output::csv::Table;
-use cotree::output::statistics::Accumulator;
+use cotree::report::csv::Table;
+use cotree::report::statistics::Accumulator;
 use cotree::scene::Text;
-use cotree::simulate::{Ended, Ensemble, Measure, Run, points};
+use cotree::run::{Ended, Ensemble, Measure, Run, points};
 use cotree::{Compiled, Scene};
 use cotree_fmu::model::Model;
 use cotree_study::analysis::{At, Sensitivities, Study};
@@ -183,7 +183,7 @@ impl Core {
     /// Writes the FMU.
     fn export(&self, py: Python<'_>, path: PathBuf, fmi: &str) -> PyResult<()> {
         let version = request::word("fmi", fmi, &FmiVersion::WORDS)?;
-        py.detach(|| cotree_file::export_fmu(&self.scene, version, path)).map_err(|error| match error {
+        py.detach(|| cotree_page::export_fmu(&self.scene, version, path)).map_err(|error| match error {
             cotree::ExportFailure::Scene(faults) => scene_error(&faults),
             cotree::ExportFailure::File(error) => file_error(error),
         })
@@ -217,7 +217,7 @@ impl Core {
     /// The page that shows the mechanism in motion.
     fn page(&self, py: Python<'_>, runtime: Option<Vec<u8>>) -> PyResult<String> {
         let made =
-            py.detach(|| cotree_file::moving::page(&self.scene, runtime).map(|(_, page)| page.map(|page| page.html())));
+            py.detach(|| cotree_page::moving::page(&self.scene, runtime).map(|(_, page)| page.map(|page| page.html())));
         made.map_err(|faults| scene_error(&faults))?.map_err(RunError::new_err)
     }
 
@@ -475,7 +475,7 @@ fn members(
     description: &cotree::export::description::Description,
     names: &[String],
     values: &PyReadonlyArray2<'_, f64>,
-) -> PyResult<Vec<cotree::simulate::Settings>> {
+) -> PyResult<Vec<cotree::run::Settings>> {
     let [rows, columns] = [values.shape()[0], values.shape()[1]];
     if columns != names.len() {
         return Err(wrong(format!("{} parameters with {columns} columns of values", names.len())));

@@ -4,7 +4,7 @@
 //! says what that makes of its keys, so that none can be forgotten; where its ends are is the business of names.
 
 use crate::expr::Unary;
-use crate::mechanism::{BodyId, Formula, Motion, Part, Place, Value};
+use crate::model::{BodyId, Formula, Motion, Part, Place, Value};
 use crate::scene::constant::number;
 
 pub(super) const ZERO: Formula = Formula::Number(0.0);

@@ -1,6 +1,6 @@
 //! What is drawn for components: signs that the drawing puts together without knowing for which component.
 
-use crate::mechanism::{BodyId, Formula, Place};
+use crate::model::{BodyId, Formula, Place};
 
 /// A sign of a drawing. Where nothing else is said it is at the two points of the part.
 #[derive(Clone)]

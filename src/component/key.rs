@@ -1,8 +1,9 @@
 //! Keys that several components have.
 
-pub(super) use crate::scene::key::{Form, Key, Range};
+pub(super) use crate::model::Range;
+pub(super) use crate::scene::key::{Form, Key};
 
-use crate::mechanism::measure::{ANGLE, LENGTH};
+use crate::model::measure::{ANGLE, LENGTH};
 
 pub(super) const BETWEEN_POINTS: Key = Key::required("between", Form::Points, "the two points", TWO_POINTS);
 pub(super) const BETWEEN_WHEELS: Key =

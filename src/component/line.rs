@@ -1,7 +1,7 @@
 //! The row of what pushes two points apart (F): point -> point, a force along the line through them.
 
-use super::{Force, Rows, System, TranslationalRow};
-use crate::mechanism::{Dimension, Formula, Part};
+use crate::model::{Dimension, Formula, Part};
+use crate::network::{Force, Rows, System, TranslationalRow};
 
 /// The part's law pushes the points apart. In one dimension it acts on the second point along +x, and `letter` is its own.
 pub(super) fn rows(system: &System, part: &Part, letter: &'static str) -> Rows {

@@ -1,92 +1,33 @@
 //! Components: each file is one component, with its keys, its row of Table 1 (McPhee 1998), its variables, law, energy and symbol.
 //! Nothing else in the program knows what components there are.
 
-mod actuator;
-mod angle_driver;
-mod arm;
-mod belt;
 pub mod body;
-mod bushing;
-mod cam;
-mod constant_force;
-mod coupled;
-mod damper;
-mod displacement_driver;
-mod distance;
-mod element;
-mod force;
 mod frame;
-mod gas_spring;
-mod gear;
 mod icon;
-mod implied;
 mod key;
+pub(crate) mod kinds;
 mod line;
-mod position_driver;
-mod prismatic;
-mod rack;
 mod reference;
-mod resistance;
-mod revolute;
-mod rolling;
 mod schema;
-mod screw;
 pub(crate) mod shape;
 mod slide;
-mod slot;
-mod spring;
-mod system;
-mod torque;
 mod torsion;
-mod torsion_actuator;
-mod torsion_damper;
-mod torsion_spring;
-mod weld;
 
-pub use cam::Phase;
-pub use cam::Profile;
-pub use coupled::CoupledEdge;
-pub use element::*;
 pub(crate) use frame::{Frame, Placed, minus, sum};
 pub use icon::{Glyph, Icon, RoundGlyph, Stroke};
-pub use implied::{Implied, Measured};
+pub(crate) use kinds::ALL;
+pub use kinds::{Phase, Profile};
+
 pub use reference::{examples, reference};
-pub use resistance::Resistance;
+
 pub use schema::schema;
-pub use system::System;
+
+use std::sync::Arc;
 
 use crate::diagnostic::Fault;
-use crate::mechanism::{Dimension, Formula, Mechanism, Part, Quantity, Variable};
+use crate::model::{Dimension, Formula, Mechanism, Part, Quantity, Variable};
+use crate::network::{Rows, System};
 use crate::scene::key::Key;
-
-/// Every component that a scene can name.
-pub(crate) const ALL: &[&Component] = &[
-    &revolute::REVOLUTE,
-    &prismatic::PRISMATIC,
-    &weld::WELD,
-    &slot::SLOT,
-    &rolling::ROLLING,
-    &distance::DISTANCE,
-    &gear::GEAR,
-    &rack::RACK,
-    &belt::BELT,
-    &screw::SCREW,
-    &cam::CAM,
-    &angle_driver::ANGLE_DRIVER,
-    &displacement_driver::DISPLACEMENT_DRIVER,
-    &position_driver::POSITION_DRIVER,
-    &force::APPLIED_FORCE,
-    &torque::APPLIED_TORQUE,
-    &spring::SPRING,
-    &torsion_spring::TORSION_SPRING,
-    &actuator::ACTUATOR,
-    &damper::DAMPER,
-    &torsion_actuator::TORSION_ACTUATOR,
-    &gas_spring::GAS_SPRING,
-    &constant_force::CONSTANT_FORCE,
-    &torsion_damper::TORSION_DAMPER,
-    &bushing::BUSHING,
-];
 
 /// The variables `energy.x`.
 pub(crate) const ENERGIES: &[Quantity] = &[Quantity::KineticEnergy, Quantity::PotentialEnergy, Quantity::TotalEnergy];
@@ -288,6 +229,13 @@ impl Part {
     /// Does its law or motion turn? Else it is a force or a displacement.
     pub fn is_angular(&self) -> bool {
         self.component().room == Room::Turning
+    }
+}
+
+impl System {
+    /// The elements of a mechanism and both graphs.
+    pub fn new(mechanism: &Mechanism) -> Self {
+        Self::of(Arc::new(mechanism.clone()), |part, system| (part.component().rows)(part, system))
     }
 }
 

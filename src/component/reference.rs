@@ -3,10 +3,8 @@
 
 use std::fmt::Write;
 
-use super::body;
-use super::shape;
-use super::{ALL, Component, ENERGIES, RESIDUALS, Section};
-use crate::mechanism::{Dimension, Quantity};
+use super::{ALL, Component, ENERGIES, RESIDUALS, Section, body, shape};
+use crate::model::{Dimension, Quantity};
 use crate::scene::key::{Form, Key, Need};
 use crate::scene::tables;
 
@@ -218,7 +216,7 @@ pub(super) fn unit(form: Form) -> String {
 }
 
 fn range(form: Form) -> String {
-    use super::key::Range::{Any, NotNegative, NotZero, Positive};
+    use crate::model::Range::{Any, NotNegative, NotZero, Positive};
     match form {
         Form::Constant(_, Any) => String::new(),
         Form::Constant(_, NotNegative) => ", not negative".to_string(),

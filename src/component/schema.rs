@@ -2,9 +2,9 @@
 
 use serde_json::{Map, Value, json};
 
-use super::shape;
-use super::{Component, Section, body};
-use crate::scene::key::{Form, Key, Need, Range};
+use super::{Component, Section, body, shape};
+use crate::model::Range;
+use crate::scene::key::{Form, Key, Need};
 use crate::scene::tables;
 
 /// The schema of scene files (JSON Schema, draft 2020-12).

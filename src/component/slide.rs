@@ -1,9 +1,9 @@
 //! What slides along an axis: r = s u with u fixed in the first body, F . u resists (Eqs 3, 4).
 
-use super::key::{Form, Key, Range};
-use super::{CoordinateName, Direction, Force, Known, Resistance, System, TranslationalRow, table2};
-use crate::mechanism::Part;
-use crate::mechanism::measure::{self, FORCE, VELOCITY};
+use super::key::{Form, Key};
+use crate::model::measure::{FORCE, VELOCITY};
+use crate::model::{Part, Range, measure};
+use crate::network::{CoordinateName, Direction, Force, Known, Resistance, System, TranslationalRow, table2};
 
 pub(super) const DAMPING: Key =
     Key::optional("damping", Form::Constant(measure::DAMPING, Range::Any), "viscous friction");

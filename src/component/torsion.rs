@@ -1,7 +1,7 @@
 //! The row of what turns a body against another (T): body -> body; T = T(theta, omega, t).
 
-use super::{RotationalRow, Rows, System, Torque, table3};
-use crate::mechanism::{Formula, Part};
+use crate::model::{Formula, Part};
+use crate::network::{RotationalRow, Rows, System, Torque, table3};
 
 /// The part's law turns the second body.
 pub(super) fn rows(part: &Part, system: &mut System) -> Rows {

@@ -5,10 +5,9 @@
 use super::Equations;
 use super::form::{Coefficient, Form};
 use super::vector::{FrameId, Vector};
-use crate::component::{Force, Origin};
 use crate::expr::{Arena, Expr, Order, Symbol};
-use crate::graph::ElementId;
-use crate::mechanism::{Dimension, Formula};
+use crate::model::{Dimension, Formula};
+use crate::network::{ElementId, Force, Origin};
 
 /// Directions are the same up to this angle: each component is a rotation of two products, so rounded by up to two units in the last place of the longer side.
 const PARALLEL: f64 = 8.0 * f64::EPSILON;

@@ -8,9 +8,8 @@ use super::couplings::{self, CoupledChord};
 use super::form::{Coefficient, Form};
 use super::kinematics::{Kinematics, known_angle, project};
 use super::vector::Scalar;
-use crate::component::{Angle, Direction, Held, System};
 use crate::expr::{Arena, Expr, Node, Order, Symbol, Unary};
-use crate::graph::{ElementId, Rotation, Translation, Tree};
+use crate::network::{Angle, Direction, ElementId, Held, Rotation, System, Translation, Tree};
 
 /// One scalar loop equation Phi = 0 with its derivatives, and the reaction that belongs to it.
 #[derive(Clone, Debug)]

@@ -7,10 +7,9 @@ use super::constraints::{Constraint, assemble};
 use super::form::{Coefficient, Form};
 use super::kinematics::{Kinematics, PointMotion, project};
 use super::vector::{Scalar, Vector};
-use crate::component::{Coupling, Curve, Port, System};
 use crate::expr::{Arena, Expr, Symbol, Unary};
-use crate::graph::{ElementId, RNode, TNode};
-use crate::mechanism::BodyId;
+use crate::model::BodyId;
+use crate::network::{Coupling, Curve, ElementId, Port, RNode, System, TNode};
 
 /// How the reaction of a coupling acts between two nodes, on the second from the first.
 #[derive(Clone, Debug)]

@@ -13,10 +13,12 @@ use super::inertias::{inertia, mass};
 use super::kinematics::Kinematics;
 use super::shares::Share;
 use super::vector::{FrameId, Scalar, Vector};
-use crate::component::{Angle, Curve, Direction, Force, Held, Origin, Resistance, System, Torque, TranslationalRow};
 use crate::expr::{Arena, Expr, Node, Order, Symbol};
-use crate::graph::{ElementId, Rotation, Topology, Translation, Tree};
-use crate::mechanism::BodyId;
+use crate::model::BodyId;
+use crate::network::{
+    Angle, Curve, Direction, ElementId, Force, Held, Origin, Resistance, Rotation, System, Topology, Torque,
+    Translation, TranslationalRow, Tree,
+};
 
 /// Forces and torques of all elements, and the projected cutset equations.
 #[derive(Clone, Debug, Default)]
@@ -389,7 +391,7 @@ fn constitutive_torque(
 fn inertia_torque(
     system: &mut System,
     kinematics: &Kinematics,
-    (node, turns): (crate::graph::RNode, bool),
+    (node, turns): (crate::network::RNode, bool),
     body: BodyId,
     moments: &HashMap<BodyId, Form<Scalar>>,
 ) -> Form<Scalar> {

@@ -1,8 +1,8 @@
 //! Masses and inertias of bodies.
 
-use crate::component::System;
 use crate::expr::{Expr, Property, Symbol};
-use crate::mechanism::BodyId;
+use crate::model::BodyId;
+use crate::network::System;
 
 /// The mass of a body, or the mark that it is missing.
 pub fn mass(system: &mut System, body: BodyId) -> Expr {

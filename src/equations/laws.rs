@@ -3,11 +3,10 @@
 use super::Equations;
 use super::form::{Coefficient, Form};
 use super::vector::Vector;
-use crate::component::{Direction, Force, Torque};
 use crate::expr::Expr;
-use crate::graph::{ElementId, TNode};
-use crate::mechanism::Formula;
-use crate::mechanism::translate::translate;
+use crate::model::Formula;
+use crate::model::translate::translate;
+use crate::network::{Direction, ElementId, Force, TNode, Torque};
 
 impl Equations {
     /// Evaluates the terminal equations of all force and torque actuators.
@@ -63,7 +62,7 @@ impl Equations {
         })
     }
 
-    fn components(&mut self, body: Option<crate::mechanism::BodyId>, vector: &[Formula; 2]) -> Form<Vector> {
+    fn components(&mut self, body: Option<crate::model::BodyId>, vector: &[Formula; 2]) -> Form<Vector> {
         let mut force = Form::default();
         let axes = [[Expr::ONE, Expr::ZERO], [Expr::ZERO, Expr::ONE]];
         for (component, axis) in vector.iter().zip(axes) {
@@ -84,7 +83,7 @@ impl Equations {
     }
 
     /// f / |d| and d
-    pub(super) fn density(&mut self, id: ElementId, ends: [TNode; 2], law: &Formula) -> (Expr, Vector) {
+    pub(crate) fn density(&mut self, id: ElementId, ends: [TNode; 2], law: &Formula) -> (Expr, Vector) {
         if let Some(centred) = self.centred(id).filter(|centred| centred.damped.is_empty()) {
             return (centred.density, centred.across);
         }

@@ -2,21 +2,20 @@
 //!
 //! M qdd + Phi_q^T lambda = Q,  Phi(q, t) = 0   (22)
 
-pub mod arms;
 mod centred;
 mod constraints;
-mod couplings;
-mod dynamics;
-mod form;
-mod inertias;
-mod kinematics;
-mod laws;
+pub(crate) mod couplings;
+pub(crate) mod dynamics;
+pub(crate) mod form;
+pub(crate) mod inertias;
+pub(crate) mod kinematics;
+pub(crate) mod laws;
 mod power;
 mod record;
-mod shares;
+pub(crate) mod shares;
 mod transfer;
-mod variables;
-mod vector;
+pub(crate) mod variables;
+pub(crate) mod vector;
 mod vibration;
 
 use std::collections::{BTreeMap, HashMap};
@@ -31,11 +30,9 @@ pub use shares::Share;
 pub use vector::FrameId;
 pub use vibration::{ElementColumn, Vibration};
 
-use crate::component::{Angle, CoordinateName, System};
 use crate::expr::{Expr, Order, Symbol};
-use crate::graph::{ElementId, Rotation, TNode, Topology, Translation};
-use crate::mechanism::{BodyId, Place, Variable};
-use crate::tree::Trees;
+use crate::model::{BodyId, Place, Variable};
+use crate::network::{Angle, CoordinateName, ElementId, Rotation, System, TNode, Topology, Translation, Trees};
 
 #[derive(Clone, Debug)]
 pub struct Coordinate {
@@ -54,8 +51,8 @@ pub struct Equations {
     pub coordinates: Vec<Coordinate>,
     /// {Phi}, with its derivatives.
     pub constraints: Vec<Constraint>,
-    kinematics: Kinematics,
-    laws: Laws,
+    pub(crate) kinematics: Kinematics,
+    pub(crate) laws: Laws,
     dynamics: Option<Dynamics>,
     /// Forces and torques without \[M\], where paths are too deep for it.
     through: Option<Dynamics>,

@@ -2,9 +2,8 @@
 //! of joints and couplings do no work. The power that a spring stores or a damper dissipates is negative.
 
 use super::Equations;
-use crate::component::{Direction, Force, Origin, RotationalRow, Torque, TranslationalRow};
 use crate::expr::Expr;
-use crate::graph::ElementId;
+use crate::network::{Direction, ElementId, Force, Origin, RotationalRow, Torque, TranslationalRow};
 
 impl Equations {
     pub(super) fn power(&mut self, id: ElementId) -> Expr {

@@ -3,14 +3,15 @@
 
 use std::collections::{BTreeSet, HashMap};
 
-use super::Equations;
-use super::couplings;
 use super::dynamics::chord_transformation;
 use super::form::Form;
-use crate::component::{CoupledEdge, Element, Port, System, TranslationalRow};
+use super::{Equations, couplings};
 use crate::expr::{Arena, Expr, Node as Operation, Symbol};
-use crate::graph::{ElementId, LinearGraph, Node, Rotation, Topology, Translation, Tree};
-use crate::mechanism::BodyId;
+use crate::model::BodyId;
+use crate::network::{
+    CoupledEdge, Element, ElementId, LinearGraph, Node, Port, Rotation, System, Topology, Translation,
+    TranslationalRow, Tree,
+};
 
 /// An edge of a graph: an element's own, or a term of a coupling, which is a chord in every tree.
 #[derive(Clone, Debug)]

@@ -2,9 +2,8 @@
 
 use super::Equations;
 use super::dynamics::{Dynamics, Laws};
-use crate::component::Origin;
 use crate::expr::Expr;
-use crate::graph::ElementId;
+use crate::network::{ElementId, Origin};
 
 /// A part of what acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -5,10 +5,9 @@ use super::form::Form;
 use super::kinematics::{PointMotion, ScalarMotion};
 use super::vector::Scalar;
 use super::{Coordinate, Equations};
-use crate::component::{Direction, Known};
 use crate::expr::{Expr, Node, Order, Symbol};
-use crate::graph::TNode;
-use crate::mechanism::{BodyId, Place};
+use crate::model::{BodyId, Place};
+use crate::network::{Direction, Known, TNode};
 
 impl Equations {
     /// The position or rate that a coordinate of other trees of the same mechanism has.

@@ -5,10 +5,12 @@ use super::inertias::{inertia, mass};
 use super::kinematics::{Kinematics, PointMotion, ScalarMotion};
 use super::vector::Vector;
 use super::{Constraint, Equations};
-use crate::component::{Angle, Curve, Direction, Force, Origin, Port, RotationalRow, System, Torque, TranslationalRow};
 use crate::expr::{Binary, Expr, Order, Symbol, Unary};
-use crate::graph::{ElementId, RNode, TNode};
-use crate::mechanism::{BodyId, Dimension, DriverId, JointId, LoadId, Owner, Place, Quantity, Variable};
+use crate::model::{BodyId, Dimension, DriverId, JointId, LoadId, Owner, Place, Quantity, Variable};
+use crate::network::{
+    Angle, Curve, Direction, ElementId, Force, Origin, Port, RNode, RotationalRow, System, TNode, Torque,
+    TranslationalRow,
+};
 
 /// Ends are together where the square of their distance is no more than a few of the smallest numbers, so that its root has lost digits.
 const LEAST_LENGTH: f64 = 1e-150;

@@ -5,10 +5,9 @@ use std::collections::BTreeMap;
 
 use super::inertias::mass;
 use super::{Equations, GraphRecord};
-use crate::component::{Force, Known, Origin};
 use crate::expr::{Expr, Symbol};
-use crate::graph::{ElementId, Translation};
-use crate::mechanism::Dimension;
+use crate::model::Dimension;
+use crate::network::{ElementId, Force, Known, Origin, Translation};
 
 /// The matrices of Eq. (24), n x n by rows, and the forces {F}.
 #[derive(Clone, Debug, PartialEq, Eq)]

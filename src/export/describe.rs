@@ -8,8 +8,8 @@ use cotree_fmu::program::Source;
 use super::description::{Causality, Description, ScalarVariable, Start};
 use super::terminals::terminals;
 use crate::formulate::Formulated;
-use crate::lower::TableRow;
-use crate::mechanism::{Mechanism, identifier};
+use crate::model::{Mechanism, identifier};
+use crate::program::TableRow;
 
 /// The description of a formulated scene.
 pub fn describe(formulated: &Formulated, guid: &str) -> Description {

@@ -3,14 +3,14 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use crate::mechanism::{Credits, Experiment, Unit};
+use crate::model::{Credits, Experiment, Unit};
 
 /// An FMU's description.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Description {
     /// The scene's name.
     pub model_name: String,
-    /// A C identifier: names the shared library; see [`crate::mechanism::identifier`].
+    /// A C identifier: names the shared library; see [`crate::model::identifier`].
     pub identifier: String,
     /// What the runtime expects at instantiation.
     pub guid: String,

@@ -3,7 +3,6 @@
 pub mod archive;
 pub mod describe;
 pub mod description;
-pub mod inspect;
 mod libraries;
 pub mod runtime;
 pub mod scene_text;

@@ -3,8 +3,8 @@
 use std::collections::{HashMap, HashSet};
 
 use super::description::{Flow, Member, Terminal};
-use crate::lower::TableRow;
-use crate::mechanism::{Formula, Mechanism, Motion, Owner, Part, Unit, Value};
+use crate::model::{Formula, Mechanism, Motion, Owner, Part, Unit, Value};
+use crate::program::TableRow;
 
 /// The terminals of a mechanism, in the order of its outputs, then of the inputs.
 pub(super) fn terminals(mechanism: &Mechanism, rows: &[TableRow]) -> Vec<Terminal> {

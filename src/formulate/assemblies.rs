@@ -11,8 +11,7 @@ use super::restrictions::{Restrictions, restrictions};
 use super::{equations, typical_length};
 use crate::diagnostic::{Fault, Span};
 use crate::equations::Equations;
-use crate::lower;
-use crate::mechanism::{BodyId, Class, Coordinates, Formula, Initial, JointId, Mechanism, Owner, Place, Variable};
+use crate::model::{BodyId, Class, Coordinates, Formula, Initial, JointId, Mechanism, Owner, Place, Variable};
 
 /// More poses than this are no set of single ones.
 const MOST: usize = 64;
@@ -80,7 +79,7 @@ fn own_start(mechanism: &Mechanism, starts: usize) -> Result<Own, Vec<Fault>> {
     for (mechanism, last, is_own) in [(mechanism, 0, true), (&free, starts, false)] {
         let mut equations = equations(mechanism, &mechanism.coordinates)?;
         let length = typical_length(&mut equations);
-        let (draft, ranges) = (lower::positions(&mut equations, length), ranges(&equations, length));
+        let (draft, ranges) = (crate::program::positions(&mut equations, length), ranges(&equations, length));
         for start in 0..=last {
             let mut program = draft.clone();
             if start > 0 {
@@ -161,7 +160,7 @@ fn hold(mechanism: &mut Mechanism, names: &[Value], own: &State, open: usize, gu
 /// The position of a body or joint with a name such as `crank.angle`.
 fn variable(mechanism: &Mechanism, name: &str) -> Option<Variable> {
     let (owner, word) = name.rsplit_once('.')?;
-    let quantity = |list: &[crate::mechanism::Quantity]| list.iter().copied().find(|quantity| quantity.word() == word);
+    let quantity = |list: &[crate::model::Quantity]| list.iter().copied().find(|quantity| quantity.word() == word);
     if let Some(index) = mechanism.bodies.iter().position(|body| body.name == owner) {
         let quantity = quantity(crate::component::body::VARIABLES)?;
         return Some(Variable { owner: Owner::Place(Place::Centre(BodyId(index))), quantity });
@@ -180,7 +179,7 @@ fn search(
 ) -> Result<Assemblies, Vec<Fault>> {
     let mut equations = equations(mechanism, &mechanism.coordinates)?;
     let length = typical_length(&mut equations);
-    let draft = lower::positions(&mut equations, length);
+    let draft = crate::program::positions(&mut equations, length);
     let ranges = ranges(&equations, length);
     let known: Vec<String> = mechanism.initial.iter().map(|own| mechanism.variable_name(own.variable)).collect();
     let mut found = Assemblies { held, poses: Vec::new(), found: Vec::new(), failed: 0, loose: 0, is_own: true };

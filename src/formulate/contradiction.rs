@@ -4,12 +4,12 @@ use std::collections::BTreeSet;
 
 use cotree_fmu::constraints::contradiction::contradiction as first_contradiction;
 
-use super::assembly::{circuit_names, owner_span, show};
+use super::explain::assembly::{circuit_names, owner_span, show};
 use super::restrictions::{Restrictions, owners};
-use crate::columns::rounded;
-use crate::component::Held;
 use crate::diagnostic::Fault;
 use crate::diagnostic::suggest::list;
+use crate::network::Held;
+use crate::typeset::rounded;
 
 /// Loop equations that were left out because they repeat others at the start must hold along the motion, too.
 pub(super) fn contradiction(found: &Restrictions) -> Option<Fault> {

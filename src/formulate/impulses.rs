@@ -1,13 +1,11 @@
 //! What becomes of the impulse where the rate of a driver jumps. Where the driver is a loop equation, closing the loops behind the jump is the impulse on all
 //! that is not driven; where it is a branch of a tree, what depends on its coordinate follows, and all else keeps the rates of its coordinates.
 
-use crate::component::Origin;
 use crate::diagnostic::Fault;
 use crate::equations::Equations;
-use crate::formulate::jumps::{Jump, laws};
-use crate::graph::ElementId;
-use crate::mechanism::{Coordinates, Formula, Mechanism, Motion, Part, Value};
-use crate::tree::Trees;
+use crate::laws::{Jump, laws};
+use crate::model::{Coordinates, Formula, Mechanism, Motion, Part, Value};
+use crate::network::{ElementId, Origin, Trees};
 
 /// The recommended trees, but with drivers as loop equations whose rates jump, or may, as importers set them; none if these are the scene's own, or like that
 /// already.

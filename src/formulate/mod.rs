@@ -1,16 +1,11 @@
 //! From a mechanism to its equations and its program: formulate, assemble, find the redundant loop equations, lower.
 
 pub mod assemblies;
-pub mod assembly;
-pub mod attempt;
 mod contradiction;
+pub mod explain;
 mod impulses;
-mod jumps;
-pub mod limits;
 mod restrictions;
 pub mod start;
-mod suspect;
-mod touches;
 
 use std::collections::BTreeSet;
 
@@ -18,20 +13,20 @@ use cotree_fmu::constraints::initial::solve_initial;
 use cotree_fmu::model::{Model, State};
 use cotree_fmu::program::Role;
 
-use crate::component::{Held, Origin, System};
+use self::explain::size;
 use crate::diagnostic::suggest::{self, list};
 use crate::diagnostic::{Fault, Span};
 use crate::equations::{Constraint, Equations};
 use crate::expr::{Expr, Property, Symbol};
-use crate::formulate::assembly::{circuit_names, explain, show, span_of, without_rate};
-use crate::formulate::jumps::Jump;
+use crate::formulate::explain::assembly::{circuit_names, explain, show, span_of, without_rate};
+use crate::formulate::explain::suspect::suspect;
 use crate::formulate::restrictions::{Restrictions, restrictions};
 use crate::formulate::start::Start;
-use crate::formulate::suspect::suspect;
-use crate::graph::ElementId;
-use crate::lower::{self, Lowered, Obstacle, Pose, Shared};
-use crate::mechanism::{BodyId, Coordinates, Formula, Mechanism, Output, Owner, Variable};
-use crate::tree::Trees;
+use crate::laws::Jump;
+use crate::model::{BodyId, Coordinates, Formula, Mechanism, Output, Owner, Variable};
+use crate::network::{ElementId, Held, Origin, System, Trees};
+use crate::program::Lowered;
+use crate::solve::{Obstacle, Pose, Shared};
 
 /// A mechanism with its equations, assembled at its initial state and lowered.
 #[derive(Clone, Debug)]
@@ -65,7 +60,7 @@ pub fn formulate(mechanism: &Mechanism) -> Result<Formulated, Vec<Fault>> {
 /// As there, or equations that are too large to be written.
 pub fn formulate_written(mechanism: &Mechanism) -> Result<Formulated, Vec<Fault>> {
     let formulated = formulate(mechanism)?;
-    limits::check_written(&formulated.equations)?;
+    size::check_written(&formulated.equations)?;
     Ok(formulated)
 }
 
@@ -96,7 +91,8 @@ pub fn formulate_with(mut equations: Equations) -> Result<Formulated, Vec<Fault>
         positions: state.positions().to_vec(),
         followers: state.follower_positions().to_vec(),
     });
-    let mut lowered = match lower::program(&mut equations, length, (&active, &restricting), [&pose, &generic]) {
+    let mut lowered = match crate::program::program(&mut equations, length, (&active, &restricting), [&pose, &generic])
+    {
         Ok(lowered) => lowered,
         // Where the loops do not close, this may have no other cause.
         Err(_) if !faults.is_empty() => return Err(faults),
@@ -119,8 +115,8 @@ pub fn formulate_with(mut equations: Equations) -> Result<Formulated, Vec<Fault>
         || program.arms.as_ref().is_some_and(|form| form.repeating() > 0);
     let moves_freely = !program.is_driven();
     let mut warnings: Vec<Fault> = redundancy_warning(&equations, &lowered.shared, chosen).into_iter().collect();
-    warnings.extend(touches::touches(&equations.system.mechanism));
-    let jumps = jumps::jumps(&equations.system.mechanism);
+    warnings.extend(crate::laws::touches(&equations.system.mechanism));
+    let jumps = crate::laws::jumps(&equations.system.mechanism);
     if moves_freely {
         if let Some(formulated) = with_impulses(&equations, &jumps) {
             return Ok(formulated);
@@ -135,7 +131,7 @@ pub fn formulate_with(mut equations: Equations) -> Result<Formulated, Vec<Fault>
 /// The same with loop equations for the drivers whose rates jump; none if what they drive has no mass for an impulse to act on, or that would be too large.
 fn with_impulses(equations: &Equations, jumps: &[Jump]) -> Option<Formulated> {
     let trees = impulses::trees(equations, jumps)?;
-    limits::check(&equations.system, &trees).ok()?;
+    size::check(&equations.system, &trees).ok()?;
     formulate_with(Equations::new(System::new(&equations.system.mechanism), trees)).ok()
 }
 
@@ -146,7 +142,7 @@ fn with_impulses(equations: &Equations, jumps: &[Jump]) -> Option<Formulated> {
 pub fn equations(mechanism: &Mechanism, choice: &Coordinates) -> Result<Equations, Vec<Fault>> {
     let system = System::new(mechanism);
     let trees = Trees::select(&system, choice)?;
-    limits::check(&system, &trees)?;
+    size::check(&system, &trees)?;
     Ok(Equations::new(system, trees))
 }
 
@@ -158,7 +154,7 @@ fn first_state(
     faults: &mut Vec<Fault>,
 ) -> Result<(Model, State), Vec<Fault>> {
     let mechanism = &*equations.system.mechanism.clone();
-    let mut draft = lower::positions(equations, length);
+    let mut draft = crate::program::positions(equations, length);
     match start {
         Some(start) => start.begin(equations, &mut draft.initial),
         None => start::begin(equations, &mut draft.initial),
@@ -323,7 +319,7 @@ fn missing_mass(equations: &Equations, symbol: Symbol, output: Option<&Output>) 
 fn unsolvable(equations: &mut Equations, obstacle: Obstacle) -> Fault {
     match obstacle {
         Obstacle::Undetermined(index) => massless(equations, index),
-        Obstacle::TooLarge => limits::too_connected(equations),
+        Obstacle::TooLarge => size::too_connected(equations),
     }
 }
 

@@ -8,15 +8,15 @@ use cotree_fmu::constraints::independence::{Independence, independence};
 use cotree_fmu::model::{Model, State};
 use nalgebra::DVector;
 
-use super::assembly::owner_span;
+use super::explain::assembly::owner_span;
 use super::first_state;
 use super::start::{Start, evaluate_at};
-use crate::component::{Implied, Measured, System};
 use crate::diagnostic::Fault;
 use crate::diagnostic::suggest::list;
 use crate::equations::Equations;
 use crate::expr::Expr;
-use crate::mechanism::{BodyId, Dimension, Owner, Place, Quantity, Variable};
+use crate::model::{BodyId, Dimension, Owner, Place, Quantity, Variable};
+use crate::network::{Implied, Measured, System};
 
 /// How far a sum of coordinates may deviate where it counts as constant: poses lie within the root of what is left of the loops, on a way of about 1.
 const CONSTANT: f64 = 1e-4;

@@ -4,13 +4,12 @@ use cotree_fmu::constraints::initial::solve_initial;
 use cotree_fmu::model::{Model, State};
 use cotree_fmu::program::Initial;
 
-use crate::component::{Direction, System};
+use super::explain::size;
 use crate::equations::Equations;
 use crate::expr::{Arena, Expr, Order, Symbol};
-use crate::formulate::{default_value, limits};
-use crate::lower;
-use crate::mechanism::{BodyId, Mechanism, Owner, Place, Quantity, Variable};
-use crate::tree::Trees;
+use crate::formulate::default_value;
+use crate::model::{BodyId, Mechanism, Owner, Place, Quantity, Variable};
+use crate::network::{Direction, System, Trees};
 
 /// A pose with its rates, by the nodes of both graphs.
 #[derive(Clone, Debug)]
@@ -59,9 +58,9 @@ impl Start {
     pub fn find(mechanism: &Mechanism, length: f64) -> Option<Start> {
         let system = System::new(mechanism);
         let trees = Trees::recommended(&system);
-        limits::check(&system, &trees).ok()?;
+        size::check(&system, &trees).ok()?;
         let mut equations = Equations::new(system, trees);
-        let mut program = lower::positions(&mut equations, length);
+        let mut program = crate::program::positions(&mut equations, length);
         begin(&mut equations, &mut program.initial);
         let model = Model::of_positions(program).ok()?;
         let mut state = model.default_state(mechanism.experiment.start);
@@ -127,7 +126,7 @@ impl Start {
         }
         for &branch in &equations.trees.rotation.branches {
             let Some(row) = &equations.system.element(branch).rotation else { continue };
-            if matches!(row.angle, crate::component::Angle::Free(_)) {
+            if matches!(row.angle, crate::network::Angle::Free(_)) {
                 let [a, b] = row.ends.map(|node| self.bodies[node.index()]);
                 found.push([b[0] - a[0], b[1] - a[1]]);
             }

@@ -11,7 +11,7 @@ use std::f64::consts::PI;
 use super::linkage::{Course, Drive, Force, Guide, Link, Linkage, Pin, PinKind};
 use super::number::{decimal, flags, integer, is_whole, unescaped};
 use super::pmks_older;
-use crate::columns::counted;
+use crate::typeset::counted;
 
 /// The speed of driven sliders, in units of length a second, that PMKS+ takes for files which have none.
 const SPEED_OF_SLIDERS: f64 = 5.0;

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use std::fmt::Write;
 
 use super::linkage::{Course, Drive, Force, Link, Linkage, PinKind};
-use crate::mechanism::identifier;
+use crate::model::identifier;
 
 /// Assumed where the file has no mass: kilograms of a metre, and the mass of what has no length.
 const DENSITY: f64 = 1.0;

@@ -1,14 +1,14 @@
 //! Gravity, the ground and the bodies.
 
-use super::lower::Context;
+use super::context::Context;
 use super::parts::Reader;
 use super::{Resolver, UNKNOWN};
 use crate::component::body::KEYS;
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
-use crate::mechanism::{Body, Formula, Point, Value};
+use crate::model::measure::{ACCELERATION, LENGTH};
+use crate::model::{Body, Formula, Point, Value};
 use crate::scene::decode::Fields;
-use crate::scene::dimension::{ACCELERATION, LENGTH};
 use crate::scene::key::names;
 use crate::scene::model as written;
 use crate::scene::part::Part;

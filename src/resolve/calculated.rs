@@ -9,7 +9,7 @@ use super::parameters::hertz;
 use super::{Resolver, UNKNOWN};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
-use crate::mechanism::{Calculated, Formula, Parameter, ParameterId, Unit};
+use crate::model::{Calculated, Formula, Parameter, ParameterId, Unit};
 use crate::scene::dimension::PURE;
 use crate::scene::unit::{self, Exponents};
 

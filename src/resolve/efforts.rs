@@ -4,7 +4,7 @@ use super::Resolver;
 use super::order::{Uses, sorted};
 use super::signals::{is_too_long, too_long, variables};
 use crate::component::Section;
-use crate::mechanism::{Class, Dimension, Formula, LoadId, Owner, Part, Value, Variable};
+use crate::model::{Class, Dimension, Formula, LoadId, Owner, Part, Value, Variable};
 use crate::scene::constant::negate;
 
 impl Resolver<'_> {

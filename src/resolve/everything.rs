@@ -7,7 +7,7 @@ use crate::component::body::{POINT_VARIABLES as POINT, VARIABLES as BODY};
 use crate::component::{ENERGIES, RESIDUALS, Section};
 use crate::diagnostic::Faults;
 use crate::diagnostic::span::Text;
-use crate::mechanism::{Dimension, Quantity, Unit};
+use crate::model::{Dimension, Quantity, Unit};
 use crate::scene::model::Scene;
 
 impl Scene {

@@ -5,21 +5,22 @@ use std::f64::consts::TAU;
 use cotree_fmu::program::domain::Limit;
 
 use super::calculated::Meaning;
-use super::lower::Context;
+use super::context::Context;
 use super::{Resolver, UNKNOWN};
-use crate::columns::counted;
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
 use crate::expr::{Binary, Function};
-use crate::mechanism::{Bound, Formula, Range, Unit};
-use crate::scene::constant;
-use crate::scene::dimension::{
-    ANGLE, ANGULAR_VELOCITY, DAMPING, INERTIA, Known, SECOND, STIFFNESS, TORSION_DAMPING, TORSION_STIFFNESS, Wanted,
+use crate::model::measure::{
+    ANGLE, ANGULAR_VELOCITY, DAMPING, INERTIA, STIFFNESS, TORSION_DAMPING, TORSION_STIFFNESS, Wanted,
 };
+use crate::model::{Bound, Formula, Range, Unit};
+use crate::scene::constant;
+use crate::scene::dimension::{Known, SECOND};
 use crate::scene::expression::shortened;
 use crate::scene::model::Vector;
 use crate::scene::quantity::{Quantity, Reading, Value, read};
 use crate::scene::unit::{compatible, from_exponents};
+use crate::typeset::counted;
 
 /// What says whether turns or radians are meant.
 pub(super) const FACTOR: &str =

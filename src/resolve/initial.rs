@@ -2,11 +2,11 @@
 
 use std::collections::HashMap;
 
-use super::lower::Context;
+use super::context::Context;
 use super::{Resolver, UNKNOWN};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Span;
-use crate::mechanism::{Class, Initial, Owner, Place, Variable};
+use crate::model::{Class, Initial, Owner, Place, Variable};
 use crate::scene::model;
 
 impl Resolver<'_> {
@@ -60,7 +60,7 @@ impl Resolver<'_> {
         let variable = self.variable(&line.variable, "`[initial]`", "scene::unknown_variable");
         let what = format!("the initial value of `{}`", line.variable.text);
         let Some(variable) = variable else {
-            self.constant(&line.value, &what, &crate::scene::dimension::ANYTHING);
+            self.constant(&line.value, &what, &crate::model::measure::ANYTHING);
             return None;
         };
         let (value, unit) = self.formula_and_unit(&line.value, &what, &variable.quantity.measure(), Context::Constant);

@@ -5,7 +5,7 @@ use super::names::Named;
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
 use crate::diagnostic::suggest;
-use crate::mechanism::{Body, Formula};
+use crate::model::{Body, Formula};
 
 impl Resolver<'_> {
     /// Joints and position drivers connect bodies to each other and to the ground; an island of bodies that has

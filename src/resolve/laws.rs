@@ -1,17 +1,17 @@
 //! Directions, dry friction and prescribed motions.
 
 use super::Resolver;
+use super::context::Context;
 use super::formulas::FACTOR;
-use super::lower::Context;
 use super::names::Named;
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
 use crate::diagnostic::suggest;
 use crate::expr::{Binary, Function, Unary};
-use crate::mechanism::{Formula, Friction, InputId, Motion, Range};
+use crate::model::measure::{ANYTHING, Wanted};
+use crate::model::{Formula, Friction, InputId, Motion, Range};
 use crate::scene::constant;
 use crate::scene::decode::Fields;
-use crate::scene::dimension::{ANYTHING, Wanted};
 use crate::scene::document::{Content, Node};
 use crate::scene::model::{InputAs, Vector};
 use crate::scene::unit::{compatible, from_exponents};

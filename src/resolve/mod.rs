@@ -5,13 +5,13 @@
 
 mod bodies;
 mod calculated;
+mod context;
 mod efforts;
 mod everything;
 mod formulas;
 mod initial;
 mod islands;
 mod laws;
-mod lower;
 mod names;
 mod order;
 mod outputs;
@@ -36,13 +36,13 @@ use crate::component::{ALL, Room, Section};
 use crate::diagnostic::fault::{Fault, Faults, Sink};
 use crate::diagnostic::span::{Source, Span, Text};
 use crate::diagnostic::suggest;
-use crate::mechanism::{Bound, Dimension, Formula, InputId, Mechanism, Owner, Place, Units, Variable};
+use crate::model::{Bound, Dimension, Formula, InputId, Mechanism, Owner, Place, Units, Variable};
 use crate::scene::model::Within;
 use crate::scene::unit::Exponents;
 use crate::scene::{Resolved, Scene};
 
 #[cfg(test)]
-pub(crate) use self::lower::formula_of_numbers;
+pub(crate) use context::formula_of_numbers;
 
 impl Scene {
     /// Reads a scene from a text with a name for the messages. A scene with a fault in its form is resolved all the

@@ -6,7 +6,7 @@ use crate::component::Section;
 use crate::diagnostic::fault::{Fault, Sink};
 use crate::diagnostic::span::Text;
 use crate::expr::Function;
-use crate::mechanism::{BodyId, DriverId, InputId, JointId, LoadId};
+use crate::model::{BodyId, DriverId, InputId, JointId, LoadId};
 use crate::scene::lookalike::names_of;
 use crate::scene::model::Scene;
 

@@ -3,16 +3,16 @@
 use std::collections::HashSet;
 
 use super::Resolver;
-use super::lower::Context;
+use super::context::Context;
 use super::names::{Named, check_identifier};
 use super::signals::Signal;
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
-use crate::mechanism::{Formula, Output, Unit};
-use crate::scene::dimension::{ANYTHING, Known};
-use crate::scene::model;
+use crate::model::measure::ANYTHING;
+use crate::model::{Formula, Output, Unit};
+use crate::scene::dimension::Known;
 use crate::scene::quantity::Quantity;
-use crate::scene::unit;
+use crate::scene::{model, unit};
 
 impl Resolver<'_> {
     pub(super) fn outputs(&mut self) -> Vec<Output> {

@@ -1,12 +1,12 @@
 //! Parameters and inputs: units, default values, limits.
 
 use super::Resolver;
-use super::lower::Context;
+use super::context::Context;
 use super::names::Named;
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
-use crate::mechanism::{Calculated, Formula, Input, Parameter, Unit};
-use crate::scene::dimension::ANYTHING;
+use crate::model::measure::ANYTHING;
+use crate::model::{Calculated, Formula, Input, Parameter, Unit};
 use crate::scene::quantity::{Quantity, Reading, Value, read};
 use crate::scene::unit;
 

@@ -1,16 +1,16 @@
 //! Joints, drivers and loads: tables to parts, by the keys of their components.
 
 use super::Resolver;
-use super::lower::Context;
+use super::context::Context;
 use crate::component::{Component, Room, Section};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
 use crate::diagnostic::suggest;
-use crate::mechanism::{BodyId, DriverId, JointId, LoadId, Owner, Part, Place, Value};
+use crate::model::measure::ANGLE;
+use crate::model::{BodyId, DriverId, JointId, LoadId, Owner, Part, Place, Range, Value};
 use crate::scene::decode::Fields;
-use crate::scene::dimension::ANGLE;
 use crate::scene::document::{Content, Node};
-use crate::scene::key::{Form, Key, Need, Range};
+use crate::scene::key::{Form, Key, Need};
 use crate::scene::part as written;
 
 impl written::Part {

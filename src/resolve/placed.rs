@@ -5,15 +5,15 @@ use std::f64::consts::TAU;
 use std::rc::Rc;
 
 use super::Resolver;
-use super::lower::Context;
+use super::context::Context;
 use super::names::Named;
 use crate::component::{Component, Frame, Placed, Section, minus, sum};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Span;
 use crate::expr::Unary;
-use crate::mechanism::{BodyId, Formula, Initial, Owner, Part, Place, Quantity, Variable};
+use crate::model::measure::{ANGLE, LENGTH};
+use crate::model::{BodyId, Formula, Initial, Owner, Part, Place, Quantity, Variable};
 use crate::scene::decode::Fields;
-use crate::scene::dimension::{ANGLE, LENGTH};
 use crate::scene::key::Form;
 use crate::scene::model::{Use, Within};
 use crate::scene::part as written;

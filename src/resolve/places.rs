@@ -5,7 +5,7 @@ use super::names::Named;
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
 use crate::diagnostic::suggest;
-use crate::mechanism::{BodyId, Place};
+use crate::model::{BodyId, Place};
 
 impl Resolver<'_> {
     /// A point: `ground`, `ground.bearing`, `rod`, `rod.big_end`. `user` is who refers to it.

@@ -2,16 +2,16 @@
 
 use cotree_fmu::program::domain::Limit;
 
-use super::lower::Context;
+use super::context::Context;
 use super::parts::Reader;
 use super::{Resolver, UNKNOWN};
 use crate::component::shape::{ALL, DENSITY_KEY, Shape, Solid};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
 use crate::diagnostic::suggest;
-use crate::mechanism::{Body, Formula, Range, Value};
+use crate::model::measure::{ANYTHING, DENSITY, LENGTH};
+use crate::model::{Body, Formula, Range, Value};
 use crate::scene::decode::Fields;
-use crate::scene::dimension::{ANYTHING, DENSITY, LENGTH};
 use crate::scene::document::{Content, Node};
 use crate::scene::key::{Form, Key, Need, names};
 use crate::scene::unit::{compatible, from_exponents};

@@ -1,17 +1,17 @@
 //! Signals: laws that are written once under a name. For the name stands what it is given by, as if that were written there.
 
 use super::Resolver;
-use super::lower::Context;
+use super::context::Context;
 use super::names::Named;
 use super::order::{Pending, sorted};
 use super::parameters::{hertz, is_bare};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Span;
-use crate::mechanism::{Formula, Unit, Variable};
-use crate::scene::constant;
-use crate::scene::dimension::{ANYTHING, Known};
-use crate::scene::model;
+use crate::model::measure::ANYTHING;
+use crate::model::{Formula, Unit, Variable};
+use crate::scene::dimension::Known;
 use crate::scene::unit::{compatible, from_exponents};
+use crate::scene::{constant, model};
 
 /// What the name of a signal stands for.
 #[derive(Clone)]

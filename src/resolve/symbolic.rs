@@ -2,10 +2,10 @@
 
 use std::collections::HashSet;
 
-use crate::component::{Origin, System};
 use crate::expr::{Binary, Function, Unary};
-use crate::mechanism::measure::{ACCELERATION, INERTIA, LENGTH, MASS, NUMBER, Wanted};
-use crate::mechanism::{Formula, Mechanism, Motion, Parameter, ParameterId, Part, Place, Unit, Value};
+use crate::model::measure::{ACCELERATION, INERTIA, LENGTH, MASS, NUMBER, Wanted};
+use crate::model::{Formula, Mechanism, Motion, Parameter, ParameterId, Part, Place, Unit, Value};
+use crate::network::{Origin, System};
 use crate::scene::constant::{evaluate, negate};
 use crate::scene::key::Form;
 
@@ -93,7 +93,7 @@ impl Namer<'_> {
 
     fn bodies(&mut self) {
         for index in 0..self.mechanism.bodies.len() {
-            let id = crate::mechanism::BodyId(index);
+            let id = crate::model::BodyId(index);
             let body = self.mechanism.bodies[index].clone();
             let suffix = self.suffix(Origin::Body(id), &body.name);
             let about = |letter, what, measure| About {

@@ -9,7 +9,7 @@ use crate::component::{ENERGIES, RESIDUALS, Section};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
 use crate::diagnostic::suggest;
-use crate::mechanism::{Owner, Place, Quantity, Variable};
+use crate::model::{Owner, Place, Quantity, Variable};
 use crate::scene::part::Part;
 
 pub(super) fn of_part(part: &Part, section: Section) -> Option<(String, Vec<Quantity>)> {

@@ -6,7 +6,7 @@ use super::model::{
 use super::part::{Body, Driver, Joint, Load};
 use super::quantity::Quantity;
 use crate::diagnostic::span::{Source, Span, Text};
-use crate::mechanism::Dimension;
+use crate::model::Dimension;
 
 impl Scene {
     /// An empty scene in the plane.

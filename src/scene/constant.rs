@@ -1,7 +1,7 @@
 //! Values of constant formulas, and folding of numbers.
 
 use crate::expr::{Binary, Function, Unary};
-use crate::mechanism::{Comparison, Formula};
+use crate::model::{Comparison, Formula};
 
 /// The value of a formula of numbers and parameters; not a number if it uses anything else.
 pub fn evaluate(formula: &Formula, parameters: &[f64]) -> f64 {

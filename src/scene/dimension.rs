@@ -7,8 +7,8 @@
 
 use super::unit::{Exponents, compatible};
 use crate::expr::{Binary, Function, Units};
-use crate::mechanism::Formula;
-pub(crate) use crate::mechanism::measure::*;
+use crate::model::Formula;
+pub(crate) use crate::model::measure::*;
 
 /// What is known of the unit of an expression.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -9,14 +9,13 @@
 //! name    = identifier ('.' identifier)*
 //! ```
 
-use super::lookalike;
 use super::quantity::{number_length, unit_in_expression, without_product};
-use super::unit;
+use super::{lookalike, unit};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
 use crate::diagnostic::suggest;
 use crate::expr::{Binary, Function, Unary};
-use crate::mechanism::{Comparison, Unit};
+use crate::model::{Comparison, Unit};
 
 /// Deeper trees are refused, so that no expression can exhaust the stack, here or later.
 const DEEPEST: usize = 250;

@@ -1,7 +1,7 @@
 //! The keys of a scene: how each is written, in which unit, and what it says.
 
-pub use crate::mechanism::Range;
-use crate::mechanism::measure::Wanted;
+pub use crate::model::Range;
+use crate::model::measure::Wanted;
 
 /// A key of a table.
 #[derive(Clone, Copy, Debug)]

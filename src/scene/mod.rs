@@ -1,7 +1,7 @@
 //! Scenes: a mechanism in the words of the workshop, before any name is resolved.
 //!
 //! A [`Scene`] is read from TOML or JSON, or built in Rust; [`Scene::resolve`] turns it into a
-//! [`Mechanism`](crate::mechanism::Mechanism). Whatever is wrong is collected and reported at once, as [`Faults`].
+//! [`Mechanism`](crate::model::Mechanism). Whatever is wrong is collected and reported at once, as [`Faults`].
 
 mod brackets;
 mod builder;
@@ -32,7 +32,7 @@ pub(crate) use quantity::{Reading, read};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Resolved {
     /// The mechanism.
-    pub mechanism: crate::mechanism::Mechanism,
+    pub mechanism: crate::model::Mechanism,
     /// What is worth a look all the same.
     pub warnings: Vec<Fault>,
 }

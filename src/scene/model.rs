@@ -3,7 +3,7 @@
 use super::part::Part;
 use super::quantity::Quantity;
 use crate::diagnostic::span::{Source, Span, Text};
-use crate::mechanism::{Credits, Dimension};
+use crate::model::{Credits, Dimension};
 
 /// A mechanism as the user describes it: the scene file in Rust, field by field.
 ///

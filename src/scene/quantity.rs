@@ -3,7 +3,7 @@
 use super::unit;
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
-use crate::mechanism::Unit;
+use crate::model::Unit;
 
 /// A number, a number with a unit, or an expression, not yet read.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -1,7 +1,8 @@
 //! The tables of a scene that are no components: every key is written here once, with its unit and what it says.
 
-use super::key::{Form, Key, Range};
-use crate::mechanism::measure::{
+use super::key::{Form, Key};
+use crate::model::Range;
+use crate::model::measure::{
     ACCELERATION, ANGLE, ANGULAR_VELOCITY, ANYTHING, ENERGY, FORCE, LENGTH, NUMBER, POWER, TIME, TORQUE, VELOCITY,
     Wanted,
 };

@@ -3,7 +3,7 @@
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
 use crate::diagnostic::suggest;
-use crate::mechanism::{DisplayUnit, Unit};
+use crate::model::{DisplayUnit, Unit};
 use std::f64::consts::{PI, TAU};
 
 /// Exponents of kilogram, metre, second and radian.

@@ -3,7 +3,7 @@
 
 use super::{Row, SheetError};
 use crate::diagnostic::span::Text;
-use crate::mechanism::Unit;
+use crate::model::Unit;
 use crate::scene::unit;
 
 /// What is written above a column.

@@ -1,7 +1,7 @@
 //! Fully driven mechanisms: the order of solution, inverse dynamics, large steps.
 
 use super::run::{self, scene_of, sound, value};
-use cotree::output::summary::Summary;
+use cotree::report::summary::Summary;
 use cotree::scene::Scene;
 use cotree_fmu::instance::Instance;
 

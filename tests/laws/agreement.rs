@@ -5,7 +5,7 @@ use std::sync::Arc;
 use cotree::equations::Equations;
 use cotree::expr::{Order, Symbol};
 use cotree::formulate::{Formulated, formulate};
-use cotree::mechanism::Mechanism;
+use cotree::model::Mechanism;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 use nalgebra::DMatrix;

@@ -43,7 +43,7 @@ fn conservative(mut case: Case) -> String {
 }
 
 /// Largest change of the energy in one second, relative to the largest kinetic or potential energy.
-fn drift(mechanism: &cotree::mechanism::Mechanism) -> Result<f64, String> {
+fn drift(mechanism: &cotree::model::Mechanism) -> Result<f64, String> {
     let formulated = formulate(mechanism).map_err(|faults| faults[0].message.clone())?;
     let model = Model::new(formulated.lowered.program).map_err(|fault| fault.to_string())?;
     let mut instance = Instance::new(Arc::new(model));

@@ -2,10 +2,8 @@
 
 use std::collections::HashMap;
 
-use cotree::component::System;
 use cotree::equations::{EdgeRow, Equations, GraphRecord};
-use cotree::graph::{ElementId, LinearGraph, Node, Topology, Tree};
-use cotree::tree::Trees;
+use cotree::network::{ElementId, LinearGraph, Node, System, Topology, Tree, Trees};
 
 use super::{cases, choices, mechanism};
 use crate::support::random::Family;

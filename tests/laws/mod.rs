@@ -9,7 +9,7 @@ mod trees;
 
 use crate::support::random::{Case, Family, Random, random_case};
 use crate::support::run::mechanism;
-use cotree::mechanism::{Coordinates, Mechanism};
+use cotree::model::{Coordinates, Mechanism};
 use trees::random_trees;
 
 /// Random mechanisms of a family, with their seeds.

@@ -1,8 +1,7 @@
 //! Random spanning trees.
 
-use cotree::component::{Origin, System};
-use cotree::graph::{ElementId, LinearGraph};
-use cotree::mechanism::{Coordinates, Mechanism};
+use cotree::model::{Coordinates, Mechanism};
+use cotree::network::{ElementId, LinearGraph, Origin, System};
 use cotree::scene::Span;
 
 use nalgebra::DMatrix;

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use cotree::compile::{Compiled, compile};
-use cotree::mechanism::Mechanism;
+use cotree::model::Mechanism;
 use cotree::scene::{Faults, Scene};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;

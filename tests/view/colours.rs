@@ -1,7 +1,7 @@
 //! Colours of bodies that people with any kind of colour vision can tell apart: Machado, Oliveira, Fernandes, "A physiologically-based model
 //! for simulation of color vision deficiency", IEEE Trans. Vis. Comput. Graph. 15(6), 2009, at full severity; differences in CIELAB.
 
-const STYLE: &str = include_str!("../../crates/file/src/page/page.css");
+const STYLE: &str = include_str!("../../crates/page/src/page/page.css");
 
 type Matrix = [[f64; 3]; 3];
 

@@ -12,7 +12,7 @@ use std::time::Instant;
 
 use cotree::compile::compile;
 use cotree::scene::Scene;
-use cotree::simulate::{Ensemble, Run, Settings};
+use cotree::run::{Ensemble, Run, Settings};
 use cotree_fmu::model::Model;
 use cotree_fmu::program::Engine;
 use cotree_fmu::tuning::{self, NAMES};
@@ -255,7 +255,7 @@ fn ensemble(name: &str) -> Item {
     let all = move |tolerance: f64| -> Result<Vec<f64>, String> {
         let description = &compiled.description;
         let stop = description.experiment.stop.min(1.0);
-        let experiment = cotree::mechanism::Experiment { stop, step: stop / 10.0, tolerance, ..description.experiment };
+        let experiment = cotree::model::Experiment { stop, step: stop / 10.0, tolerance, ..description.experiment };
         let run = Run { description, experiment, settings: Vec::new(), inputs: None, reported: compiled.reported() };
         let stop = AtomicBool::new(false);
         let ensemble = Ensemble::new(run, model.clone(), 1, &stop).map_err(|error| error.to_string())?;
@@ -290,7 +290,7 @@ fn sensitivities((file, names): Sensitive) -> Vec<Item> {
     let scene = Scene::read(&path).expect("a scene");
     let all = move |tolerance: f64| -> Result<Vec<f64>, String> {
         let mut study = Study::new(&scene).map_err(|faults| faults.render(false, 100))?;
-        study.set_experiment(cotree::mechanism::Experiment { tolerance, ..study.experiment() });
+        study.set_experiment(cotree::model::Experiment { tolerance, ..study.experiment() });
         let found = study.sensitivities(&names, &[0.0, 0.5, 1.0]).map_err(|error| error.to_string())?;
         Ok(found.derivatives.iter().flat_map(|matrix| matrix.iter().copied().collect::<Vec<_>>()).collect())
     };

@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use cotree::columns::{counted, fixed};
 use cotree::compile::compile_with_equations;
 use cotree::formulate::assemblies::{Assemblies, Value, assemblies};
-use cotree::mechanism::{Mechanism, Unit};
+use cotree::model::{Mechanism, Unit};
 use cotree::scene::Scene;
+use cotree::typeset::{counted, fixed};
 use cotree_draw::pose::draw;
 
 use super::failure::Failure;

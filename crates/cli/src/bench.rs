@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
-use cotree::mechanism::Units;
+use cotree::model::Units;
 use cotree_fmu::model::Model;
 use cotree_study::bench::measure;
 

@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use cotree::columns::counted;
 use cotree::compile::{Compiled, compile_with_equations};
-use cotree::formulate::attempt::attempt;
-use cotree::output::figures::summarise;
-use cotree::output::summary::Summary;
+use cotree::formulate::explain::attempt::attempt;
+use cotree::report::figures::summarise;
+use cotree::report::summary::Summary;
+use cotree::run::Gaps;
 use cotree::scene::{Fault, Scene};
-use cotree::simulate::Gaps;
+use cotree::typeset::counted;
 use cotree_draw::pose::{draw, draw_attempt};
 use cotree_study::contact;
 use cotree_text::assumptions::assumptions;

@@ -1,8 +1,8 @@
 //! Columns of tables by other names than those of their variables.
 
 use clap::Args;
-use cotree::mechanism::Unit;
-use cotree::output::csv::Naming;
+use cotree::model::Unit;
+use cotree::report::csv::Naming;
 
 use super::failure::Failure;
 

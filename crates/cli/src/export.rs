@@ -6,10 +6,10 @@ use clap::Args;
 use cotree::compile;
 use cotree::export::runtime::{self, PLATFORMS, Platform, Runtime, RuntimeError};
 use cotree::export::{ExportError, FmiVersion};
-use cotree_file::accuracy;
-use cotree_file::documentation::Page;
-use cotree_file::moving::Origin;
-use cotree_file::{moving, overview};
+use cotree_page::accuracy;
+use cotree_page::documentation::Page;
+use cotree_page::moving::Origin;
+use cotree_page::{moving, overview};
 
 use super::failure::Failure;
 use super::words::one_of;

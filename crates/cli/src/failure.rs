@@ -7,8 +7,8 @@ use std::path::Path;
 use cotree::diagnostic::every;
 use cotree::diagnostic::visible::visible;
 use cotree::export::ExportError;
+use cotree::run::RunError;
 use cotree::scene::Faults;
-use cotree::simulate::RunError;
 use cotree_fmu::instance::InstanceError;
 
 use super::{MessageFormat, output};

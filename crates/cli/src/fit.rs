@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
 use clap::Args;
-use cotree::mechanism::Units;
+use cotree::model::Units;
 use cotree::scene::Scene;
 use cotree_study::fit::{self, Ended, Fit as Found, FitError, Request, Trial, Vary};
 use indicatif::{ProgressBar, ProgressStyle};

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use cotree::files;
 use cotree::import::{Imported, import};
-use cotree::mechanism::identifier;
+use cotree::model::identifier;
 
 use super::failure::{self, Failure};
 use super::{MessageFormat, output};

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use cotree::export::inspect::Contents;
+use cotree::report::inspect::Contents;
 
 use super::failure::Failure;
 use super::output;

@@ -1,8 +1,8 @@
 //! `cotree linearize`
 
 use clap::Args;
-use cotree::mechanism::Experiment;
-use cotree::simulate;
+use cotree::model::Experiment;
+use cotree::run as simulate;
 use cotree_study::analysis::At;
 
 use super::failure::Failure;

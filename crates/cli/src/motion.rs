@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use cotree::compile;
-use cotree::mechanism::{Unit, Units};
+use cotree::model::{Unit, Units};
 use cotree::scene::Scene;
 use cotree_study::motion::{self, MotionError, Request};
 

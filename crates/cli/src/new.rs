@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use cotree::diagnostic::suggest;
 use cotree::gallery::{FILES, MODELS};
-use cotree::mechanism::identifier;
+use cotree::model::identifier;
 
 use super::failure::Failure;
 use super::output;

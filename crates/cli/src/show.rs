@@ -6,9 +6,9 @@ use clap::Args;
 use cotree::compile;
 use cotree::diagnostic::{Fault, Faults};
 use cotree::formulate::Formulated;
-use cotree::mechanism::Units;
-use cotree::output::figures::summarise;
-use cotree::output::summary::Summary;
+use cotree::model::Units;
+use cotree::report::figures::summarise;
+use cotree::report::summary::Summary;
 use cotree::scene::Scene;
 use cotree_draw::graph::GraphDrawing;
 use cotree_draw::pose::{draw, draw_at};
@@ -21,9 +21,8 @@ use cotree_text::written::Notation;
 use serde::Serialize;
 
 use super::failure::Failure;
-use super::study;
 use super::words::one_of;
-use super::{MessageFormat, output};
+use super::{MessageFormat, output, study};
 
 /// Show a mechanism: its parts, degrees of freedom, coordinates, equations, graphs, and a drawing
 #[derive(Args)]

@@ -3,17 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use cotree::columns::short;
 use cotree::compile;
-use cotree::output::report::Report;
+use cotree::report::data::Report;
 use cotree::scene::Scene;
+use cotree::typeset::short;
 use cotree_study::analysis::{self, Study, StudyError};
 
-use super::MessageFormat;
 use super::failure::Failure;
-use super::output;
 use super::times::seconds;
 use super::units::InUnits;
+use super::{MessageFormat, output};
 
 /// The scene, its settings, and the form of the result.
 #[derive(Args)]

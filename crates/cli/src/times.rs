@@ -1,9 +1,8 @@
 //! The times of a run and its tolerance, as options.
 
 use clap::Args;
-use cotree::compile;
-use cotree::mechanism::{Experiment, Unit};
-use cotree::simulate;
+use cotree::model::{Experiment, Unit};
+use cotree::{compile, run as simulate};
 
 use super::failure::Failure;
 

@@ -3,15 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use cotree::columns::{counted, titled};
 use cotree::compile::Compiled;
 use cotree::component::Profile;
 use cotree::diagnostic::suggest;
-use cotree::mechanism::{Dimension, Quantity, Unit, Units};
+use cotree::model::{Dimension, Quantity, Unit, Units};
+use cotree::run::RunError;
 use cotree::scene::{Scene, Text};
-use cotree::simulate::RunError;
+use cotree::typeset::{counted, titled};
 use cotree_draw::dxf;
-use cotree_file::film;
+use cotree_page::film;
 
 use super::failure::Failure;
 use super::units::{InUnits, Shown};

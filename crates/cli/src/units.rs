@@ -1,10 +1,10 @@
 //! The units that results are shown in.
 
 use clap::Args;
-use cotree::columns::titled;
 use cotree::compile;
-use cotree::mechanism::{DisplayUnit, Unit, Units};
+use cotree::model::{DisplayUnit, Unit, Units};
 use cotree::scene::{Faults, Scene};
+use cotree::typeset::titled;
 
 use super::failure::Failure;
 

@@ -9,8 +9,8 @@ use cotree::compile::Compiled;
 use cotree::export::{ExportError, runtime};
 use cotree::scene::Scene;
 use cotree_draw::png::{Size, png};
-use cotree_file::film::{self, Take, Taken};
-use cotree_file::moving;
+use cotree_page::film::{self, Take, Taken};
+use cotree_page::moving;
 
 use super::failure::Failure;
 use super::{MessageFormat, output};

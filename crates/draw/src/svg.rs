@@ -131,7 +131,7 @@ pub fn polyline(points: &[Pixel]) -> String {
 }
 
 pub fn number(value: f64) -> String {
-    match cotree::columns::without_zeros(&format!("{value:.2}")) {
+    match cotree::typeset::without_zeros(&format!("{value:.2}")) {
         "-0" => "0".to_owned(),
         text => text.to_owned(),
     }

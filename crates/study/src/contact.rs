@@ -3,13 +3,13 @@
 
 use std::sync::Arc;
 
-use cotree::columns::rounded;
 use cotree::compile::{Compiled, compile};
 use cotree::diagnostic::Fault;
-use cotree::mechanism::{DisplayUnit, Mechanism, Part, Quantity, Units};
-use cotree::output::report::shown;
+use cotree::model::{DisplayUnit, Mechanism, Part, Quantity, Units};
+use cotree::report::data::shown;
+use cotree::run::points;
 use cotree::scene::{Scene, Text};
-use cotree::simulate::points;
+use cotree::typeset::rounded;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 

@@ -1,15 +1,15 @@
 //! What holds because the scene does not say otherwise, in the units of the scene.
 
-use cotree::columns::{fixed, rounded};
 use cotree::component::Section;
 use cotree::expr::{Order, Symbol};
 use cotree::formulate::Formulated;
 use cotree::formulate::assemblies::assemblies;
 use cotree::formulate::start::evaluate_at;
-use cotree::mechanism::{Body, Dimension, Mechanism, Unit};
+use cotree::model::{Body, Dimension, Mechanism, Range, Unit};
 use cotree::scene::constant::evaluate;
-use cotree::scene::key::{Form, Need, Range};
+use cotree::scene::key::{Form, Need};
 use cotree::scene::{Part, Scene};
+use cotree::typeset::{fixed, rounded};
 
 /// From how many starts other assemblies are looked for, in mechanisms of at most so many coordinates.
 const STARTS: usize = 30;

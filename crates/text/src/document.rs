@@ -1,14 +1,13 @@
 //! Pages of text, formulas and tables in plain text, LaTeX and HTML.
 
-use cotree::columns::aligned;
+use cotree::typeset::aligned;
 use cotree_draw::svg::escape;
 
-use super::notation::Notation;
 use super::notation::latex::{self, LATEX};
 use super::notation::lines::Part;
 use super::notation::mathml::MATHML;
 use super::notation::plain::PLAIN;
-use super::notation::{Binding, unicode};
+use super::notation::{Binding, Notation, unicode};
 use super::tree::Tree;
 use crate::tikz::tikz;
 

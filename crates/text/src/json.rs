@@ -1,9 +1,9 @@
 //! The equations as JSON, for other programs: names, and every formula as text and as a tree.
 
-use cotree::component::Held;
 use cotree::equations::Equations;
 use cotree::expr::{Order, Symbol};
-use cotree::mechanism::{DriverId, InputId};
+use cotree::model::{DriverId, InputId};
+use cotree::network::Held;
 use serde_json::{Map, Value, json};
 
 use super::matrices::Matrices;

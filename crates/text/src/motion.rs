@@ -2,10 +2,10 @@
 
 use std::collections::{HashMap, HashSet};
 
-use cotree::component::{Direction, Force, Held, Origin, Torque};
 use cotree::equations::{Constraint, Equations, Share};
 use cotree::expr::{Arena, Expr, Node, Symbol, Unary};
-use cotree::mechanism::{BodyId, Coordinates, Dimension, JointId, Owner, Part, Place, Quantity, Variable};
+use cotree::model::{BodyId, Coordinates, Dimension, JointId, Owner, Part, Place, Quantity, Variable};
+use cotree::network::{Direction, Force, Held, Origin, Torque};
 
 use super::document::{Block, Piece};
 use super::matrices::Matrices;

@@ -1,9 +1,9 @@
 //! Equations in which every number has a name, and the table of the values.
 
-use cotree::component::System;
 use cotree::equations::Equations;
 use cotree::expr::Symbol;
-use cotree::mechanism::Unit;
+use cotree::model::Unit;
+use cotree::network::System;
 use cotree::resolve::symbolic::{Named, Style, Symbolic};
 
 use super::document::{Block, Piece};

@@ -1,7 +1,7 @@
 //! Equations of a scene, as the commands write them.
 
 use cotree::diagnostic::{Fault, Faults};
-use cotree::formulate::limits::check_written;
+use cotree::formulate::explain::size::check_written;
 use cotree::formulate::{Formulated, formulate};
 use cotree::scene::Scene;
 

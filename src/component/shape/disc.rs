@@ -3,9 +3,9 @@
 use std::f64::consts::PI;
 
 use super::{Shape, Solid};
-use crate::mechanism::measure::LENGTH;
-use crate::mechanism::{Formula, Outline};
-use crate::scene::key::{Form, Key, Range};
+use crate::model::measure::LENGTH;
+use crate::model::{Formula, Outline, Range};
+use crate::scene::key::{Form, Key};
 use crate::scene::{Corner, Quantity, Shape as Built};
 
 pub(super) const DISC: Shape = Shape {

@@ -6,9 +6,9 @@ mod plate;
 mod polygon;
 mod rod;
 
-use crate::mechanism::measure::{AREA, AREA_DENSITY, DENSITY, LENGTH, LINE_DENSITY, Wanted};
-use crate::mechanism::{Formula, Outline};
-use crate::scene::key::{Form, Key, Range};
+use crate::model::measure::{AREA, AREA_DENSITY, DENSITY, LENGTH, LINE_DENSITY, Wanted};
+use crate::model::{Formula, Outline, Range};
+use crate::scene::key::{Form, Key};
 
 /// Every shape.
 pub(crate) const ALL: &[&Shape] = &[&rod::ROD, &disc::DISC, &plate::PLATE, &polygon::POLYGON];

@@ -2,10 +2,9 @@
 
 use super::{Flaw, Shape, Solid, difference, middle, square};
 use crate::expr::{Function, Unary};
-use crate::mechanism::{Formula, Outline};
-use crate::scene::constant;
+use crate::model::{Formula, Outline};
 use crate::scene::key::{Form, Key};
-use crate::scene::{Corner, Shape as Built};
+use crate::scene::{Corner, Shape as Built, constant};
 
 pub(super) const PLATE: Shape = Shape {
     about: "a flat rectangle",

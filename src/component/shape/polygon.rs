@@ -2,7 +2,7 @@
 //! sign of its turn, so it need not be convex; taken from that corner, a polygon far from the origin loses no digits.
 
 use super::{Flaw, Shape, Solid, difference, square};
-use crate::mechanism::{Formula, Outline};
+use crate::model::{Formula, Outline};
 use crate::scene::key::{Form, Key};
 use crate::scene::{Corner, Shape as Built};
 

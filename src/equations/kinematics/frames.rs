@@ -4,11 +4,10 @@ use std::collections::BTreeMap;
 
 use super::terminal::angle_of;
 use super::{FirstCoordinate, ScalarMotion};
-use crate::component::System;
 use crate::equations::form::Form;
 use crate::equations::vector::{Frame, FrameId, Frames};
 use crate::expr::{Arena, Expr, Node, Symbol};
-use crate::graph::{Rotation, Topology};
+use crate::network::{Rotation, System, Topology};
 
 pub(super) fn angles(
     system: &mut System,

@@ -12,10 +12,9 @@ use std::collections::BTreeMap;
 
 use super::form::Coefficient;
 use super::vector::{FrameId, Frames, Vector};
-use crate::component::System;
 use crate::expr::{Arena, Expr};
-use crate::graph::{ElementId, RNode, Rotation, TNode, Topology, Translation};
-use crate::mechanism::Place;
+use crate::model::Place;
+use crate::network::{ElementId, RNode, Rotation, System, TNode, Topology, Translation};
 
 pub use frames::is_constant;
 pub use motion::{PointMotion, ScalarMotion};

@@ -1,9 +1,9 @@
 //! The motion of a point and of a scalar, with derivatives as linear forms.
 
-use crate::component::Signal;
 use crate::equations::form::{Coefficient, Form};
 use crate::equations::vector::Vector;
 use crate::expr::{Arena, Expr, Order, Symbol};
+use crate::network::Signal;
 
 /// Position, velocity and acceleration of a point, or across an element.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -3,7 +3,7 @@
 use super::{Kinematics, PointMotion};
 use crate::equations::vector::{FrameId, Vector};
 use crate::expr::{Arena, Expr};
-use crate::graph::TNode;
+use crate::network::TNode;
 
 /// Beyond so many turning frames and displacements, sums along a path are shared by its nodes.
 pub(super) const DEEP: usize = 30;

@@ -1,11 +1,11 @@
 //! Terminal equations of the across variables: rigid arms, displacements along an axis, prescribed motions (Table 1).
 
 use super::{Kinematics, PointMotion, ScalarMotion};
-use crate::component::{Angle, Direction, Element, Known, System, TranslationalRow};
 use crate::equations::form::{Coefficient, Form};
 use crate::equations::vector::{Frame, FrameId, Scalar, Vector};
 use crate::expr::{Arena, Expr};
-use crate::mechanism::BodyId;
+use crate::model::BodyId;
+use crate::network::{Angle, Direction, Element, Known, System, TranslationalRow};
 
 impl Kinematics {
     /// The frame of a body, and components given in its axes in those of the frame.

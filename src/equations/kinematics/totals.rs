@@ -1,14 +1,12 @@
 //! Sums along deep paths, made once and shared: all of them together grow with the number of nodes and not with its square.
 
-use super::Kinematics;
-use super::PointMotion;
 use super::paths::DEEP;
-use crate::component::System;
+use super::{Kinematics, PointMotion};
 use crate::equations::form::Form;
 use crate::equations::vector::{FrameId, Vector};
 use crate::expr::{Expr, Order};
-use crate::graph::TNode;
-use crate::mechanism::Place;
+use crate::model::Place;
+use crate::network::{System, TNode};
 
 /// Position, velocity and acceleration of a node in the axes of the world, as single expressions.
 #[derive(Clone, Copy, Debug, Default)]

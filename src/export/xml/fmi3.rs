@@ -15,7 +15,7 @@ use super::{
     units, values,
 };
 use crate::export::description::{Causality, Description, ScalarVariable};
-use crate::mechanism::Unit;
+use crate::model::Unit;
 
 /// The standard's names where it has one (2.4.5).
 const LOG_CATEGORIES: [(&str, &str); 3] = [

@@ -12,8 +12,8 @@ use quick_xml::events::{BytesDecl, Event};
 use quick_xml::writer::{ElementWriter, Writer};
 
 use super::description::{Causality, Description, ScalarVariable, Start, is_structured};
-use crate::lower::LISTED;
-use crate::mechanism::Unit;
+use crate::model::Unit;
+use crate::program::LISTED;
 
 type Out = Writer<Vec<u8>>;
 type Attributes = Vec<(&'static str, String)>;

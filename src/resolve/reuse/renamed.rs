@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use crate::component::{Section, body, shape};
 use crate::diagnostic::span::Text;
-use crate::mechanism::Quantity as Variable;
+use crate::model::Quantity as Variable;
 use crate::scene::document::{Content, Node};
 use crate::scene::expression::{substituted, with_files as with_files_of};
 use crate::scene::key::{Form, Key};
@@ -93,7 +93,7 @@ fn renaming(map: Map<'_>, walk: impl FnOnce(&mut Walk<'_>)) {
 }
 
 /// Any value that is written as an expression.
-const ANY: Form = Form::Law(crate::mechanism::measure::ANYTHING);
+const ANY: Form = Form::Law(crate::model::measure::ANYTHING);
 
 impl Walk<'_> {
     /// All texts of a scene but the names of its own elements.

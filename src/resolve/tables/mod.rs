@@ -12,13 +12,12 @@ use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Span;
 use crate::expr::{Function, Unary};
 use crate::files;
-use crate::mechanism::{Comparison, Formula};
-use crate::scene::Scene;
-use crate::scene::constant;
+use crate::model::{Comparison, Formula};
 use crate::scene::decode::text;
 use crate::scene::dimension::Known;
 use crate::scene::expression::Lookup;
 use crate::scene::unit::{compatible, from_exponents};
+use crate::scene::{Scene, constant};
 pub(super) use read::Table;
 
 /// Adds the files of its tables to the source of a scene: what cannot be read is reported where it is used.

@@ -15,7 +15,7 @@ use super::tables::SCENE;
 use crate::diagnostic::fault::{Fault, Faults, Sink};
 use crate::diagnostic::span::{Source, Span, Text};
 use crate::files;
-use crate::mechanism::{CREDITS, Dimension};
+use crate::model::{CREDITS, Dimension};
 
 impl Scene {
     /// The largest scene file \[bytes\]: some hundred thousand bodies.

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use cotree::compile::compile;
-use cotree::output::csv::Table;
+use cotree::report::csv::Table;
 use cotree::scene::{Faults, Scene};
 use cotree_fmu::model::Model;
 use cotree_study::contact::{self, Contacts};

@@ -11,11 +11,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
-use cotree::columns::counted;
 use cotree::compile::compile;
-use cotree::mechanism::Units;
-use cotree::output::csv::Table;
-use cotree::simulate::{self, Gaps, Run, RunError};
+use cotree::model::Units;
+use cotree::report::csv::Table;
+use cotree::run as simulate;
+use cotree::run::{Gaps, Run, RunError};
+use cotree::typeset::counted;
 use cotree_fmu::instance::{Inaccuracy, InstanceError};
 use cotree_fmu::model::Model;
 

@@ -2,13 +2,13 @@
 
 use std::f64::consts::{PI, TAU};
 
-use cotree::columns::titled;
 use cotree::compile::Compiled;
 use cotree::diagnostic::suggest;
-use cotree::mechanism::{DisplayUnit, Unit};
-use cotree::output::csv::Table;
-use cotree::output::statistics::{Figures, Statistics};
-use cotree::simulate::Run;
+use cotree::model::{DisplayUnit, Unit};
+use cotree::report::csv::Table;
+use cotree::report::statistics::{Figures, Statistics};
+use cotree::run::Run;
+use cotree::typeset::titled;
 use cotree_draw::plot::{Plot, Series};
 
 use super::super::failure::Failure;

@@ -2,9 +2,9 @@
 
 use cotree::compile;
 use cotree::export::description::Description;
-use cotree::mechanism::Unit;
-use cotree::output::csv::Table;
-use cotree::simulate::{Run, settings};
+use cotree::model::Unit;
+use cotree::report::csv::Table;
+use cotree::run::{Run, settings};
 
 use super::super::failure::Failure;
 use super::super::times;

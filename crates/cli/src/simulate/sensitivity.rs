@@ -1,11 +1,11 @@
 //! `cotree simulate --sensitivity`: outputs and their derivatives.
 
-use cotree::columns::titled;
 use cotree::compile;
-use cotree::mechanism::Units;
-use cotree::output::report::{composed, per};
+use cotree::model::Units;
+use cotree::report::data::{composed, per};
+use cotree::run::points;
 use cotree::scene::Scene;
-use cotree::simulate::points;
+use cotree::typeset::titled;
 use cotree_study::analysis::{Sensitivities, Study};
 
 use super::super::failure::Failure;

@@ -12,7 +12,7 @@ use std::time::{Duration, SystemTime};
 use clap::Args;
 use cotree::export::{ExportError, runtime};
 use cotree::scene::Source;
-use cotree_file::moving;
+use cotree_page::moving;
 
 use super::failure::Failure;
 use super::output;

@@ -5,7 +5,7 @@ use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use cotree_file::page::waiting_html;
+use cotree_page::page::waiting_html;
 use serde_json::json;
 
 /// A page that is closed is noticed after this time.

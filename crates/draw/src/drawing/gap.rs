@@ -1,6 +1,6 @@
 //! What does not meet in a mechanism that cannot be assembled.
 
-use cotree::formulate::assembly::show;
+use cotree::formulate::explain::assembly::show;
 
 use super::labels::Labels;
 use super::view::View;

@@ -5,11 +5,10 @@ mod dot;
 mod layout;
 mod picture;
 
-use cotree::component::{CoupledEdge, System};
 use cotree::diagnostic::Faults;
 use cotree::formulate::{Formulated, formulate};
-use cotree::graph::{ElementId, LinearGraph, Tree};
-use cotree::mechanism::Dimension;
+use cotree::model::Dimension;
+use cotree::network::{CoupledEdge, ElementId, LinearGraph, System, Tree};
 use cotree::scene::Scene;
 
 use super::drawing::Drawing;
@@ -81,7 +80,7 @@ impl GraphDrawing {
 }
 
 fn graph<D>(system: &System, graph: &LinearGraph<D>, tree: &Tree<D>, coupled: Vec<CoupledEdge<D>>) -> Graph {
-    let edge = |(id, ends): (ElementId, [cotree::graph::Node<D>; 2])| {
+    let edge = |(id, ends): (ElementId, [cotree::network::Node<D>; 2])| {
         let element = system.element(id);
         Edge {
             label: element.label.clone(),

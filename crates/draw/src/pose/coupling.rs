@@ -1,7 +1,7 @@
 //! Couplings in the initial pose: the radii of wheels follow from the ratio and the distance of their centres.
 
 use cotree::component::Icon;
-use cotree::mechanism::{BodyId, Formula, Part, Place};
+use cotree::model::{BodyId, Formula, Part, Place};
 
 use super::Pose;
 use crate::drawing::{Cam, Coupling, CouplingKind, Wheel};

@@ -8,8 +8,8 @@ use cotree::component::{Icon, RoundGlyph};
 use cotree::equations::Equations;
 use cotree::expr::{Expr, Order, Symbol};
 use cotree::formulate::Formulated;
-use cotree::formulate::attempt::Attempt;
-use cotree::mechanism::{BodyId, Dimension, Formula, Outline, Owner, Part, Place, Quantity, Variable};
+use cotree::formulate::explain::attempt::Attempt;
+use cotree::model::{BodyId, Dimension, Formula, Outline, Owner, Part, Place, Quantity, Variable};
 use cotree_fmu::model::State;
 
 use super::drawing::{Body, Drawing, Force, Hold, Joint, Shape, Spring, Target, Turn};

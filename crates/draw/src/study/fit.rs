@@ -1,8 +1,8 @@
 //! Measured and fitted values, and their differences.
 
-use cotree::columns::titled;
-use cotree::mechanism::Units;
-use cotree::output::report::shown;
+use cotree::model::Units;
+use cotree::report::data::shown;
+use cotree::typeset::titled;
 use cotree_study::fit::{Column, Fit};
 
 use crate::plot::{Plot, Series};

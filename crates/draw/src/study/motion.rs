@@ -1,8 +1,8 @@
 //! The quantities of a motion over its input.
 
-use cotree::columns::titled;
-use cotree::mechanism::Units;
-use cotree::output::report::composed;
+use cotree::model::Units;
+use cotree::report::data::composed;
+use cotree::typeset::titled;
 use cotree_study::motion::report::radius_of;
 use cotree_study::motion::{Cam, Column, Figures};
 

@@ -1,7 +1,7 @@
 //! The picture of a sweep: curves over one quantity, a map over two, histograms of random runs.
 
-use cotree::columns::rounded;
-use cotree::mechanism::DisplayUnit;
+use cotree::model::DisplayUnit;
+use cotree::typeset::rounded;
 use cotree_study::sweep::{Outcome, Sweep};
 
 use crate::plot::{Field, Histogram, Map, Plot, Sample, Series};

@@ -1,7 +1,7 @@
 //! A point of the motion: the values of all symbols.
 
 use cotree::expr::{Symbol, Values};
-use cotree::lower::symbol_register;
+use cotree::tape::symbol_register;
 use cotree_fmu::integrator::accelerations::Accelerations;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::{Model, State};

@@ -1,9 +1,9 @@
 //! The mechanism of statics: drivers constant, no initial velocities, and what nothing turns does not turn.
 
-use cotree::component::System;
 use cotree::expr::Order;
-use cotree::lower::order_of;
-use cotree::mechanism::{Formula, Mechanism, Motion, Value};
+use cotree::model::{Formula, Mechanism, Motion, Value};
+use cotree::network::System;
+use cotree::program::order_of;
 
 /// The same mechanism with its drivers constant at their start values, and without initial velocities. Bodies that nothing turns are particles: they would rest at any angle.
 pub fn at_rest(mechanism: &Mechanism) -> Mechanism {

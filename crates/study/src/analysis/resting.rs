@@ -1,7 +1,7 @@
 //! A scene whose motion begins where its mechanism rests.
 
 use cotree::expr::{Symbol, Values};
-use cotree::mechanism::{BodyId, Dimension, Mechanism, Owner, Place, Quantity, Unit, Variable};
+use cotree::model::{BodyId, Dimension, Mechanism, Owner, Place, Quantity, Unit, Variable};
 use cotree::scene::{Scene, Text};
 
 use super::study::{Study, StudyError};

@@ -5,7 +5,7 @@
 //! guess is followed longer and longer.
 
 use cotree::formulate::Formulated;
-use cotree::output::report::shown;
+use cotree::report::data::shown;
 use nalgebra::{DMatrix, DVector};
 
 use super::decompose::{least_squares, svd};

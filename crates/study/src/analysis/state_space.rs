@@ -7,7 +7,7 @@
 
 use cotree::expr::{Order, Symbol, Values};
 use cotree::formulate::Formulated;
-use cotree::mechanism::Unit;
+use cotree::model::Unit;
 use cotree_fmu::program::FollowerOrder;
 use nalgebra::DMatrix;
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use cotree::diagnostic::suggest;
 use cotree::formulate::{Formulated, formulate_written, pattern};
-use cotree::mechanism::{Experiment, Formula, Mechanism, Unit, Units};
+use cotree::model::{Experiment, Formula, Mechanism, Unit, Units};
 use cotree::scene::{Fault, Faults, Scene, Source};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::{Model, State};

@@ -3,13 +3,13 @@
 
 use std::ops::Range;
 
-use cotree::component::Force;
 use cotree::equations::Equations;
 use cotree::expr::{Expr, Order, Symbol};
 use cotree::formulate::Formulated;
-use cotree::graph::ElementId;
-use cotree::lower::{Conditions, conditions, motion_indicators};
-use cotree::mechanism::Mechanism;
+use cotree::laws::motion_indicators;
+use cotree::model::Mechanism;
+use cotree::network::{ElementId, Force};
+use cotree::program::{Conditions, conditions};
 use nalgebra::{DMatrix, DVector};
 
 use super::{Failure, Point, saddle};

@@ -8,7 +8,7 @@ pub mod trajectory;
 
 use std::sync::Arc;
 
-use cotree::mechanism::Experiment;
+use cotree::model::Experiment;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::Engine;
 use serde::{Serialize, Serializer};
@@ -180,7 +180,7 @@ mod tests {
         let (points, clock, share, runs) = (1024, "processor time", 0.5, vec![run, refused]);
         let (span, energy_kept, attainable) = ([0.0, 1.0], false, 4e-8);
         let bench = Bench { name, span, reference, points, clock, share, energy_kept, attainable, runs };
-        let table = bench.report().text(&cotree::mechanism::Units::default());
+        let table = bench.report().text(&cotree::model::Units::default());
         assert!(table.contains("rounding errors leave a relative accuracy of about 4e-8"), "{table}");
         assert!(table.contains("too slow") && table.contains("no result") && table.contains("it left its branch"));
         assert!(table.contains("50 % of a processor"), "{table}");

@@ -1,6 +1,6 @@
 //! The measurement as a table for people.
 
-use cotree::output::report::{Cell, Report, Table};
+use cotree::report::data::{Cell, Report, Table};
 use cotree::row;
 use cotree_fmu::instance::Inaccuracy;
 

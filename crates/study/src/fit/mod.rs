@@ -9,7 +9,7 @@ mod written;
 
 use std::cell::OnceCell;
 
-use cotree::output::csv::Table;
+use cotree::report::csv::Table;
 use cotree_fmu::model::State;
 use nalgebra::{DMatrix, DVector};
 use thiserror::Error;

@@ -1,8 +1,8 @@
 //! What was found, as a table for people and as JSON.
 
 use cotree::diagnostic::suggest::list;
-use cotree::output::report::Accuracy::Error;
-use cotree::output::report::{Cell, Report, Table, number, plain, unit};
+use cotree::report::data::Accuracy::Error;
+use cotree::report::data::{Cell, Report, Table, number, plain, unit};
 use cotree::{line, row};
 use serde_json::{Value, json};
 

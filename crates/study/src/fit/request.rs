@@ -2,8 +2,8 @@
 
 use cotree::compile::{quantity, with_units};
 use cotree::diagnostic::suggest;
-use cotree::mechanism::Experiment;
-use cotree::output::csv::Table;
+use cotree::model::Experiment;
+use cotree::report::csv::Table;
 
 use super::LEAST;
 use super::levenberg::Residuals;

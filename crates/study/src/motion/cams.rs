@@ -2,7 +2,7 @@
 //! Machinery*; VDI 2142, 2143).
 
 use cotree::component::{Phase, Profile};
-use cotree::mechanism::Mechanism;
+use cotree::model::Mechanism;
 use serde::Serialize;
 
 use super::samples::At;

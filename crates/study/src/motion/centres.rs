@@ -1,7 +1,7 @@
 //! Instant centres: the points about which bodies turn, against the ground and against each other.
 
-use cotree::mechanism::Mechanism;
-use cotree::mechanism::Quantity::{Omega, Vx, Vy, X, Y};
+use cotree::model::Mechanism;
+use cotree::model::Quantity::{Omega, Vx, Vy, X, Y};
 use serde::Serialize;
 
 use super::drive::Table;

@@ -1,6 +1,7 @@
 //! The path of a point: length, area, curvature, cusps, points that it passes twice.
 
-use cotree::mechanism::Quantity::{self, Ax, Ay, Vx, Vy, X, Y};
+use cotree::model::Quantity;
+use cotree::model::Quantity::{Ax, Ay, Vx, Vy, X, Y};
 use serde::Serialize;
 
 use super::drive::Table;

@@ -1,6 +1,6 @@
 //! The direction of a point's path. Where the body rests its path still has one: the limit of its direction on the way there.
 
-use cotree::mechanism::Quantity::{Omega, Vx, Vy, X, Y};
+use cotree::model::Quantity::{Omega, Vx, Vy, X, Y};
 
 use super::drive::Table;
 use super::samples::Samples;

@@ -7,10 +7,10 @@ use std::sync::Arc;
 use cotree::compile::compile;
 use cotree::component::body::{POINT_VARIABLES, VARIABLES};
 use cotree::formulate;
-use cotree::mechanism::{Body, Class, Dimension, JointId, Mechanism, Part, Place, Quantity};
+use cotree::model::{Body, Class, Dimension, JointId, Mechanism, Part, Place, Quantity};
+use cotree::run::{RunError, SimulateError};
 use cotree::scene::constant::evaluate;
 use cotree::scene::{Driver, Faults, Input, Load, Scene, Text};
-use cotree::simulate::{RunError, SimulateError};
 use cotree_fmu::instance::{Instance, InstanceError};
 use cotree_fmu::model::Model;
 

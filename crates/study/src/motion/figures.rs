@@ -2,8 +2,8 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use cotree::mechanism::{BodyId, Mechanism, Part, Place, Quantity, Units};
-use cotree::output::report::shown;
+use cotree::model::{BodyId, Mechanism, Part, Place, Quantity, Units};
+use cotree::report::data::shown;
 use cotree::scene::constant::evaluate;
 use cotree::scene::{Load, Scene};
 use serde::Serialize;
@@ -15,12 +15,11 @@ use super::direction::directions;
 use super::drive::{self, Table};
 use super::dwell::Dwell;
 use super::flywheel::Fluctuation;
-use super::grashof;
 use super::growth::{Figured, Unbounded};
 use super::input::Watched;
 use super::report::radius_of;
 use super::samples::{ANGULAR, At, Derivatives, Samples, lagrange};
-use super::{Drive, MotionError, Places, Request, unit_of};
+use super::{Drive, MotionError, Places, Request, grashof, unit_of};
 use crate::contact;
 
 /// Forces below this share of the largest are rounding errors of none.
@@ -261,7 +260,7 @@ impl Masses {
     /// None if one is missing that is needed.
     fn of(mechanism: &Mechanism) -> Option<Masses> {
         let parameters = mechanism.parameter_values();
-        let body = |body: &cotree::mechanism::Body| {
+        let body = |body: &cotree::model::Body| {
             let mass = evaluate(body.mass.as_ref()?, &parameters);
             // A body that cannot turn needs no moment of inertia.
             let inertia = body.inertia.as_ref().map_or(0.0, |inertia| evaluate(inertia, &parameters));

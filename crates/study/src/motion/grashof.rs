@@ -1,8 +1,8 @@
 //! Which kind of four-bar a mechanism is, if it is one (Grashof; Norton, *Design of Machinery*).
 
-use cotree::columns::rounded;
-use cotree::mechanism::{JointId, Mechanism, Part, Place, Unit, Units};
+use cotree::model::{JointId, Mechanism, Part, Place, Unit, Units};
 use cotree::scene::constant::evaluate;
+use cotree::typeset::rounded;
 
 /// Lengths that differ by less than this share are equal.
 const EQUAL: f64 = 1e-9;
@@ -23,7 +23,7 @@ pub fn class(mechanism: &Mechanism, input: JointId, units: &Units) -> Option<Str
         Some((a[0] - b[0]).hypot(a[1] - b[1]))
     };
     let beside = |a, b| mechanism.joints.iter().any(|joint| joint.bodies() == [a, b] || joint.bodies() == [b, a]);
-    let bodies = (0..3).map(cotree::mechanism::BodyId).filter(|body| *body != crank);
+    let bodies = (0..3).map(cotree::model::BodyId).filter(|body| *body != crank);
     let (rocker, coupler): (Vec<_>, Vec<_>) = bodies.partition(|body| beside(Some(*body), None));
     let ([rocker], [coupler]) = (&rocker[..], &coupler[..]) else { return None };
     let lengths = [link(None)?, link(Some(crank))?, link(Some(*coupler))?, link(Some(*rocker))?];
@@ -35,8 +35,7 @@ const PIN: &str = "revolute";
 
 fn at(mechanism: &Mechanism, place: Place) -> [f64; 2] {
     let parameters = mechanism.parameter_values();
-    let value =
-        |point: &cotree::mechanism::Point| point.at.each_ref().map(|component| evaluate(component, &parameters));
+    let value = |point: &cotree::model::Point| point.at.each_ref().map(|component| evaluate(component, &parameters));
     match place {
         Place::Origin | Place::Centre(_) => [0.0, 0.0],
         Place::Ground(point) => value(&mechanism.ground[point]),
@@ -68,7 +67,7 @@ fn named(lengths: [f64; 4], units: &Units) -> String {
 #[cfg(test)]
 mod tests {
     use super::named;
-    use cotree::mechanism::Units;
+    use cotree::model::Units;
 
     #[test]
     fn classes_are_those_of_grashof() {

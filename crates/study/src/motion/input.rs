@@ -5,13 +5,12 @@ use std::collections::HashMap;
 use cotree::compile::{compile, compile_with_equations};
 use cotree::diagnostic::{Text, suggest};
 use cotree::formulate::start::evaluate_at;
-use cotree::mechanism::{BodyId, Class, Formula, JointId, Mechanism, Owner, Part, Place, Quantity, Unit, Variable};
+use cotree::model::{BodyId, Class, Formula, JointId, Mechanism, Owner, Part, Place, Quantity, Unit, Variable};
 use cotree::scene::Scene;
 
-use super::MotionError;
 use super::drive::{self, POSE};
 use super::samples::Derivatives;
-use super::{Drive, unit_of};
+use super::{Drive, MotionError, unit_of};
 
 /// The joint that is driven, and how.
 pub(super) fn driven(mechanism: &Mechanism, name: Option<&str>) -> Result<(JointId, Derivatives), MotionError> {

@@ -19,10 +19,10 @@ mod samples;
 
 use std::f64::consts::TAU;
 
-use cotree::columns::rounded;
-use cotree::mechanism::{JointId, Mechanism, Unit, Units};
+use cotree::model::{JointId, Mechanism, Unit, Units};
+use cotree::run::{RunError, SimulateError};
 use cotree::scene::{Faults, Scene};
-use cotree::simulate::{RunError, SimulateError};
+use cotree::typeset::rounded;
 
 pub use cams::Cam;
 use drive::{COUNT, Table};

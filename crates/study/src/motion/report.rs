@@ -4,9 +4,9 @@ use std::f64::consts::TAU;
 
 use cotree::diagnostic::suggest;
 use cotree::line;
-use cotree::mechanism::Units;
-use cotree::output::report::Accuracy::Noise;
-use cotree::output::report::{Cell, Report, Table, named, number, per, plain};
+use cotree::model::Units;
+use cotree::report::data::Accuracy::Noise;
+use cotree::report::data::{Cell, Report, Table, named, number, per, plain};
 
 use super::cams::Cam;
 use super::curve::Arc;

@@ -1,6 +1,6 @@
 //! The rows of the table that people read: at exactly the places that were asked for, and at the ends.
 
-use cotree::columns::rounded;
+use cotree::typeset::rounded;
 
 use super::drive::{self, COUNT};
 use super::figures::{self, Column, Figures, Subject};

@@ -1,7 +1,7 @@
 //! Values at equal steps of the input, and what lies between them: extremes and zeros, by polynomials through eight neighbours. Next to jumps and kinks (cams, forces on one
 //! stroke) these are neighbours of one side, as in essentially non-oscillatory interpolation (Harten, Engquist, Osher, Chakravarthy, *J. Comput. Phys.* 71, 1987).
 
-use cotree::mechanism::Quantity;
+use cotree::model::Quantity;
 
 /// Position, rate and acceleration: how a joint moves.
 pub type Derivatives = [Quantity; 3];

@@ -1,7 +1,7 @@
 //! Which runs are made: all combinations of levels, random ones, or those of a table.
 
 use cotree::export::description::Description;
-use cotree::simulate::Settings;
+use cotree::run::Settings;
 
 use super::factor::{Factor, Values};
 use super::sample::{Sampling, drawn};

@@ -2,8 +2,8 @@
 
 use cotree::compile::{both, quantities, quantity};
 use cotree::export::description::Description;
-use cotree::mechanism::Unit;
-use cotree::simulate::settings;
+use cotree::model::Unit;
+use cotree::run::settings;
 
 /// A parameter, constant input or initial value that is varied.
 #[derive(Clone, Debug, PartialEq)]

@@ -11,13 +11,13 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-use cotree::columns::titled;
 use cotree::compile::{Compiled, compile};
-use cotree::mechanism::{DisplayUnit, Experiment, Units};
-use cotree::output::report::shown;
-use cotree::output::statistics::Accumulator;
+use cotree::model::{DisplayUnit, Experiment, Units};
+use cotree::report::data::shown;
+use cotree::report::statistics::Accumulator;
+use cotree::run::{Ended, Ensemble, Measure, Run, RunError, Settings};
 use cotree::scene::{Faults, Scene};
-use cotree::simulate::{Ended, Ensemble, Measure, Run, RunError, Settings};
+use cotree::typeset::titled;
 use cotree_fmu::instance::Inaccuracy;
 use cotree_fmu::model::Model;
 

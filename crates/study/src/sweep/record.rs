@@ -5,7 +5,7 @@ use std::io::{self, BufRead, BufReader, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use cotree::files::Draft;
-use cotree::output::csv::field;
+use cotree::report::csv::field;
 
 use super::{Outcome, Sweep};
 
@@ -191,7 +191,7 @@ fn row(sweep: &Sweep, factors: &[f64], run: usize, outcome: &Outcome) -> String 
 
 /// Names the sweep: the same scene, times, measures and runs.
 fn fingerprint(sweep: &Sweep) -> String {
-    let cotree::mechanism::Experiment { start, stop, step, tolerance } = sweep.experiment;
+    let cotree::model::Experiment { start, stop, step, tolerance } = sweep.experiment;
     let (guid, runs) = (&sweep.compiled.program.guid, sweep.design.len());
     format!("sweep of {guid}: {runs} runs, {start:?} s to {stop:?} s by {step:?} s, tolerance {tolerance:?}")
 }

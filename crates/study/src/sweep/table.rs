@@ -2,9 +2,9 @@
 
 use cotree::compile::quantity;
 use cotree::export::description::Description;
-use cotree::mechanism::Unit;
+use cotree::model::Unit;
+use cotree::run::settings;
 use cotree::sheet::{Heading, Sheet, SheetError};
-use cotree::simulate::settings;
 
 use super::factor::{Factor, Values};
 

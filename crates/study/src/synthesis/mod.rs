@@ -273,7 +273,7 @@ fn solution(task: &Task, own: Judged, number: usize) -> Solution {
         inputs.iter().zip(&own.poses).map(|(input, pose)| Station { time: time(*input), pose: *pose }).collect();
     stations.sort_by(|a, b| a.time.total_cmp(&b.time));
     let begin = stations.first().map_or(Pose::new(0.0, 0.0, 0.0), |station| station.pose);
-    let name = format!("{}_{number}", cotree::mechanism::identifier(&task.name));
+    let name = format!("{}_{number}", cotree::model::identifier(&task.name));
     let about = format!("{} for the task {}", class(&own.linkage, &own.verdict), task.name);
     let driven =
         scene::Driven { name: &name, about: &about, linkage: &own.linkage, start: begin, way: [start, end], duration };

@@ -1,7 +1,7 @@
 //! What was found, as a table for people and as JSON.
 
-use cotree::mechanism::Units;
-use cotree::output::report::{Cell, Report, Table, named, number};
+use cotree::model::Units;
+use cotree::report::data::{Cell, Report, Table, named, number};
 use cotree::row;
 use cotree::task::Kind;
 use cotree_synthesis::{Dyad, Point};

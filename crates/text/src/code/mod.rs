@@ -156,7 +156,7 @@ impl CodeBlock {
 /// masses M, Q and the reactions are zero.
 pub fn code(equations: &mut Equations, solved: &[Expr], redundant: &[usize], language: &dyn Language) -> String {
     // A scene may be called `my scene`: functions may not.
-    let name = cotree::mechanism::identifier(&equations.system.mechanism.name);
+    let name = cotree::model::identifier(&equations.system.mechanism.name);
     let masses = has_masses(equations);
     let matrices = matrices(equations);
     let loops: Vec<usize> = equations.loops().map(|(index, _)| index).collect();

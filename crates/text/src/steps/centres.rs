@@ -1,9 +1,8 @@
 //! Accelerations of mass centres in the coordinates, and which bodies a coordinate moves.
 
-use cotree::component::Origin;
 use cotree::expr::Expr;
-use cotree::graph::ElementId;
-use cotree::mechanism::{BodyId, Owner, Place, Quantity, Variable};
+use cotree::model::{BodyId, Owner, Place, Quantity, Variable};
+use cotree::network::{ElementId, Origin};
 
 use super::graphs::{list, shortened};
 use super::numbers::agree;

@@ -1,9 +1,8 @@
 //! Step 3: secondary variables are eliminated, and one row is worked from its cutset to M and Q.
 
-use cotree::component::Origin;
 use cotree::equations::{Dynamics, Equations, Share};
 use cotree::expr::{Expr, Symbol};
-use cotree::graph::ElementId;
+use cotree::network::{ElementId, Origin};
 
 use super::graphs::list;
 use super::numbers::agree;

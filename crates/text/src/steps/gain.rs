@@ -1,7 +1,7 @@
 //! What the trees are worth: coordinates and loop equations of other trees.
 
 use cotree::formulate::equations;
-use cotree::mechanism::Coordinates;
+use cotree::model::Coordinates;
 
 use super::{Lesson, heading};
 use crate::document::{Block, Piece};

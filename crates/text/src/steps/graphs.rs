@@ -1,7 +1,7 @@
 //! Incidence matrices, cutset and circuit matrices.
 
-use cotree::component::Origin;
 use cotree::equations::{Edge, EdgeRow};
+use cotree::network::Origin;
 
 use super::parts::kind;
 use super::view::{View, sign_of};

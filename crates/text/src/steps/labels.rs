@@ -2,10 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use cotree::component::{CoordinateName, Origin, System};
 use cotree::equations::Equations;
-use cotree::graph::ElementId;
-use cotree::mechanism::{BodyId, Place};
+use cotree::model::{BodyId, Place};
+use cotree::network::{CoordinateName, ElementId, Origin, System};
 
 use super::Lesson;
 

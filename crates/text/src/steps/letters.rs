@@ -1,7 +1,7 @@
 //! The letters of through and across variables: vectors in the plane, numbers on a line.
 
-use cotree::component::{Direction, Element};
-use cotree::mechanism::Dimension;
+use cotree::model::Dimension;
+use cotree::network::{Direction, Element};
 
 use crate::name::Name;
 use crate::tree::Tree;

@@ -1,9 +1,8 @@
 //! Masses on a line (25)-(33): the cutset matrix by kinds of elements, and M, D, K as its products.
 
-use cotree::component::Origin;
 use cotree::equations::{ElementColumn, Vibration};
 use cotree::expr::{Expr, Order, Symbol};
-use cotree::graph::ElementId;
+use cotree::network::{ElementId, Origin};
 use cotree_study::analysis::dense;
 use nalgebra::DMatrix;
 

@@ -24,7 +24,7 @@ mod view;
 use cotree::equations::Equations;
 use cotree::expr::Expr;
 use cotree::formulate::Formulated;
-use cotree::graph::{Rotation, Translation};
+use cotree::network::{Rotation, Translation};
 use cotree::resolve::symbolic::{Style, Symbolic};
 
 use super::document::{Block, Piece};

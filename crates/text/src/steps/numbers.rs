@@ -2,7 +2,7 @@
 
 use cotree::equations::Equations;
 use cotree::expr::{Expr, Order, Symbol};
-use cotree::mechanism::Mechanism;
+use cotree::model::Mechanism;
 use cotree_fmu::model::State;
 use cotree_study::analysis::{dense, saddle};
 use nalgebra::{DMatrix, DVector};

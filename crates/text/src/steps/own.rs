@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use cotree::mechanism::Mechanism;
+use cotree::model::Mechanism;
 
 use crate::document::{Block, Piece};
 use crate::name::Name;

@@ -2,11 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use cotree::columns::counted;
-use cotree::component::{Direction, Element, Known, Origin};
 use cotree::expr::{Expr, Symbol};
-use cotree::graph::ElementId;
-use cotree::mechanism::BodyId;
+use cotree::model::BodyId;
+use cotree::network::{Direction, Element, ElementId, Known, Origin};
+use cotree::typeset::counted;
 
 use super::projection::is_free;
 use super::{Lesson, heading, thinned, words};
@@ -104,7 +103,7 @@ impl Lesson<'_> {
     fn parameters_of(&self, origin: Origin) -> Vec<usize> {
         let mechanism = &self.equations.system.mechanism;
         let mut found = Vec::new();
-        let mut visit = |id: cotree::mechanism::ParameterId| found.push(id.0);
+        let mut visit = |id: cotree::model::ParameterId| found.push(id.0);
         match origin {
             Origin::Body(id) => {
                 let body = &mechanism.bodies[id.0];

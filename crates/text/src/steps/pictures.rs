@@ -2,8 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use cotree::component::Origin;
-use cotree::mechanism::{BodyId, Dimension};
+use cotree::model::{BodyId, Dimension};
+use cotree::network::Origin;
 use cotree_draw::drawing::{Drawing, Mark};
 use cotree_draw::pose::{draw, frames, position, positions};
 

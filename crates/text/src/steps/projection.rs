@@ -1,9 +1,8 @@
 //! Steps 1 and 2: cutsets on motion spaces, circuits on reaction spaces.
 
-use cotree::component::{Angle, Direction, Element, Held, Known, Origin, System};
 use cotree::equations::Edge;
 use cotree::expr::Expr;
-use cotree::graph::{ElementId, Translation};
+use cotree::network::{Angle, Direction, Element, ElementId, Held, Known, Origin, System, Translation};
 
 use super::graphs::{list, shortened};
 use super::view::View;

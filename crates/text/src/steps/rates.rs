@@ -1,8 +1,7 @@
 //! Velocities and accelerations: (20) and (21) by the graph and by calculus.
 
-use cotree::component::{Direction, Held};
 use cotree::expr::{Expr, Order, Symbol};
-use cotree::graph::ElementId;
+use cotree::network::{Direction, ElementId, Held};
 
 use super::numbers::agree;
 use super::projection::Rows;

@@ -1,10 +1,9 @@
 //! Reactions: the cutsets that Step 1 did not use, on the reaction spaces of their branches; and the numbers of the start.
 
-use cotree::component::{Held, Origin};
 use cotree::expr::{Expr, Order};
 use cotree::formulate::equations;
-use cotree::graph::ElementId;
-use cotree::mechanism::{BodyId, Coordinates, Mechanism, Owner, Place, Quantity, Variable};
+use cotree::model::{BodyId, Coordinates, Mechanism, Owner, Place, Quantity, Variable};
+use cotree::network::{ElementId, Held, Origin};
 
 use super::graphs::list;
 use super::numbers::{Values, agree, short};
@@ -209,7 +208,7 @@ impl Lesson<'_> {
 /// Accelerations of the bodies, forces of the joints.
 fn compared(mechanism: &Mechanism) -> Vec<Variable> {
     let bodies = (0..mechanism.bodies.len()).map(|index| Owner::Place(Place::Centre(BodyId(index))));
-    let plane = mechanism.dimension == cotree::mechanism::Dimension::Two;
+    let plane = mechanism.dimension == cotree::model::Dimension::Two;
     let quantities: &[Quantity] = if plane { &[Quantity::Ax, Quantity::Ay, Quantity::Alpha] } else { &[Quantity::Ax] };
     let motions = bodies.flat_map(|owner| quantities.iter().map(move |&quantity| Variable { owner, quantity }));
     let forces = mechanism.joint_reactions().into_iter();

@@ -2,10 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use cotree::component::{Element, Origin, System};
 use cotree::equations::Edge;
-use cotree::graph::{ElementId, Tree as SpanningTree};
-use cotree::tree::Trees;
+use cotree::network::{Element, ElementId, Origin, System, Tree as SpanningTree, Trees};
 use cotree_draw::graph::GraphDrawing;
 
 use super::graphs::shortened;

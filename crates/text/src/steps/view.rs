@@ -2,9 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use cotree::component::{Element, System};
 use cotree::equations::{Edge, EdgeRow, GraphRecord};
-use cotree::graph::{ElementId, Node};
+use cotree::network::{Element, ElementId, Node, System};
 
 use super::projection::Rows;
 use crate::document::Piece;

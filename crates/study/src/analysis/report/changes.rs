@@ -1,7 +1,7 @@
 //! Derivatives: of an equilibrium, of vibrations, of peaks and crossings.
 
-use cotree::output::report::Accuracy::Noise;
-use cotree::output::report::{ROUNDING, Report, Table, named, number, per, unit};
+use cotree::report::data::Accuracy::Noise;
+use cotree::report::data::{ROUNDING, Report, Table, named, number, per, unit};
 use cotree::{line, row};
 use serde_json::{Value, json};
 

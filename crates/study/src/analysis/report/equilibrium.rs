@@ -2,8 +2,8 @@
 
 use cotree::expr::{Expr, Symbol};
 use cotree::formulate::Formulated;
-use cotree::mechanism::{Dimension, Mechanism, Quantity, Variable};
-use cotree::output::report::{Report, Table, number, unit};
+use cotree::model::{Dimension, Mechanism, Quantity, Variable};
+use cotree::report::data::{Report, Table, number, unit};
 use cotree::{line, row};
 use serde_json::{Value, json};
 

@@ -1,7 +1,7 @@
 //! Linear systems at one or many points.
 
-use cotree::output::report::Accuracy::Noise;
-use cotree::output::report::{Cell, ROUNDING, Report, Table, number, per, unit};
+use cotree::report::data::Accuracy::Noise;
+use cotree::report::data::{Cell, ROUNDING, Report, Table, number, per, unit};
 use cotree::row;
 use nalgebra::DMatrix;
 use serde_json::{Value, json};

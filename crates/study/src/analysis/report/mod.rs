@@ -6,7 +6,7 @@ mod linear;
 mod modes;
 
 use cotree::line;
-use cotree::output::report::{Cell, number, plain};
+use cotree::report::data::{Cell, number, plain};
 
 pub use changes::Features;
 pub use equilibrium::Statics;

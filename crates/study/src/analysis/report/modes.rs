@@ -1,6 +1,6 @@
 //! Natural vibrations.
 
-use cotree::output::report::{Cell, Report, Table, plain};
+use cotree::report::data::{Cell, Report, Table, plain};
 use cotree::{line, row};
 use serde_json::json;
 

@@ -20,7 +20,7 @@ mod step;
 use cotree::diagnostic::{every, suggest};
 use cotree::expr::{Order, Symbol};
 use cotree::formulate::Formulated;
-use cotree::mechanism::Unit;
+use cotree::model::Unit;
 use cotree_fmu::instance;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::{Model, State};

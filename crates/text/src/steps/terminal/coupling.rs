@@ -1,9 +1,8 @@
 //! The terminal equations of couplings: the relation between across variables, and the loads factor x reaction (the transposed
 //! relation), times the slope where an angle is the argument of a function.
 
-use cotree::component::{Direction, Element, Port, Term};
 use cotree::expr::Symbol;
-use cotree::graph::ElementId;
+use cotree::network::{Direction, Element, ElementId, Port, Term};
 
 use super::{Terminal, sum};
 use crate::name::symbol_name;

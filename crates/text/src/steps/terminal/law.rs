@@ -1,9 +1,9 @@
 //! Laws of loads as they stand in the scene: in terms of the load's own across variables.
 
-use cotree::component::Origin;
 use cotree::equations::Equations;
 use cotree::expr::{Binary, Function, Unary};
-use cotree::mechanism::{Comparison, Formula, Owner, Quantity, Variable};
+use cotree::model::{Comparison, Formula, Owner, Quantity, Variable};
+use cotree::network::Origin;
 
 use crate::name::{Name, symbol_name};
 use crate::steps::letters::Letters;

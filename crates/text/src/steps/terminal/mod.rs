@@ -3,11 +3,12 @@
 mod coupling;
 mod law;
 
-use cotree::component::{Angle, Direction, Element, Force, Known, Origin, Resistance, Torque};
 use cotree::equations::Equations;
 use cotree::expr::Expr;
-use cotree::graph::{ElementId, Rotation, Translation};
-use cotree::mechanism::{BodyId, Formula, Owner, Quantity, Variable};
+use cotree::model::{BodyId, Formula, Owner, Quantity, Variable};
+use cotree::network::{
+    Angle, Direction, Element, ElementId, Force, Known, Origin, Resistance, Rotation, Torque, Translation,
+};
 
 use super::labels::number;
 use super::letters::Letters;

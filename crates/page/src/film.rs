@@ -1,0 +1,132 @@
+//! From a scene to a film of it.
+
+use cotree::compile::{Compiled, compile_with_equations, with_everything};
+use cotree::model::Dimension;
+use cotree::model::Quantity::{Angle, X, Y};
+use cotree::scene::{Faults, Scene};
+use cotree_draw::drawing::{Drawing, Film};
+use cotree_draw::pose::{draw, frames};
+use cotree_fmu::instance::Inaccuracy;
+
+use crate::moving::{Sampled, sampled};
+
+/// The motion is sampled at least so often, and at a multiple of the pictures.
+const SAMPLES: f64 = 1920.0;
+
+/// How a film is taken.
+#[derive(Clone, Copy, Debug)]
+pub struct Take {
+    /// Pictures in a second of the film; as many as it needs if it moves by itself.
+    pub rate: Option<f64>,
+    /// Seconds of the mechanism in a second of the film.
+    pub speed: f64,
+}
+
+/// A film, and why it ends early if it does.
+#[derive(Clone, Debug)]
+pub struct Taken {
+    pub film: Film,
+    /// Why the motion could not be continued.
+    pub cut: Option<String>,
+    /// Are rounding errors of the run larger than its tolerance?
+    pub inaccuracy: Option<Inaccuracy>,
+}
+
+/// A film of the scene's experiment, with the paths of the points that it reports; an error if it does not move at all.
+///
+/// # Errors
+/// Everything that is wrong with the scene.
+pub fn film(scene: &Scene, take: Take, most: u32) -> Result<(Compiled, Result<Taken, String>), Faults> {
+    let (whole, _) = with_everything(scene)?;
+    let (everything, mut formulated) = compile_with_equations(&whole)?;
+    let (drawing, start) = (draw(&mut formulated), frames(&mut formulated));
+    let experiment = everything.description.experiment;
+    let duration = (experiment.stop - experiment.start) / take.speed;
+    let count = take.rate.map_or(SAMPLES, |rate| (duration * rate).round().max(1.0));
+    let step = (SAMPLES / count).ceil().max(1.0);
+    let timing = Timing { count: (count * step) as u32, step: step as usize, duration };
+    let taken = match count <= f64::from(most) {
+        true => taken(scene, &everything, drawing, &start, timing),
+        false => Err(format!(
+            "a film of {count:.0} pictures is too long: at most {most}; choose a higher speed or a lower rate"
+        )),
+    };
+    Ok((everything, taken))
+}
+
+/// Samples after the first, those of one picture, and seconds of the film.
+struct Timing {
+    count: u32,
+    step: usize,
+    duration: f64,
+}
+
+fn taken(
+    scene: &Scene,
+    everything: &Compiled,
+    mut drawing: Drawing,
+    start: &[[f64; 3]],
+    Timing { count, step, duration }: Timing,
+) -> Result<Taken, String> {
+    let description = &everything.description;
+    let variable = |name: &str| description.variables.iter().position(|variable| variable.name == name);
+    let pose = if scene.dimension == Dimension::One { &[X][..] } else { &[X, Y, Angle] };
+    let places = scene.bodies.iter().map(|body| -> Vec<usize> {
+        pose.iter().filter_map(|quantity| variable(&quantity.of(&body.name.text))).collect()
+    });
+    let places: Vec<Vec<usize>> = places.collect();
+    let paths = points(scene).into_iter().filter_map(|point| Some([variable(&X.of(point))?, variable(&Y.of(point))?]));
+    let paths: Vec<[usize; 2]> = if scene.dimension == Dimension::One { Vec::new() } else { paths.collect() };
+    let recorded: Vec<usize> = places.iter().flatten().copied().chain(paths.iter().flatten().copied()).collect();
+    let Sampled { times, columns, cut, inaccuracy } = sampled(everything, &recorded, description.experiment, count)?;
+    let column = |variable: usize| recorded.iter().position(|&known| known == variable).map(|place| &columns[place]);
+    let value = |variable: usize, sample: usize| column(variable).map_or(f64::NAN, |column| column[sample]);
+    let pose = |sample: usize| -> Vec<[f64; 3]> {
+        let of_body = |(body, start): (&Vec<usize>, &[f64; 3])| {
+            let mut pose = *start;
+            body.iter().enumerate().for_each(|(axis, &variable)| pose[axis] = value(variable, sample));
+            pose
+        };
+        places.iter().zip(start).map(of_body).collect()
+    };
+    let mut poses: Vec<Vec<[f64; 3]>> = (0..times.len()).map(pose).collect();
+    if scene.dimension == Dimension::One {
+        let gain = gain(&drawing, &poses);
+        if gain < 1.0 {
+            drawing.title += &format!(" (motion x {gain})");
+        }
+        shrink(&mut poses, gain);
+    }
+    let curve = |[x, y]: &[usize; 2]| (0..times.len()).map(|sample| [value(*x, sample), value(*y, sample)]).collect();
+    let duration = duration * (times.len() - 1) as f64 / f64::from(count);
+    let film = Film::new(drawing, poses, paths.iter().map(curve).collect(), duration, step);
+    Ok(Taken { film, cut, inaccuracy })
+}
+
+/// Points of which the scene reports both coordinates.
+pub fn points(scene: &Scene) -> Vec<&str> {
+    let reported: Vec<&str> = scene.outputs.variables.iter().map(|name| name.text.as_str()).collect();
+    let points = reported.iter().filter_map(|name| name.strip_suffix(".x"));
+    points.filter(|point| reported.iter().any(|name| name.strip_suffix(".y") == Some(point))).collect()
+}
+
+/// How much of the motion of masses on a line is shown: they are drawn where there is room for them, which may be little.
+fn gain(drawing: &Drawing, poses: &[Vec<[f64; 3]>]) -> f64 {
+    let places = || drawing.bodies.iter().map(|body| body.centre[0]);
+    let wide = places().fold(f64::MIN, f64::max) - places().fold(f64::MAX, f64::min);
+    let moved = poses.iter().flat_map(|pose| pose.iter().zip(&poses[0]).map(|(now, start)| (now[0] - start[0]).abs()));
+    let (far, room) = (moved.fold(0.0, f64::max), 0.4 * wide / (drawing.bodies.len().max(2) - 1) as f64);
+    if !(wide > 0.0 && far > room) {
+        return 1.0;
+    }
+    // One digit, so that a reader can say it.
+    let size = 10.0_f64.powf((room / far).log10().floor());
+    ((room / far / size).floor() * size * 1e12).round() / 1e12
+}
+
+fn shrink(poses: &mut [Vec<[f64; 3]>], gain: f64) {
+    let Some(start) = poses.first().cloned() else { return };
+    for (now, start) in poses.iter_mut().flat_map(|pose| pose.iter_mut().zip(&start)) {
+        now[0] = start[0] + gain * (now[0] - start[0]);
+    }
+}

@@ -1,0 +1,257 @@
+//! From a scene to the page that shows it in motion.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use cotree::compile::{Compiled, compile_with_equations, with_everything};
+use cotree::export::description::{Description, ScalarVariable, Start};
+use cotree::formulate::Formulated;
+use cotree::model::{Dimension, Experiment, Place, Unit, Units};
+use cotree::scene::{Faults, Scene, Text};
+use cotree_draw::drawing::Geometry;
+use cotree_draw::pose::{draw, frames, positions};
+use cotree_fmu::instance::{Inaccuracy, Instance, InstanceError};
+use cotree_fmu::model::Model as Runnable;
+
+use crate::accuracy;
+use crate::overview::{Overview, overview};
+use crate::page::{Display, GroundPoint, Live, Model, MotionSource, Page, Variable, point_names, prose};
+
+/// A stored run has at most so many samples.
+const SAMPLES: f64 = 1000.0;
+/// The documentation of an FMU moves up to so many bodies: its page formulates the scene once more, with every variable.
+const MOST_BODIES: usize = 100;
+/// What is recorded of bodies, joints and loads for the picture, by the last word of a variable's name.
+const SEEN: [&str; 10] = ["x", "y", "angle", "vx", "vy", "fx", "fy", "fn", "force", "torque"];
+
+/// Where the motion of a page comes from.
+#[derive(Clone, Debug)]
+pub enum Origin {
+    /// The runtime for browsers, in the page.
+    Solver(Vec<u8>),
+    /// A run that is stored in the page, up to this time \[s\].
+    Stored(f64),
+}
+
+/// What is made of the equations before they go.
+struct Picture {
+    geometry: Geometry,
+    points: Vec<Vec<String>>,
+    ground: Vec<GroundPoint>,
+    line: bool,
+    /// What the scene wants its values shown in.
+    units: Units,
+}
+
+/// The scene as it was asked for, and its page, with the solver inside if there is a module for it.
+///
+/// # Errors
+/// Everything that is wrong with the scene; the page is an error if its motion cannot be computed at all.
+pub fn page(scene: &Scene, module: Option<Vec<u8>>) -> Result<(Compiled, Result<Page, String>), Faults> {
+    let (mut compiled, mut formulated) = compile_with_equations(scene)?;
+    let Overview { drawing, facts } = overview(&mut formulated);
+    let origin = module.map_or(Origin::Stored(compiled.description.experiment.stop), Origin::Solver);
+    let ends = match origin {
+        Origin::Solver(_) => accuracy::end(&compiled),
+        Origin::Stored(_) => None,
+    };
+    let live = moving(scene, &compiled, origin, "view")?;
+    let ends = ends.as_ref().or_else(|| live.as_ref().ok()?.model.cut.as_ref());
+    accuracy::warn_of_end(&mut compiled, ends);
+    let page = live.map(|live| Page {
+        title: compiled.description.model_name.clone(),
+        description: prose(&compiled.description.description),
+        still: drawing.svg(),
+        facts,
+        sections: String::new(),
+        live,
+    });
+    Ok((compiled, page))
+}
+
+/// The moving part of the page in an FMU's documentation.
+///
+/// # Errors
+/// Why the page stands still.
+pub fn documentation(scene: &Scene, compiled: &Compiled, origin: Origin) -> Result<Live, String> {
+    let count = scene.bodies.len();
+    if count > MOST_BODIES {
+        return Err(format!(
+            "the mechanism has {count} bodies, more than {MOST_BODIES}; `cotree view` makes a page of it that moves"
+        ));
+    }
+    moving(scene, compiled, origin, "export").map_err(|faults| faults.to_string())?
+}
+
+/// The model and its motion, from the scene with every variable that can be computed; `command` is that which makes the page.
+fn moving(scene: &Scene, compiled: &Compiled, origin: Origin, command: &str) -> Result<Result<Live, String>, Faults> {
+    let (mut whole, _) = with_everything(scene)?;
+    if scene.dimension == Dimension::Two {
+        let ground =
+            scene.ground.iter().flat_map(|point| ["x", "y"].map(|axis| format!("ground.{}.{axis}", point.name.text)));
+        let known: Vec<String> = whole.outputs.variables.iter().map(|variable| variable.text.clone()).collect();
+        whole
+            .outputs
+            .variables
+            .extend(ground.filter(|name| !known.contains(name)).map(|name| Text::from(name.as_str())));
+    }
+    let (everything, mut formulated) = compile_with_equations(&whole)?;
+    let picture = picture(&mut formulated);
+    let renew = format!("cotree {command} SCENE.toml --runtimes target/runtimes");
+    Ok(assemble(compiled, &everything, picture, origin, renew))
+}
+
+fn picture(formulated: &mut Formulated) -> Picture {
+    let mechanism = &*formulated.equations.system.mechanism.clone();
+    let frames = frames(formulated);
+    let places = positions(formulated, (0..mechanism.ground.len()).map(Place::Ground));
+    let ground = mechanism.ground.iter().zip(places);
+    Picture {
+        points: point_names(mechanism),
+        line: mechanism.dimension == Dimension::One,
+        ground: ground.map(|(point, at)| GroundPoint { name: point.name.clone(), at }).collect(),
+        units: mechanism.display.clone(),
+        geometry: draw(formulated).geometry(&frames),
+    }
+}
+
+fn assemble(
+    compiled: &Compiled,
+    everything: &Compiled,
+    picture: Picture,
+    origin: Origin,
+    renew: String,
+) -> Result<Live, String> {
+    let description = &everything.description;
+    let named = |indices: &[usize], of: &Description| -> Vec<String> {
+        indices.iter().map(|&index| of.variables[index].name.clone()).collect()
+    };
+    let outputs = named(&compiled.reported(), &compiled.description);
+    let has = |name: &String| description.variables.iter().any(|variable| variable.name == *name);
+    let recorded: Vec<usize> = (0..description.variables.len())
+        .filter(|&index| {
+            let variable = &description.variables[index];
+            variable.causality.follows_motion() && (outputs.contains(&variable.name) || is_seen(&variable.name))
+        })
+        .collect();
+    let mut model = Model {
+        geometry: picture.geometry,
+        points: picture.points,
+        ground: picture.ground,
+        line: picture.line,
+        variables: description.variables.iter().map(|own| variable(own, &picture.units)).collect(),
+        units: displayed(&description.variables, &picture.units),
+        outputs: outputs.iter().filter(|name| has(name)).cloned().collect(),
+        recorded: named(&recorded, description),
+        stored: Vec::new(),
+        cut: None,
+        warning: None,
+        renew,
+        experiment: description.experiment.into(),
+    };
+    let motion = match origin {
+        Origin::Solver(module) => {
+            let program = everything.program.to_bytes().map_err(|error| error.to_string())?;
+            MotionSource::Solver { module, program }
+        }
+        Origin::Stored(until) => {
+            let stop = until.min(description.experiment.stop);
+            let whole = stop == description.experiment.stop;
+            let part = Experiment { stop, ..description.experiment };
+            let count = ((stop - part.start) / part.step).ceil().clamp(1.0, SAMPLES);
+            let Sampled { times, columns, cut, inaccuracy } = sampled(everything, &recorded, part, count as u32)?;
+            let columns = columns.iter().map(|column| column.iter().map(|&value| value as f32).collect());
+            model.stored = model.recorded.clone();
+            let early = || format!("The stored run ends at {stop:.3} s: there is much to compute.");
+            model.cut = cut.or_else(|| (!whole).then(early));
+            model.warning = inaccuracy.map(|found| format!("Warning: {found}; {}", found.help()));
+            MotionSource::Stored { times, columns: columns.collect() }
+        }
+    };
+    Ok(Live { model, motion })
+}
+
+/// Of points the places only.
+fn is_seen(name: &str) -> bool {
+    let words: Vec<&str> = name.split('.').collect();
+    match words[..] {
+        [_, _, last] => matches!(last, "x" | "y"),
+        [_, last] => SEEN.contains(&last),
+        _ => false,
+    }
+}
+
+/// The units that the scene wants instead of SI units: those of its variables, and of what the page says beside them.
+fn displayed(variables: &[ScalarVariable], units: &Units) -> BTreeMap<String, Display> {
+    let newton = Unit { exponents: [1, 1, -2, 0], si: "N".to_owned(), display: None };
+    let others = [Unit::time(), Unit::length(), Unit::angle(), newton];
+    let all = variables.iter().map(|variable| &variable.unit).chain(&others);
+    let wanted = all.map(|unit| (unit.si.clone(), units.of(unit)));
+    wanted.filter(|(si, unit)| *si != unit.name).map(|(si, unit)| (si, Display::from(unit))).collect()
+}
+
+fn variable(variable: &ScalarVariable, units: &Units) -> Variable {
+    let (start, [min, max]) =
+        variable.causality.range().map_or_else(Default::default, |(start, bounds)| (Some(start), bounds));
+    let known = match variable.start {
+        Some(Start::Exact(value)) => Some(value),
+        _ => None,
+    };
+    let wanted = units.of(&variable.unit);
+    let wanted = (wanted.name != variable.unit.si).then_some(wanted);
+    Variable {
+        name: variable.name.clone(),
+        text: variable.description.clone(),
+        kind: variable.causality.name(),
+        unit: variable.unit.si.clone(),
+        display: wanted.or_else(|| variable.unit.display.clone()).map(Display::from),
+        start: start.or(known),
+        min,
+        max,
+        initial: known.is_some() && start.is_none(),
+    }
+}
+
+/// A run at regular times.
+pub(super) struct Sampled {
+    pub times: Vec<f64>,
+    /// A column for each variable.
+    pub columns: Vec<Vec<f64>>,
+    /// Why it ends early, if it does.
+    pub cut: Option<String>,
+    pub inaccuracy: Option<Inaccuracy>,
+}
+
+/// A run with the scene's values, in so many equal parts.
+///
+/// # Errors
+/// Why it has no start.
+pub(super) fn sampled(
+    compiled: &Compiled,
+    recorded: &[usize],
+    part: Experiment,
+    count: u32,
+) -> Result<Sampled, String> {
+    let model = Runnable::new(compiled.program.clone()).map_err(|error| error.to_string())?;
+    let mut instance = Instance::new(Arc::new(model));
+    let (mut times, mut columns) = (Vec::new(), vec![Vec::new(); recorded.len()]);
+    let mut sample = |index: u32| -> Result<(), InstanceError> {
+        let time = part.start + (part.stop - part.start) * f64::from(index) / f64::from(count.max(1));
+        if index == 0 {
+            instance.setup(part.start, Some(part.stop), Some(part.tolerance))?;
+            instance.initialise()?;
+        } else if time > instance.time() {
+            instance.step_to(time)?;
+        }
+        let values: Vec<f64> = recorded.iter().map(|&variable| instance.reading(variable)).collect::<Result<_, _>>()?;
+        columns.iter_mut().zip(values).for_each(|(column, value)| column.push(value));
+        times.push(time);
+        Ok(())
+    };
+    let ended = (0..=count).try_for_each(&mut sample);
+    let inaccuracy = instance.take_inaccuracy();
+    match ended {
+        Err(error) if times.is_empty() => Err(error.to_string()),
+        ended => Ok(Sampled { times, columns, cut: ended.err().map(|error| error.to_string()), inaccuracy }),
+    }
+}

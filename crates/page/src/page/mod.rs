@@ -1,0 +1,318 @@
+//! One page that shows a mechanism in motion: what it holds, put together. Nothing in it is fetched from anywhere.
+
+mod facts;
+mod pack;
+
+use std::collections::BTreeMap;
+
+use cotree::model::{DisplayUnit, Experiment, Mechanism};
+use cotree_draw::drawing::Geometry;
+use cotree_draw::svg::escape;
+use serde::Serialize;
+
+pub use facts::Facts;
+use pack::{inert, packed};
+
+const TEMPLATE: &str = include_str!("template.html");
+const STYLE: &str = include_str!("page.css");
+/// With its licence, which asks to go along.
+const UPLOT: &str = concat!(
+    "/*! ",
+    include_str!("../../vendor/uplot/LICENSE"),
+    "*/\n",
+    include_str!("../../vendor/uplot/uPlot.iife.min.js")
+);
+const UPLOT_STYLE: &str = include_str!("../../vendor/uplot/uPlot.min.css");
+/// Renews the page while its scene is watched.
+const LIVE: &str = include_str!("live.js");
+/// One scope, in this order.
+const SCRIPTS: [&str; 11] = [
+    include_str!("data.js"),
+    include_str!("solver.js"),
+    include_str!("worker.js"),
+    include_str!("canvas.js"),
+    include_str!("figure.js"),
+    include_str!("marks.js"),
+    include_str!("plots.js"),
+    include_str!("controls.js"),
+    include_str!("handles.js"),
+    include_str!("main.js"),
+    include_str!("start.js"),
+];
+
+/// What a page shows.
+#[derive(Clone, Debug)]
+pub struct Page {
+    /// The scene's name.
+    pub title: String,
+    /// One line as HTML; may be empty.
+    pub description: String,
+    /// The mechanism at its start, as SVG: for a browser that runs no scripts.
+    pub still: String,
+    /// Equations, graphs and figures.
+    pub facts: Facts,
+    /// What else there is to read, as HTML.
+    pub sections: String,
+    pub live: Live,
+}
+
+/// A mechanism and its motion.
+#[derive(Clone, Debug)]
+pub struct Live {
+    /// What the scripts need.
+    pub model: Model,
+    pub motion: MotionSource,
+}
+
+/// The mechanism and its variables, as data for the scripts.
+#[derive(Clone, Debug, Serialize)]
+pub struct Model {
+    /// The drawing in the bodies' axes.
+    pub geometry: Geometry,
+    /// Names of the points of each body.
+    pub points: Vec<Vec<String>>,
+    /// Points of the ground, and where they are at the start.
+    pub ground: Vec<GroundPoint>,
+    /// Is it a mechanism on a line?
+    pub line: bool,
+    /// Every variable, in the order of the program.
+    pub variables: Vec<Variable>,
+    /// The units of the scene's `[display]`, by the SI units in whose place they stand.
+    pub units: BTreeMap<String, Display>,
+    /// What the scene asks for.
+    pub outputs: Vec<String>,
+    /// What a run records.
+    pub recorded: Vec<String>,
+    /// What the stored run holds, beside the times.
+    pub stored: Vec<String>,
+    /// Why the stored run ends early, if it does.
+    pub cut: Option<String>,
+    /// What the stored run warns of.
+    pub warning: Option<String>,
+    /// The command that makes the page anew, with the solver inside.
+    pub renew: String,
+    /// Times and tolerance.
+    pub experiment: Times,
+}
+
+/// A point of the ground.
+#[derive(Clone, Debug, Serialize)]
+pub struct GroundPoint {
+    /// The user's name.
+    pub name: String,
+    pub at: [f64; 2],
+}
+
+/// A variable as the page shows it. Values are SI.
+#[derive(Clone, Debug, Serialize)]
+pub struct Variable {
+    /// The structured name.
+    pub name: String,
+    /// One line.
+    pub text: String,
+    /// Such as `parameter`.
+    pub kind: &'static str,
+    /// SI unit.
+    pub unit: String,
+    /// The unit that is shown instead.
+    pub display: Option<Display>,
+    /// Value until it is set, of what can be set.
+    pub start: Option<f64>,
+    /// Smallest permitted value.
+    pub min: Option<f64>,
+    /// Largest permitted value.
+    pub max: Option<f64>,
+    /// Is `start` a known initial value of something that is calculated?
+    pub initial: bool,
+}
+
+/// A unit and the SI value of one of it.
+#[derive(Clone, Debug, Serialize)]
+pub struct Display {
+    name: String,
+    factor: f64,
+}
+
+/// Times of a run \[s\] and its tolerance.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Times {
+    start: f64,
+    stop: f64,
+    step: f64,
+    tolerance: f64,
+}
+
+/// Where the motion comes from.
+#[derive(Clone, Debug)]
+pub enum MotionSource {
+    /// The runtime for browsers, and the program that it runs.
+    Solver {
+        /// The WebAssembly module.
+        module: Vec<u8>,
+        /// The program, as in an FMU.
+        program: Vec<u8>,
+    },
+    /// A run that was made beforehand.
+    Stored {
+        /// Its times \[s\].
+        times: Vec<f64>,
+        /// A column of values for each name in [`Model::stored`]: to be looked at, so seven digits will do.
+        columns: Vec<Vec<f32>>,
+    },
+}
+
+impl From<DisplayUnit> for Display {
+    fn from(DisplayUnit { name, factor }: DisplayUnit) -> Self {
+        Display { name, factor }
+    }
+}
+
+impl From<Experiment> for Times {
+    fn from(Experiment { start, stop, step, tolerance }: Experiment) -> Self {
+        Times { start, stop, step, tolerance }
+    }
+}
+
+/// Names of the points of each body.
+pub fn point_names(mechanism: &Mechanism) -> Vec<Vec<String>> {
+    let names = |body: &cotree::model::Body| body.points.iter().map(|point| point.name.clone()).collect();
+    mechanism.bodies.iter().map(names).collect()
+}
+
+impl Page {
+    /// The page while its scene is watched: it hears of news from the server that it comes from.
+    pub fn live_html(&self) -> String {
+        live(&self.html())
+    }
+
+    pub fn html(&self) -> String {
+        let Live { model, motion } = &self.live;
+        let model = serde_json::to_string(model).unwrap_or_default();
+        let (module, program, run) = match motion {
+            MotionSource::Solver { module, program } => (packed(module), packed(program), String::new()),
+            MotionSource::Stored { times, columns } => {
+                let values = columns.iter().flatten().flat_map(|value| value.to_le_bytes());
+                let bytes: Vec<u8> = times.iter().flat_map(|time| time.to_le_bytes()).chain(values).collect();
+                (String::new(), String::new(), packed(&bytes))
+            }
+        };
+        let script = format!("(() => {{\n\"use strict\";\n{}}})();\n", SCRIPTS.concat());
+        let parts = [
+            ("title", escape(&self.title)),
+            ("description", self.description.clone()),
+            ("still", self.still.clone()),
+            ("uplot_style", UPLOT_STYLE.to_owned()),
+            ("style", STYLE.to_owned()),
+            ("facts", self.facts.html()),
+            ("sections", self.sections.clone()),
+            ("model", inert(&model)),
+            ("run", run),
+            ("program", program),
+            ("solver", module),
+            ("uplot", UPLOT.to_owned()),
+            ("script", script),
+        ];
+        fill(TEMPLATE, &parts)
+    }
+}
+
+/// Text as HTML, with names between backticks as code.
+pub fn prose(text: &str) -> String {
+    let parts: Vec<&str> = text.split('`').collect();
+    if parts.len().is_multiple_of(2) {
+        return escape(text);
+    }
+    let part = |(index, part): (usize, &&str)| match index % 2 {
+        0 => escape(part),
+        _ => format!("<code>{}</code>", escape(part)),
+    };
+    parts.iter().enumerate().map(part).collect()
+}
+
+/// Text as HTML that keeps its lines and spaces.
+pub fn preformatted(text: &str) -> String {
+    let lines: Vec<String> = text.lines().map(escape).collect();
+    format!("<pre>{}</pre>\n", lines.join("\n"))
+}
+
+/// What is served before there is a page: it waits for one.
+pub fn waiting_html() -> String {
+    live(&format!(
+        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta http-equiv=\"Content-Security-Policy\" \
+         content=\"default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:\"><title>cotree</title>\
+         <link rel=\"icon\" href=\"data:,\"><style>{STYLE}</style></head><body><p class=\"notice\" id=\"notice\"></p></body></html>\n"
+    ))
+}
+
+/// May ask its server, and does.
+fn live(page: &str) -> String {
+    let allowed = page.replacen("default-src 'none'", "default-src 'none'; connect-src 'self'", 1);
+    let (start, end) = allowed.rsplit_once("</body>").unwrap_or((&allowed, ""));
+    format!("{start}<script>{LIVE}</script>\n</body>{end}")
+}
+
+/// Puts the parts where the template names them. What a part holds is not looked at again.
+fn fill(template: &str, parts: &[(&str, String)]) -> String {
+    let mut pieces = template.split("{{");
+    let mut page = pieces.next().unwrap_or_default().to_owned();
+    for piece in pieces {
+        let (name, rest) = piece.split_once("}}").unwrap_or(("", piece));
+        if let Some((_, part)) = parts.iter().find(|(known, _)| *known == name) {
+            page.push_str(part);
+        }
+        page.push_str(rest);
+    }
+    page
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_are_put_in_once() {
+        let parts = [("a", "{{b}}".to_owned()), ("b", "2".to_owned())];
+        assert_eq!(fill("<{{a}}|{{b}}>", &parts), "<{{b}}|2>");
+    }
+
+    #[test]
+    fn every_place_of_the_template_is_filled() {
+        let names: Vec<&str> =
+            TEMPLATE.split("{{").skip(1).filter_map(|rest| rest.split_once("}}")).map(|(name, _)| name).collect();
+        let known = [
+            "title",
+            "description",
+            "still",
+            "uplot_style",
+            "style",
+            "facts",
+            "sections",
+            "model",
+            "run",
+            "program",
+            "solver",
+            "uplot",
+            "script",
+        ];
+        assert!(
+            names.iter().all(|name| known.contains(name)) && known.iter().all(|name| names.contains(name)),
+            "{names:?}"
+        );
+    }
+
+    #[test]
+    fn a_watched_page_may_ask_its_server_and_no_other_page_may() {
+        assert!(!TEMPLATE.contains("connect-src"));
+        for page in [live(TEMPLATE), waiting_html()] {
+            assert_eq!(page.matches("connect-src 'self'").count(), 1);
+            assert_eq!(page.matches("EventSource").count(), 1);
+        }
+    }
+
+    #[test]
+    fn no_script_ends_the_element_that_it_is_in() {
+        for script in SCRIPTS.into_iter().chain([UPLOT, LIVE]) {
+            assert!(!script.contains("</script") && !script.contains("<!--"));
+        }
+    }
+}

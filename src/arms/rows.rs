@@ -1,0 +1,244 @@
+//! Loop equations by arms. Constraints along directions of a turning frame become linear by auxiliary displacements, constraints on a distance by a massless rod.
+
+use super::linear::{conjugate_product, linear};
+use super::{Arm, ArmEquations, Arms, Auxiliary, Equations, Factor, LoopEquation, Reason, Rod};
+use crate::equations::form::Coefficient;
+use crate::equations::kinematics::{ScalarMotion, known_angle};
+use crate::equations::vector::FrameId;
+use crate::expr::{Arena, Expr};
+use crate::network::{Angle, Coupling, Direction, Held, Port, RNode, TNode};
+
+impl Equations {
+    pub(super) fn row(&mut self, index: usize, arms: &mut ArmEquations) -> Result<(), Reason> {
+        let (element, held) = (self.constraints[index].element, self.constraints[index].held);
+        let element = self.system.element(element).clone();
+        if let (Some(coupling), false) = (element.coupling, self.constraints[index].coupled.is_empty()) {
+            return self.coupled_row(index, &coupling, arms);
+        }
+        match (held, element.translation, element.rotation) {
+            (Held::Along(direction), Some(row), _) => {
+                let mut gap = self.kinematics.known(&mut self.system, &row.known).position;
+                let across = self.kinematics.across(&mut self.system.arena, row.ends).position;
+                let minus = self.system.arena.constant(-1.0);
+                let across = across.scaled(&mut self.system.arena, minus);
+                gap.accumulate(&mut self.system.arena, &across);
+                let gap = self.decompose(&gap)?;
+                let (frame, along) = self.along(direction);
+                self.translational_row(index, gap, (frame, along), arms);
+            }
+            (Held::Angle, _, Some(row)) => {
+                let ends = row.ends.map(|node| self.kinematics.placement(node));
+                self.rotational_row(index, &row.angle, ends, arms)?;
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn along(&mut self, direction: Direction) -> (FrameId, [Expr; 2]) {
+        let (frame, along) = self.kinematics.direction(&mut self.system, direction);
+        (frame, along.parts().next().map_or([Expr::ZERO; 2], |(_, components)| components))
+    }
+
+    fn coupled_row(&mut self, constraint: usize, coupling: &Coupling, arms: &mut ArmEquations) -> Result<(), Reason> {
+        let mut row = LoopEquation { constraint, constant: vec![coupling.offset], ..LoopEquation::default() };
+        for term in &coupling.terms {
+            let factor = self.system.arena.negate(term.factor);
+            match term.port {
+                Port::Angle(ends) => self.angle_between(ends, factor, arms, &mut row),
+                Port::Along(ends, direction) => self.displacement_between(ends, direction, factor, arms, &mut row)?,
+                Port::Curve(..) => return Err("a cam's law is not linear in its angle".into()),
+                Port::Length(ends) => return self.rod(constraint, ends, coupling, arms),
+            }
+        }
+        arms.rows.push(row);
+        Ok(())
+    }
+
+    /// factor x the angle of the second node relative to the first.
+    fn angle_between(&mut self, ends: [RNode; 2], factor: Expr, arms: &ArmEquations, row: &mut LoopEquation) {
+        let arena = &mut self.system.arena;
+        let minus = arena.negate(factor);
+        for (node, factor) in ends.into_iter().zip([minus, factor]) {
+            let (frame, offset) = self.kinematics.placement(node);
+            row.constant.push(arena.multiply(factor, offset));
+            if let Some(turning) = arms.place(frame).map(|place| &arms.frames[place]) {
+                row.angles.push((frame, factor));
+                row.signals.push((turning.signal, factor));
+            }
+        }
+    }
+
+    /// factor x the component along a direction of the displacement from the first node to the second.
+    fn displacement_between(
+        &mut self,
+        ends: [TNode; 2],
+        direction: Direction,
+        factor: Expr,
+        arms: &mut ArmEquations,
+        row: &mut LoopEquation,
+    ) -> Result<(), Reason> {
+        let gap = self.kinematics.across(&mut self.system.arena, ends).position;
+        let gap = self.decompose(&gap)?;
+        let (frame, line) = self.along(direction);
+        let arena = &mut self.system.arena;
+        let along = line.map(|component| arena.multiply(factor, component));
+        let Some(part) = linear_row(arena, row.constraint, &gap, (frame, along)) else {
+            // With displacements along the line and across it both components of the gap vanish.
+            let across = [arena.negate(line[1]), line[0]];
+            let first = self.close(row.constraint, gap, frame, &[line, across], arms);
+            let [square, _] = conjugate_product(&mut self.system.arena, line, along);
+            row.displacements.push((first, self.system.arena.negate(square)));
+            return Ok(());
+        };
+        row.arms.extend(part.arms);
+        row.displacements.extend(part.displacements);
+        row.signals.extend(part.signals);
+        row.constant.extend(part.constant);
+        Ok(())
+    }
+
+    /// Closes a gap by displacements in directions fixed in a frame, so that both of its components vanish. Returns the number of
+    /// the first displacement.
+    fn close(
+        &mut self,
+        constraint: usize,
+        mut gap: Arms,
+        frame: FrameId,
+        directions: &[[Expr; 2]],
+        arms: &mut ArmEquations,
+    ) -> usize {
+        let first = self.coordinates.len() + arms.auxiliary.len();
+        for (displacement, &free) in (first..).zip(directions) {
+            arms.auxiliary.push(Auxiliary { displacement, free, row: arms.rows.len() });
+            gap.insert(Arm { frame, factor: Factor::Displacement(displacement) }, free);
+        }
+        self.vanishes(constraint, gap, arms);
+        first
+    }
+
+    fn vanishes(&mut self, constraint: usize, gap: Arms, arms: &mut ArmEquations) {
+        for axis in [[Expr::ONE, Expr::ZERO], [Expr::ZERO, Expr::ONE]] {
+            arms.rows.push(projected_row(&mut self.system.arena, constraint, gap.clone(), axis));
+        }
+    }
+
+    /// offset - factor x the distance of two points: a massless rod lies between them.
+    fn rod(
+        &mut self,
+        constraint: usize,
+        ends: [TNode; 2],
+        coupling: &Coupling,
+        arms: &mut ArmEquations,
+    ) -> Result<(), Reason> {
+        let [term] = &coupling.terms[..] else { return Err("a distance is coupled with something else".into()) };
+        let gap = self.kinematics.across(&mut self.system.arena, ends).position;
+        let mut gap = self.decompose(&gap)?;
+        let length = self.system.arena.divide(coupling.offset, term.factor);
+        let frame = self.kinematics.frames.other(arms.rods.len());
+        arms.rods.push(Rod { frame, row: arms.rows.len(), length });
+        gap.insert(Arm::of(frame), [self.system.arena.negate(length), Expr::ZERO]);
+        self.vanishes(constraint, gap, arms);
+        Ok(())
+    }
+
+    fn translational_row(
+        &mut self,
+        constraint: usize,
+        gap: Arms,
+        (frame, along): (FrameId, [Expr; 2]),
+        arms: &mut ArmEquations,
+    ) {
+        let arena = &mut self.system.arena;
+        match linear_row(arena, constraint, &gap, (frame, along)) {
+            Some(row) => arms.rows.push(row),
+            None => {
+                // The gap is free across the direction: with a displacement both of its components vanish.
+                let free = [arena.negate(along[1]), along[0]];
+                self.close(constraint, gap, frame, &[free], arms);
+            }
+        }
+    }
+
+    fn rotational_row(
+        &mut self,
+        constraint: usize,
+        angle: &Angle,
+        ends: [(FrameId, Expr); 2],
+        arms: &mut ArmEquations,
+    ) -> Result<(), Reason> {
+        let arena = &mut self.system.arena;
+        let mut row = LoopEquation { constraint, ..LoopEquation::default() };
+        let known: ScalarMotion = known_angle(arena, angle);
+        let known = known.position.total(arena);
+        let mut terms = Vec::new();
+        linear(arena, known, Expr::ONE, &mut terms)?;
+        for ((frame, offset), sign) in ends.into_iter().zip([1.0, -1.0]) {
+            let sign = arena.constant(sign);
+            terms.push((Factor::One, arena.multiply(sign, offset)));
+            if let Some(turning) = arms.place(frame).map(|place| &arms.frames[place]) {
+                row.angles.push((frame, sign));
+                terms.push((Factor::Signal(turning.signal), sign));
+            }
+        }
+        for (factor, coefficient) in terms {
+            match factor {
+                Factor::One => row.constant.push(coefficient),
+                Factor::Signal(signal) => row.signals.push((signal, coefficient)),
+                Factor::Displacement(_) => return Err("a prescribed angle depends on a coordinate".into()),
+            }
+        }
+        arms.rows.push(row);
+        Ok(())
+    }
+}
+
+/// direction . gap, where it is linear in the arms: the direction is fixed in the world, or in the frame of the gap.
+fn linear_row(
+    arena: &mut Arena,
+    constraint: usize,
+    gap: &Arms,
+    (frame, along): (FrameId, [Expr; 2]),
+) -> Option<LoopEquation> {
+    match frame == FrameId::WORLD {
+        true => Some(projected_row(arena, constraint, gap.clone(), along)),
+        false => row_in_frame(arena, constraint, gap.clone(), (frame, along)),
+    }
+}
+
+/// direction . gap, with the direction fixed in the world.
+fn projected_row(arena: &mut Arena, constraint: usize, gap: Arms, direction: [Expr; 2]) -> LoopEquation {
+    let mut row = LoopEquation { constraint, ..LoopEquation::default() };
+    for (arm, z) in gap {
+        // Re(conj(n) z b) = p . b with p = conj(conj(n) z) = conj(z) n
+        let p = conjugate_product(arena, z, direction);
+        if arm.is_constant() {
+            row.constant.push(p[0]);
+        } else {
+            row.arms.insert(arm, p);
+        }
+    }
+    row
+}
+
+/// direction . gap, if the gap and its direction are fixed in the same turning frame but for displacements.
+fn row_in_frame(
+    arena: &mut Arena,
+    constraint: usize,
+    gap: Arms,
+    (frame, along): (FrameId, [Expr; 2]),
+) -> Option<LoopEquation> {
+    let mut row = LoopEquation { constraint, ..LoopEquation::default() };
+    for (arm, z) in gap {
+        if arm.frame != frame {
+            return None;
+        }
+        let [factor, _] = conjugate_product(arena, along, z);
+        match arm.factor {
+            Factor::One => row.constant.push(factor),
+            Factor::Displacement(index) => row.displacements.push((index, factor)),
+            Factor::Signal(signal) => row.signals.push((signal, factor)),
+        }
+    }
+    Some(row)
+}

@@ -1,0 +1,46 @@
+//! Actuator (F): a force law in the distance between two points and its rate.
+
+use crate::component::frame::anywhere;
+use crate::component::key::{BETWEEN_POINTS, Form, Key};
+use crate::component::{Component, Icon, Stroke, line};
+use crate::model::Quantity as Q;
+use crate::model::measure::FORCE;
+use crate::scene::{Load, Quantity};
+
+pub(crate) const ACTUATOR: Component = Component {
+    about: "a force law along the line between two points",
+    equations: "F = force(length, rate, ...)",
+    keys: &[
+        BETWEEN_POINTS,
+        Key::required(
+            "force",
+            Form::Law(FORCE),
+            "the law; positive pushes the points apart",
+            "give the law: `force = \"-k*(length - l0)\"`",
+        ),
+    ],
+    variables: &[Q::Length, Q::Rate, Q::Force],
+    own: &[Q::Length, Q::Rate],
+    pose: &[Q::Length, Q::Force],
+    law: |part| Some(part.key("force")),
+    ..Component::load("actuator", |part, system| line::rows(system, part, "F"), anywhere, |_| Icon::Line(cylinder))
+};
+
+/// A cylinder with a piston on a rod.
+pub(crate) fn cylinder(length: f64) -> Vec<Stroke> {
+    let (low, high) = (0.2 * length, 0.65 * length);
+    let piston = 0.5 * (low + high);
+    vec![
+        Stroke::open(vec![[0.0, 0.0], [low, 0.0]]),
+        Stroke { points: vec![[low, -1.5], [high, -1.5], [high, 1.5], [low, 1.5]], closed: true },
+        Stroke::open(vec![[piston, -1.5], [piston, 1.5]]),
+        Stroke::open(vec![[piston, 0.0], [length, 0.0]]),
+    ]
+}
+
+impl Load {
+    /// A force law between two points.
+    pub fn actuator(first: &str, second: &str, force: impl Into<Quantity>) -> Load {
+        Load::new("actuator").set("between", [first, second]).set("force", force.into())
+    }
+}

@@ -1,0 +1,87 @@
+//! Belt or chain (b) over two pulleys: radius_b theta_b = +-radius_a theta_a, both angles relative to the carrier, minus if the belt is
+//! crossed. It neither slips nor stretches. The reaction is the torque on the second pulley.
+
+use super::gear;
+use crate::component::frame::Placed;
+use crate::component::key::{BETWEEN_WHEELS, CARRIER_BODY, Form, Key};
+use crate::component::{Component, Icon};
+use crate::model::measure::{ANGLE, LENGTH};
+use crate::model::{Part, Quantity as Q, Range};
+use crate::network::{Rows, System};
+use crate::scene::{Joint, Quantity};
+
+pub(crate) const BELT: Component = Component {
+    about: "a belt or chain over two pulleys on a carrier, without slip",
+    equations: "theta_b = +-(first_radius/second_radius) theta_a + angle",
+    keys: &[
+        BETWEEN_WHEELS,
+        CARRIER_BODY,
+        Key::required(
+            "first_radius",
+            Form::Constant(LENGTH, Range::Positive),
+            "the radius of the first pulley",
+            "give the radius of the first pulley: `first_radius = \"40 mm\"`",
+        ),
+        Key::required(
+            "second_radius",
+            Form::Constant(LENGTH, Range::Positive),
+            "the radius of the second pulley",
+            "give the radius of the second pulley: `second_radius = \"120 mm\"`",
+        ),
+        Key::optional(
+            "run",
+            Form::Choice(
+                &["open", "crossed"],
+                "a belt runs \"open\" or \"crossed\": then the pulleys turn against each other",
+            ),
+            "whether the belt is open or crossed",
+        ),
+        Key::optional(
+            "angle",
+            Form::Constant(ANGLE, Range::Any),
+            "the second pulley's angle where the first's is zero",
+        ),
+    ],
+    variables: &[Q::Torque],
+    reactions: &[Q::Torque],
+    undriven: ["a belt", "name the joint in which a pulley turns"],
+    ..Component::joint("belt", rows, placed, icon)
+};
+
+fn placed(placed: &mut Placed<'_>) {
+    let [first, second] = ["first_radius", "second_radius"].map(|key| placed.part.key(key));
+    let open = first / second;
+    let ratio = if is_crossed(placed.part) { -open } else { open };
+    gear::place_wheels(placed, ratio);
+}
+
+fn rows(part: &Part, system: &mut System) -> Rows {
+    let radii = ["first_radius", "second_radius"].map(|key| system.value(part.formula(key)));
+    let open = system.arena.divide(radii[0], radii[1]);
+    let ratio = if is_crossed(part) { system.arena.negate(open) } else { open };
+    let coupling = gear::wheels(system, part, ratio, part.formula("angle"));
+    Rows { letter: "b", coupling: Some(coupling), ..Rows::default() }
+}
+
+fn icon(part: &Part) -> Icon {
+    let radii = ["first_radius", "second_radius"].map(|key| part.formula(key).clone());
+    Icon::Band { carrier: part.place("carrier").body(), radii, crossed: is_crossed(part) }
+}
+
+fn is_crossed(part: &Part) -> bool {
+    part.choice("run") == Some("crossed")
+}
+
+impl Joint {
+    /// An open belt or chain over two pulleys.
+    pub fn belt(first: &str, second: &str, radii: [impl Into<Quantity>; 2]) -> Joint {
+        let [first_radius, second_radius] = radii.map(Into::into);
+        Joint::new("belt", first, second).set("first_radius", first_radius).set("second_radius", second_radius)
+    }
+
+    /// Lets a belt cross: the pulleys turn against each other.
+    #[must_use]
+    pub fn crossed(self) -> Joint {
+        self.set("run", "crossed")
+    }
+}

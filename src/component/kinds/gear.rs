@@ -1,0 +1,71 @@
+//! Gear pair (g): theta_b = ratio theta_a + angle, both angles relative to the carrier. The reaction is the torque on b; a gets
+//! -ratio times as much and the carrier the rest.
+
+use crate::component::frame::{Placed, minus, sum, times};
+use crate::component::key::{BETWEEN_WHEELS, CARRIER_BODY, Form, Key};
+use crate::component::{Component, Icon};
+use crate::expr::Expr;
+use crate::model::measure::{ANGLE, NUMBER};
+use crate::model::{Formula, Part, Quantity as Q, Range};
+use crate::network::{Coupling, Port, Rows, System, Term};
+use crate::scene::{Joint, Quantity};
+
+pub(crate) const GEAR: Component = Component {
+    about: "two wheels on a carrier that turn in a constant ratio",
+    equations: "theta_b = ratio theta_a + angle",
+    keys: &[
+        BETWEEN_WHEELS,
+        CARRIER_BODY,
+        Key::required(
+            "ratio",
+            Form::Constant(NUMBER, Range::NotZero),
+            "the second wheel's turns for one of the first; negative for external teeth",
+            "give the second wheel's turns for one of the first: `ratio = -0.5`, negative for external teeth",
+        ),
+        Key::optional("angle", Form::Constant(ANGLE, Range::Any), "the second wheel's angle where the first's is zero"),
+    ],
+    variables: &[Q::Torque],
+    reactions: &[Q::Torque],
+    undriven: ["a gear pair or rack", "name the joint in which a wheel turns or the rack slides"],
+    ..Component::joint("gear", rows, placed, |part| Icon::Gears {
+        ratio: part.formula("ratio").clone(),
+        carrier: part.place("carrier").body(),
+    })
+};
+
+fn placed(placed: &mut Placed<'_>) {
+    let ratio = placed.part.key("ratio");
+    place_wheels(placed, ratio);
+}
+
+/// With the angles of both wheels against the carrier, the constant between them changes.
+pub(crate) fn place_wheels(placed: &mut Placed<'_>, ratio: Formula) {
+    let [of_first, of_second] = [0, 1].map(|wheel| placed.turned_on_carrier(wheel));
+    let turned = minus(of_second, times(ratio, of_first));
+    placed.number("angle", |frame, angle| sum(frame.signed(angle), turned));
+}
+
+fn rows(part: &Part, system: &mut System) -> Rows {
+    let ratio = system.value(part.formula("ratio"));
+    let offset = part.formula("angle").clone();
+    Rows { letter: "g", coupling: Some(wheels(system, part, ratio, &offset)), ..Rows::default() }
+}
+
+/// theta_b - ratio theta_a = offset, both angles relative to the carrier.
+pub(crate) fn wheels(system: &mut System, part: &Part, ratio: Expr, offset: &Formula) -> Coupling {
+    let carrier = system.r_node(part.place("carrier").body());
+    let [first, second] = part.bodies().map(|body| system.r_node(body));
+    let minus_ratio = system.arena.negate(ratio);
+    let terms = vec![
+        Term { factor: Expr::ONE, port: Port::Angle([carrier, second]) },
+        Term { factor: minus_ratio, port: Port::Angle([carrier, first]) },
+    ];
+    Coupling { terms, offset: system.value(offset) }
+}
+
+impl Joint {
+    /// Two wheels that turn in a constant ratio.
+    pub fn gear(first: &str, second: &str, ratio: impl Into<Quantity>) -> Joint {
+        Joint::new("gear", first, second).set("ratio", ratio.into())
+    }
+}

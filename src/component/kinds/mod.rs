@@ -1,0 +1,60 @@
+//! Components that a scene can name, one file each.
+
+mod actuator;
+mod angle_driver;
+mod belt;
+mod bushing;
+mod cam;
+mod constant_force;
+mod damper;
+mod displacement_driver;
+mod distance;
+mod force;
+mod gas_spring;
+mod gear;
+mod position_driver;
+mod prismatic;
+mod rack;
+mod revolute;
+mod rolling;
+mod screw;
+mod slot;
+mod spring;
+mod torque;
+mod torsion_actuator;
+mod torsion_damper;
+mod torsion_spring;
+mod weld;
+
+pub use cam::{Phase, Profile};
+
+use crate::component::Component;
+
+/// Every component that a scene can name.
+pub(crate) const ALL: &[&Component] = &[
+    &revolute::REVOLUTE,
+    &prismatic::PRISMATIC,
+    &weld::WELD,
+    &slot::SLOT,
+    &rolling::ROLLING,
+    &distance::DISTANCE,
+    &gear::GEAR,
+    &rack::RACK,
+    &belt::BELT,
+    &screw::SCREW,
+    &cam::CAM,
+    &angle_driver::ANGLE_DRIVER,
+    &displacement_driver::DISPLACEMENT_DRIVER,
+    &position_driver::POSITION_DRIVER,
+    &force::APPLIED_FORCE,
+    &torque::APPLIED_TORQUE,
+    &spring::SPRING,
+    &torsion_spring::TORSION_SPRING,
+    &actuator::ACTUATOR,
+    &damper::DAMPER,
+    &torsion_actuator::TORSION_ACTUATOR,
+    &gas_spring::GAS_SPRING,
+    &constant_force::CONSTANT_FORCE,
+    &torsion_damper::TORSION_DAMPER,
+    &bushing::BUSHING,
+];

@@ -1,0 +1,52 @@
+//! Revolute joint (h): r = 0, T resists.
+
+use crate::component::frame::anywhere;
+use crate::component::key::{BETWEEN_POINTS, Form, Key};
+use crate::component::{Component, Icon, Room};
+use crate::model::measure::{ANGULAR_VELOCITY, TORQUE, TORSION_DAMPING};
+use crate::model::{Part, Quantity as Q, Range};
+use crate::network::{Resistance, RotationalRow, Rows, System, Torque, TranslationalRow};
+use crate::scene::{Joint, Scene};
+
+pub(crate) const REVOLUTE: Component = Component {
+    about: "turning about the common point",
+    equations: "r = 0, T = -damping omega - friction",
+    keys: &[
+        BETWEEN_POINTS,
+        Key::optional("damping", Form::Constant(TORSION_DAMPING, Range::Any), "viscous friction"),
+        Key::optional("friction", Form::Friction([TORQUE, ANGULAR_VELOCITY]), "dry friction"),
+    ],
+    variables: &[Q::Angle, Q::Omega, Q::Alpha, Q::Fx, Q::Fy, Q::Torque],
+    reactions: &[Q::Fx, Q::Fy],
+    pose: &[Q::Angle],
+    room: Room::Turning,
+    undriven: ["revolute", "give `angle = ...` instead of `displacement`"],
+    drivers: &["angle"],
+    ..Component::joint("revolute", rows, anywhere, |_| Icon::Pin)
+};
+
+fn rows(part: &Part, system: &mut System) -> Rows {
+    let resistance = Resistance::of(system, part);
+    let turn = RotationalRow::free(system, part);
+    Rows {
+        letter: "h",
+        translation: Some(TranslationalRow::pin(system, part)),
+        rotation: Some(RotationalRow { through: resistance.map_or(Torque::None, Torque::Resistance), ..turn }),
+        coupling: None,
+    }
+}
+
+impl Joint {
+    /// Turning about the common point.
+    pub fn revolute(first: &str, second: &str) -> Joint {
+        Joint::new("revolute", first, second)
+    }
+}
+
+impl Scene {
+    /// Adds a revolute joint between two points.
+    #[must_use]
+    pub fn revolute(self, name: &str, first: &str, second: &str) -> Scene {
+        self.joint(name, Joint::revolute(first, second))
+    }
+}

@@ -1,0 +1,65 @@
+//! Screw (c): s = lead theta / (2 pi) + displacement, with s along an axis fixed in the carrier and theta the angle that the spindle,
+//! the first body, turns against the carrier. The reaction is the force on the nut; the spindle gets -lead/(2 pi) times as much torque.
+
+use super::rack;
+use crate::component::frame::Placed;
+use crate::component::key::{AXIS_OF_CARRIER, BODY_AND_POINT, CARRIER_POINT, DISPLACEMENT, Form, Key};
+use crate::component::{Component, Icon, Stroke};
+use crate::model::measure::LENGTH;
+use crate::model::{Formula, Part, Quantity as Q, Range};
+use crate::network::{Rows, System};
+use crate::scene::{Joint, Quantity, Vector};
+
+pub(crate) const SCREW: Component = Component {
+    about: "a spindle, the first body, whose turning moves a nut, the second point, along an axis of the carrier",
+    equations: "s = lead theta/(2 pi) + displacement",
+    keys: &[
+        Key::required("between", Form::BodyAndPoint, "the spindle and a point of the nut", BODY_AND_POINT),
+        CARRIER_POINT,
+        AXIS_OF_CARRIER,
+        Key::required(
+            "lead",
+            Form::Constant(LENGTH, Range::NotZero),
+            "how far the nut moves in one turn; negative for a left-hand thread",
+            "give how far the nut moves in one turn: `lead = \"5 mm\"`",
+        ),
+        DISPLACEMENT,
+    ],
+    variables: &[Q::Force, Q::Torque],
+    reactions: &[Q::Force, Q::Torque],
+    undriven: ["a screw", "name the joint in which the spindle turns or the nut slides"],
+    ..Component::joint("screw", rows, placed, |_| Icon::Line(thread))
+};
+
+fn placed(placed: &mut Placed<'_>) {
+    let lead = placed.part.key("lead");
+    rack::place_slide(placed, "lead", lead / Formula::Number(std::f64::consts::TAU));
+}
+
+fn rows(part: &Part, system: &mut System) -> Rows {
+    let per_radian = |system: &mut System| {
+        let lead = system.value(part.formula("lead"));
+        let turn = system.arena.constant(std::f64::consts::TAU);
+        system.arena.divide(lead, turn)
+    };
+    Rows { letter: "c", coupling: Some(rack::slide_by_turn(system, part, per_radian)), ..Rows::default() }
+}
+
+/// A spindle with its thread, from its bearing to the nut.
+fn thread(length: f64) -> Vec<Stroke> {
+    let turns = length.round().clamp(4.0, 40.0);
+    let pitch = length / turns;
+    let flank = |turn: usize| {
+        let at = pitch * (turn as f64 + 0.5);
+        Stroke::open(vec![[at - 0.3 * pitch, -0.8], [at + 0.3 * pitch, 0.8]])
+    };
+    let edges = [-0.8, 0.8].map(|side| Stroke::open(vec![[0.0, side], [length, side]]));
+    edges.into_iter().chain((0..turns as usize).map(flank)).collect()
+}
+
+impl Joint {
+    /// A spindle, the first body, that moves a nut, the second point, along an axis in the carrier's frame by `lead` in each turn.
+    pub fn screw(spindle: &str, nut: &str, axis: impl Into<Vector>, lead: impl Into<Quantity>) -> Joint {
+        Joint::new("screw", spindle, nut).set("axis", axis.into()).set("lead", lead.into())
+    }
+}

@@ -1,0 +1,37 @@
+//! Pin in slot (p): a slide, r = s u, that leaves the angle free, T = 0. A prismatic joint in the translational graph, a revolute
+//! one in the rotational.
+
+use crate::component::frame::Placed;
+use crate::component::key::{AXIS, BETWEEN_POINTS};
+use crate::component::{Component, Icon, slide};
+use crate::model::{Part, Quantity as Q};
+use crate::network::{RotationalRow, Rows, System};
+use crate::scene::{Joint, Vector};
+
+pub(crate) const SLOT: Component = Component {
+    about: "a pin that slides along a line of the first body and turns freely",
+    equations: "r = s u, F u = -damping v - friction, T = 0",
+    keys: &[BETWEEN_POINTS, AXIS, slide::DAMPING, slide::FRICTION],
+    variables: &[Q::S, Q::V, Q::A, Q::Angle, Q::Omega, Q::Alpha, Q::Fn, Q::Force],
+    reactions: &[Q::Fn],
+    pose: &[Q::S, Q::Angle],
+    undriven: ["a slot", "give `displacement = ...` or `angle = ...`"],
+    drivers: &["angle", "displacement"],
+    ..Component::joint("slot", rows, placed, |part| Icon::Slot(part.vector("axis")))
+};
+
+fn placed(placed: &mut Placed<'_>) {
+    placed.axis("axis", placed.part.between[0]);
+}
+
+fn rows(part: &Part, system: &mut System) -> Rows {
+    let translation = Some(slide::row(system, part));
+    Rows { letter: "p", translation, rotation: Some(RotationalRow::free(system, part)), coupling: None }
+}
+
+impl Joint {
+    /// A pin, the second point, in a slot along an axis in the first body's frame.
+    pub fn slot(first: &str, second: &str, axis: impl Into<Vector>) -> Joint {
+        Joint::new("slot", first, second).set("axis", axis.into())
+    }
+}

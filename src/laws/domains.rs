@@ -1,0 +1,161 @@
+//! Where the laws of a scene have values: the arguments of their divisions, roots and logarithms.
+
+use cotree_fmu::program::domain::{Domain, Limit};
+
+use crate::equations::Equations;
+use crate::expr::{Binary, Expr, Function, Order, Symbol, Unary};
+use crate::model::{Comparison, Formula, Mechanism, Motion, Owner, Part, Quantity, Value, Variable};
+use crate::network::{Force, Origin};
+
+/// The arguments that must stay within limits, what may be said of one thing before what is said of a whole law.
+pub(crate) fn domains(equations: &mut Equations) -> Vec<(Domain, Expr)> {
+    let mechanism = &equations.system.mechanism;
+    let mut found = Found { mechanism, arguments: Vec::new() };
+    for part in mechanism.parts() {
+        found.part(part);
+    }
+    found.arguments.sort_by_key(|(domain, _)| domain.limit == Limit::Value);
+    let laws = found.arguments.into_iter().map(|(domain, argument)| (domain, equations.formula(&argument)));
+    let mut domains: Vec<(Domain, Expr)> = laws.collect();
+    domains.extend(distances(equations));
+    let arena = &equations.system.arena;
+    let is_known = |symbol: Symbol| match symbol {
+        Symbol::Coordinate(_, order) => order != Order::Acceleration,
+        Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => false,
+        _ => true,
+    };
+    // What moves, and what is known before the accelerations are.
+    domains.retain(|(_, argument)| {
+        arena.as_constant(*argument).is_none() && arena.symbols([*argument]).into_iter().all(is_known)
+    });
+    domains
+}
+
+/// Values of keys that must keep within a range, whatever the parameters are.
+pub(crate) fn ranges(equations: &mut Equations) -> Vec<(Domain, Expr)> {
+    let mechanism = &*equations.system.mechanism.clone();
+    let limits = mechanism.bounds.iter().map(|bound| {
+        let (place, argument) = (bound.name.clone(), mechanism.written(&bound.value));
+        (Domain { place, argument, limit: bound.limit }, equations.formula(&bound.value))
+    });
+    limits.collect()
+}
+
+/// Forces along the line between two points have no direction where these meet.
+fn distances(equations: &mut Equations) -> Vec<(Domain, Expr)> {
+    let mechanism = &*equations.system.mechanism.clone();
+    let lines = equations.system.elements.iter().filter_map(|element| match (&element.translation, element.origin) {
+        (Some(row), Origin::Load(load)) if matches!(row.through, Force::Line(_)) => Some(load),
+        _ => None,
+    });
+    let mut loads: Vec<_> = lines.collect();
+    loads.retain(|&load| {
+        let id = equations.system.find(Origin::Load(load));
+        id.is_none_or(|id| equations.centred(id).is_none())
+    });
+    let distance = |load: crate::model::LoadId| {
+        let part = &mechanism.loads[load.0];
+        let [a, b] = part.between.map(|place| mechanism.place_name(place));
+        let domain = Domain {
+            place: format!("loads.{}", part.name),
+            argument: format!("`{a}` and `{b}`"),
+            limit: Limit::Distance,
+        };
+        let length = Variable { owner: Owner::Load(load), quantity: Quantity::Length };
+        (domain, equations.formula(&Formula::Variable(length)))
+    };
+    loads.into_iter().map(distance).collect()
+}
+
+/// What has been found so far.
+struct Found<'m> {
+    mechanism: &'m Mechanism,
+    arguments: Vec<(Domain, Formula)>,
+}
+
+/// Conditions under which a part of a formula counts: left, right, and whether the comparison holds.
+type Conditions<'f> = Vec<(Comparison, [&'f Formula; 2], bool)>;
+
+impl Found<'_> {
+    fn part(&mut self, part: &Part) {
+        let table = match part.owner {
+            Owner::Joint(_) => "joints",
+            Owner::Driver(_) => "drivers",
+            _ => "loads",
+        };
+        let place = format!("{table}.{}", part.name);
+        for (key, value) in &part.values {
+            let place = format!("{place}.{key}");
+            match value {
+                Value::Formula(formula) | Value::Motion(Motion::Given(formula)) => self.law(&place, formula),
+                Value::Vector(components) => components.iter().for_each(|component| self.law(&place, component)),
+                Value::Friction(friction) => {
+                    self.law(&format!("{place}.coulomb"), &friction.coulomb);
+                    self.law(&format!("{place}.velocity"), &friction.velocity);
+                    self.add(&format!("{place}.velocity"), Limit::Divisor, &friction.velocity, &Vec::new());
+                }
+                _ => {}
+            }
+        }
+        if let Some(law) = part.law() {
+            self.law(&place, &law);
+        }
+    }
+
+    fn law(&mut self, place: &str, formula: &Formula) {
+        self.visit(place, formula, &mut Vec::new());
+        self.add(place, Limit::Value, formula, &Vec::new());
+    }
+
+    fn visit<'f>(&mut self, place: &str, formula: &'f Formula, conditions: &mut Conditions<'f>) {
+        match formula {
+            Formula::If(comparison, parts) => {
+                let [left, right, then, otherwise] = &**parts;
+                [left, right].into_iter().for_each(|side| self.visit(place, side, conditions));
+                for (branch, holds) in [(then, true), (otherwise, false)] {
+                    conditions.push((*comparison, [left, right], holds));
+                    self.visit(place, branch, conditions);
+                    conditions.pop();
+                }
+            }
+            Formula::Call(function, arguments) => {
+                arguments.iter().for_each(|argument| self.visit(place, argument, conditions));
+                let limited = match (function, &arguments[..]) {
+                    (Function::Two(Binary::Divide), [_, divisor]) => Some((Limit::Divisor, divisor)),
+                    (Function::Two(Binary::Power), [base, Formula::Number(power)]) if power.fract() == 0.0 => {
+                        (*power < 0.0).then_some((Limit::Divisor, base))
+                    }
+                    (Function::Two(Binary::Power), [base, _]) => Some((Limit::Base, base)),
+                    (Function::One(Unary::Sqrt), [argument]) => Some((Limit::Root, argument)),
+                    (Function::One(Unary::Log), [argument]) => Some((Limit::Logarithm, argument)),
+                    (Function::One(Unary::Asin | Unary::Acos), [argument]) => Some((Limit::ArcSine, argument)),
+                    _ => None,
+                };
+                if let Some((limit, argument)) = limited {
+                    self.add(place, limit, argument, conditions);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// What is not chosen counts as one, which every limit allows.
+    fn add(&mut self, place: &str, limit: Limit, argument: &Formula, conditions: &Conditions) {
+        let text = self.mechanism.written(argument);
+        let domain = Domain { place: place.to_string(), argument: text, limit };
+        let known = |(other, _): &(Domain, Formula)| other.argument == domain.argument && other.limit == limit;
+        if matches!(argument, Formula::Number(_)) || self.arguments.iter().rev().take(RECENT).any(known) {
+            return;
+        }
+        let one = Formula::Number(1.0);
+        let guarded = conditions.iter().rev().fold(argument.clone(), |inner, (comparison, [left, right], holds)| {
+            let (left, right) = ((*left).clone(), (*right).clone());
+            let parts = if *holds { [left, right, inner, one.clone()] } else { [left, right, one.clone(), inner] };
+            Formula::If(*comparison, Box::new(parts))
+        });
+        self.arguments.push((domain, guarded));
+    }
+}
+
+/// A law is made of what the keys of its own part say: so far back the same argument is sought.
+const RECENT: usize = 16;

@@ -1,0 +1,148 @@
+//! Units, and the parameters and inputs that have them.
+
+use super::Formula;
+use super::measure::Wanted;
+use crate::diagnostic::Span;
+use crate::typeset::rounded;
+
+/// Exponents of the hertz.
+const HERTZ: [i8; 4] = [0, 0, -1, 0];
+
+/// Exponents of kg, m, s and rad, and how the user writes the unit.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Unit {
+    /// Exponents of kilogram, metre, second, radian.
+    pub exponents: [i8; 4],
+    /// SI name, such as `N.m`; empty for a pure number.
+    pub si: String,
+    /// The user's unit, such as `mm`, if not the SI name.
+    pub display: Option<DisplayUnit>,
+}
+
+impl Unit {
+    /// That of a kind of values.
+    pub fn of(wanted: &Wanted, display: Option<DisplayUnit>) -> Unit {
+        Unit { exponents: wanted.exponents.unwrap_or_default(), si: wanted.si.to_owned(), display }
+    }
+
+    /// s
+    pub fn time() -> Unit {
+        Unit { exponents: [0, 0, 1, 0], si: "s".to_string(), display: None }
+    }
+
+    /// rad
+    pub fn angle() -> Unit {
+        Unit { exponents: [0, 0, 0, 1], si: "rad".to_string(), display: None }
+    }
+
+    /// m
+    pub fn length() -> Unit {
+        Unit { exponents: [0, 1, 0, 0], si: "m".to_string(), display: None }
+    }
+
+    /// May the two stand for the same kind of value? The radian counts as a pure number; but 1 Hz is one turn a second to some and one radian a second to others.
+    pub fn is_compatible(&self, other: &Unit) -> bool {
+        let [one, two] = [self, other].map(|unit| unit.exponents);
+        let is_frequency = |exponents: [i8; 4]| exponents[..3] == HERTZ[..3];
+        one[..3] == two[..3] && (!is_frequency(one) || (one == HERTZ) == (two == HERTZ))
+    }
+
+    /// May a value \[SI\] of this unit lie within these bounds?
+    ///
+    /// # Errors
+    /// Why not.
+    pub fn permit(&self, value: f64, bounds: [Option<f64>; 2]) -> Result<(), String> {
+        match bounds {
+            _ if !value.is_finite() => Err("is not a finite number".to_owned()),
+            [Some(min), _] if value < min => Err(format!("must be at least {min:?} {}", self.si)),
+            [_, Some(max)] if value > max => Err(format!("must be at most {max:?} {}", self.si)),
+            _ => Ok(()),
+        }
+    }
+
+    /// This unit divided by the second: rad/s, m/s2.
+    pub fn per_second(&self) -> Unit {
+        let [kg, m, s, rad] = self.exponents;
+        let si = match self.si.strip_suffix("/s") {
+            Some(base) => format!("{base}/s2"),
+            None => format!("{}/s", self.si),
+        };
+        Unit { exponents: [kg, m, s - 1, rad], si, display: None }
+    }
+}
+
+/// A unit that the user wrote: `value in SI = factor * value`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DisplayUnit {
+    /// Its name, such as `mm`, `deg`, `rpm`.
+    pub name: String,
+    /// SI value of one of it.
+    pub factor: f64,
+}
+
+impl DisplayUnit {
+    /// A value in SI as `12.5 mm`, with four digits.
+    pub fn show(&self, value: f64) -> String {
+        format!("{} {}", rounded(value / self.factor, 4), self.name)
+    }
+}
+
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Parameter {
+    /// The user's name.
+    pub name: String,
+    /// One line; may be empty.
+    pub description: String,
+    /// Unit as the user sees it.
+    pub unit: Unit,
+    /// Default value, SI.
+    pub value: f64,
+    /// Smallest permitted value, SI.
+    pub min: Option<f64>,
+    /// Largest permitted value, SI.
+    pub max: Option<f64>,
+    /// May it change after initialisation?
+    pub tunable: bool,
+    /// Where it stands in the file.
+    pub span: Span,
+}
+
+/// A parameter that follows others: it cannot be set.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Calculated {
+    /// Its name, and its value with the defaults of the others; its limits are kept as [`super::Bound`]s.
+    pub parameter: Parameter,
+    /// What it is calculated from: numbers and parameters that can be set. Expressions that use it have this in its place.
+    pub formula: Formula,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Input {
+    /// The user's name.
+    pub name: String,
+    /// One line; may be empty.
+    pub description: String,
+    /// Unit as the user sees it.
+    pub unit: Unit,
+    /// Value until it is set, SI.
+    pub start: f64,
+    /// Smallest permitted value, SI.
+    pub min: Option<f64>,
+    /// Largest permitted value, SI.
+    pub max: Option<f64>,
+    /// Where it stands in the file.
+    pub span: Span,
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::model::Unit;
+
+    #[test]
+    fn hertz_are_no_unit_of_an_angular_velocity() {
+        let unit = |exponents| Unit { exponents, ..Unit::default() };
+        let [hertz, velocity, angle, number] = [[0, 0, -1, 0], [0, 0, -1, 1], [0, 0, 0, 1], [0; 4]].map(unit);
+        assert!(!hertz.is_compatible(&velocity) && !velocity.is_compatible(&hertz));
+        assert!(hertz.is_compatible(&hertz) && angle.is_compatible(&number) && !angle.is_compatible(&velocity));
+    }
+}

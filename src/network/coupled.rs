@@ -1,0 +1,55 @@
+//! The terms of couplings as edges of the linear graphs: chords that no tree takes. A term between the nodes of its own element's
+//! edge (a rolling disc) is that edge.
+
+use super::graph::{ElementId, Node, RNode, Rotation, Translation};
+use super::{Curve, Element, Port, System};
+
+/// A term of a coupling as an edge of one graph.
+#[derive(Clone, Debug)]
+pub struct CoupledEdge<D> {
+    /// The element's label, with a letter if it has several edges in this graph.
+    pub label: String,
+    /// The coupling.
+    pub element: ElementId,
+    pub term: usize,
+    /// From, to.
+    pub ends: [Node<D>; 2],
+}
+
+impl System {
+    /// The function that an element couples by, and between which bodies.
+    pub fn curve(&self, id: ElementId) -> Option<([RNode; 2], Curve)> {
+        let terms = self.element(id).coupling.iter().flat_map(|coupling| &coupling.terms);
+        terms
+            .copied()
+            .find_map(|term| if let Port::Curve(ends, curve) = term.port { Some((ends, curve)) } else { None })
+    }
+
+    /// The edges of couplings between points.
+    pub fn coupled_points(&self) -> Vec<CoupledEdge<Translation>> {
+        self.coupled_edges(|element, port| match port {
+            Port::Along(ends, _) | Port::Length(ends) if element.translation.is_none() => Some(ends),
+            _ => None,
+        })
+    }
+
+    /// The edges of couplings between bodies.
+    pub fn coupled_bodies(&self) -> Vec<CoupledEdge<Rotation>> {
+        self.coupled_edges(|element, port| match port {
+            Port::Angle(ends) | Port::Curve(ends, _) if element.rotation.is_none() => Some(ends),
+            _ => None,
+        })
+    }
+
+    fn coupled_edges<D>(&self, ends: impl Fn(&Element, Port) -> Option<[Node<D>; 2]>) -> Vec<CoupledEdge<D>> {
+        let edges = self.elements.iter().enumerate().flat_map(|(index, element)| {
+            let terms = element.coupling.iter().flat_map(|coupling| &coupling.terms).enumerate();
+            let found: Vec<_> = terms.filter_map(|(term, own)| Some((term, ends(element, own.port)?))).collect();
+            let letters = if found.len() > 1 { ["a", "b"].as_slice() } else { &[""] };
+            let labels = letters.iter().map(|letter| format!("{}{letter}", element.label));
+            let edge = move |(label, (term, ends))| CoupledEdge { label, element: ElementId(index), term, ends };
+            labels.zip(found).map(edge).collect::<Vec<_>>()
+        });
+        edges.collect()
+    }
+}

@@ -1,0 +1,331 @@
+//! All elements of a mechanism and the two graphs that they form.
+
+use std::collections::{BTreeSet, HashMap, HashSet};
+use std::sync::Arc;
+
+use petgraph::unionfind::UnionFind;
+
+use super::graph::{ElementId, LinearGraph, RNode, Rotation, TNode, Translation};
+use super::{
+    Angle, Element, Force, Implied, Known, Origin, Port, RotationalRow, Rows, Signal, Torque, arm, body, table3,
+};
+use crate::diagnostic::Span;
+use crate::expr::{Arena, Expr, Order, Symbol};
+use crate::model::translate::translate;
+use crate::model::{Body, BodyId, DriverId, Formula, InputId, Mechanism, Motion, Owner, Part, Place, Quantity};
+
+/// The rows of an element of the scene: its component gives them.
+type RowsOf = fn(&Part, &mut System) -> Rows;
+
+/// The elements of a mechanism, its translational and its rotational graph, and the expressions in their terminal equations.
+#[derive(Clone, Debug)]
+pub struct System {
+    /// What the elements come from.
+    pub mechanism: Arc<Mechanism>,
+    /// Owns every expression of the equations.
+    pub arena: Arena,
+    /// Elements in the paper's order: bodies, ground vectors, arms, joints, drivers, loads.
+    pub elements: Vec<Element>,
+    /// Nodes are points.
+    pub translation: LinearGraph<Translation>,
+    /// Nodes are bodies.
+    pub rotation: LinearGraph<Rotation>,
+    /// Drivers that integrate an input: the driver, the input, and which derivative the input prescribes.
+    pub followers: Vec<(DriverId, InputId, Order)>,
+    /// What the joints imply in second order, each an element of its own.
+    pub implied: Vec<Implied>,
+    pub(crate) used: BTreeSet<Place>,
+    /// Classes of bodies that keep their relative angles.
+    held: UnionFind<usize>,
+    t_nodes: HashMap<Place, TNode>,
+    r_nodes: HashMap<BodyId, RNode>,
+    origins: HashMap<Origin, ElementId>,
+    /// Names of the scene, which are the labels of nothing else, and the labels so far.
+    names: HashSet<String>,
+    labels: HashSet<String>,
+    rows: RowsOf,
+}
+
+impl System {
+    /// Builds both graphs.
+
+    /// Both graphs of a mechanism whose elements have these rows.
+    pub(crate) fn of(mechanism: Arc<Mechanism>, rows: RowsOf) -> Self {
+        let mut system = System {
+            arena: Arena::default(),
+            elements: Vec::new(),
+            translation: LinearGraph::default(),
+            rotation: LinearGraph::default(),
+            followers: Vec::new(),
+            implied: Vec::new(),
+            used: mechanism.parts().flat_map(Part::places).collect(),
+            held: UnionFind::new(mechanism.bodies.len() + 1),
+            t_nodes: HashMap::from([(Place::Origin, TNode::DATUM)]),
+            r_nodes: HashMap::new(),
+            origins: HashMap::new(),
+            names: names(&mechanism),
+            labels: HashSet::new(),
+            rows,
+            mechanism,
+        };
+        system.add_nodes();
+        system.add_bodies_and_arms();
+        let mechanism = Arc::clone(&system.mechanism);
+        for part in mechanism.parts() {
+            system.add_part(part);
+        }
+        system.hold_particles();
+        system.find_held();
+        system
+    }
+
+    /// The same with relations that the joints imply: couplings, which are chords in all trees.
+    #[must_use]
+    pub fn implying(mut self, relations: &[Implied]) -> Self {
+        for relation in relations {
+            let origin = Origin::Implied(self.implied.len());
+            let label = self.label("c", &relation.name);
+            let coupling = Some(relation.coupling(&mut self));
+            let name = relation.name.clone();
+            self.push(Element { label, name, origin, translation: None, rotation: None, coupling });
+            self.implied.push(relation.clone());
+        }
+        self
+    }
+
+    /// The same with expressions of its own.
+    #[must_use]
+    pub fn anew(&self) -> Self {
+        Self::of(Arc::clone(&self.mechanism), self.rows).implying(&self.implied)
+    }
+
+    pub fn element(&self, id: ElementId) -> &Element {
+        &self.elements[id.0]
+    }
+
+    /// The element that stands for something of the scene.
+    pub fn find(&self, origin: Origin) -> Option<ElementId> {
+        self.origins.get(&origin).copied()
+    }
+
+    /// Where an element comes from in the scene's text.
+    pub fn span(&self, id: ElementId) -> Span {
+        let mechanism = &self.mechanism;
+        match self.element(id).origin {
+            Origin::Body(body) => mechanism.bodies[body.0].span,
+            Origin::Arm(body, point) => mechanism.bodies[body.0].points[point].span,
+            Origin::GroundVector(point) => mechanism.ground[point].span,
+            Origin::Joint(joint) => mechanism.joints[joint.0].span,
+            Origin::Driver(driver) => mechanism.drivers[driver.0].span,
+            Origin::Load(load) => mechanism.loads[load.0].span,
+            Origin::Implied(relation) => self.implied[relation].span(mechanism),
+        }
+    }
+
+    pub fn t_node(&self, place: Place) -> TNode {
+        // Every used place has a node; an unused one is only asked for by its body's centre.
+        self.t_nodes.get(&place).copied().unwrap_or(TNode::DATUM)
+    }
+
+    /// Does a point have a node of its own?
+    pub fn has_node(&self, place: Place) -> bool {
+        self.t_nodes.contains_key(&place)
+    }
+
+    /// The places of the nodes of the translational graph.
+    pub fn places(&self) -> Vec<Place> {
+        let mut places = vec![Place::Origin; self.translation.nodes()];
+        self.t_nodes.iter().for_each(|(&place, node)| places[node.index()] = place);
+        places
+    }
+
+    /// The node of a body, or of the ground.
+    pub fn r_node(&self, body: Option<BodyId>) -> RNode {
+        body.and_then(|body| self.r_nodes.get(&body).copied()).unwrap_or(RNode::DATUM)
+    }
+
+    /// A formula of time, parameters and inputs.
+    pub fn value(&mut self, formula: &Formula) -> Expr {
+        // The scene permits no variable where this is used: resolving refuses it with a fault.
+        translate(&mut self.arena, formula, &mut |_, _| Expr::ZERO)
+    }
+
+    pub(crate) fn values(&mut self, formulas: &[Formula; 2]) -> [Expr; 2] {
+        formulas.each_ref().map(|formula| self.value(formula))
+    }
+
+    /// The user's name if it is a letter with a number already, else the letter and the number of the element: a label that no other has.
+    pub(crate) fn label(&mut self, letter: &str, name: &str) -> String {
+        let own = is_label(name) && !self.labels.contains(name);
+        let first = self.elements.len() + 1;
+        let numbered = || {
+            let mut labels = (first..).map(|number| format!("{letter}{number}"));
+            labels.find(|label| !self.names.contains(&**label) && !self.labels.contains(label))
+        };
+        let label = if own { name.to_owned() } else { numbered().unwrap_or_default() };
+        self.labels.insert(label.clone());
+        label
+    }
+
+    /// The motion that a driver prescribes.
+    pub(crate) fn signal(&mut self, part: &Part) -> Signal {
+        let value = match (part.motion(), part.owner) {
+            (Some(Motion::Given(formula)), _) => self.value(formula),
+            (Some(Motion::Velocity(input)), Owner::Driver(driver)) => self.follower(driver, *input, Order::Velocity),
+            (Some(Motion::Acceleration(input)), Owner::Driver(driver)) => {
+                self.follower(driver, *input, Order::Acceleration)
+            }
+            _ => Expr::ZERO,
+        };
+        self.derivatives(value)
+    }
+
+    /// A function of time with its derivatives.
+    pub(crate) fn given(&mut self, formula: &Formula) -> Signal {
+        let value = self.value(formula);
+        self.derivatives(value)
+    }
+
+    fn derivatives(&mut self, value: Expr) -> Signal {
+        let rate = self.arena.time_derivative(value);
+        let acceleration = self.arena.time_derivative(rate);
+        Signal { value, rate, acceleration }
+    }
+
+    fn follower(&mut self, driver: DriverId, input: InputId, order: Order) -> Expr {
+        self.followers.push((driver, input, order));
+        self.arena.symbol(Symbol::Follower(self.followers.len() - 1, Order::Position))
+    }
+
+    fn add_nodes(&mut self) {
+        for (index, body) in self.mechanism.bodies.iter().enumerate() {
+            let id = BodyId(index);
+            self.t_nodes.insert(Place::Centre(id), self.translation.add_node(&body.name));
+            if self.mechanism.dimension == crate::model::Dimension::Two {
+                self.r_nodes.insert(id, self.rotation.add_node(&body.name));
+            }
+        }
+        for &place in &self.used {
+            if matches!(place, Place::Ground(_) | Place::Point(..)) {
+                self.t_nodes.insert(place, self.translation.add_node(self.mechanism.place_name(place)));
+            }
+        }
+    }
+
+    fn add_bodies_and_arms(&mut self) {
+        for index in 0..self.mechanism.bodies.len() {
+            let element = body::element(self, BodyId(index));
+            self.push(element);
+        }
+        for place in self.used.clone() {
+            let element = match place {
+                Place::Ground(point) => arm::of_ground(self, point),
+                Place::Point(body, point) => arm::of_body(self, body, point),
+                Place::Origin | Place::Centre(_) => continue,
+            };
+            self.push(element);
+        }
+    }
+
+    fn add_part(&mut self, part: &Part) {
+        let rows = (self.rows)(part, self);
+        let Some(origin) = Origin::of(part.owner) else { return };
+        let (label, name) = (self.label(rows.letter, &part.name), part.name.clone());
+        let (translation, rotation, coupling) = (rows.translation, rows.rotation, rows.coupling);
+        self.push(Element { label, name, origin, translation, rotation, coupling });
+    }
+
+    fn push(&mut self, element: Element) {
+        let id = ElementId(self.elements.len());
+        if let Some(row) = &element.translation {
+            self.translation.add_edge(id, row.ends);
+        }
+        if let Some(row) = &element.rotation {
+            self.rotation.add_edge(id, row.ends);
+        }
+        self.origins.entry(element.origin).or_insert(id);
+        self.elements.push(element);
+    }
+}
+
+/// A letter with a number, as the paper calls its elements.
+fn is_label(name: &str) -> bool {
+    let number = name.trim_start_matches(|c: char| c.is_ascii_alphabetic());
+    let letters = &name[..name.len() - number.len()];
+    (letters.len() == 1 || letters == "Theta")
+        && (1..=3).contains(&number.len())
+        && number.bytes().all(|digit| digit.is_ascii_digit())
+}
+
+/// The names of bodies and parts.
+fn names(mechanism: &Mechanism) -> HashSet<String> {
+    let bodies = mechanism.bodies.iter().map(|body| body.name.clone());
+    bodies.chain(mechanism.parts().map(|part| part.name.clone())).collect()
+}
+
+/// Particles: bodies with an inertia of zero that nothing turns, and by whose axes nothing is directed. However they turned nothing else would change, so they keep
+/// the angle of the ground.
+impl System {
+    fn hold_particles(&mut self) {
+        let without_inertia = |body: &Body| body.inertia == Some(Formula::Number(0.0));
+        if !self.mechanism.bodies.iter().any(without_inertia) {
+            return;
+        }
+        for body in self.unturned() {
+            let id = self.find(Origin::Body(body)).filter(|_| without_inertia(&self.mechanism.bodies[body.0]));
+            if let Some(row) = id.and_then(|id| self.elements[id.0].rotation.as_mut()) {
+                (row.priority, row.angle, row.through) = (table3::PRISMATIC, Angle::Constant(Expr::ZERO), Torque::None);
+            }
+        }
+    }
+
+    /// The bodies that nothing turns, by whose axes nothing is directed, and of whose angle nothing is given.
+    pub fn unturned(&self) -> Vec<BodyId> {
+        let given =
+            self.mechanism.initial.iter().filter_map(|line| match (line.variable.owner, line.variable.quantity) {
+                (Owner::Place(Place::Centre(body)), Quantity::Angle | Quantity::Omega) => Some(body),
+                _ => None,
+            });
+        let turned = self.elements.iter().flat_map(|element| self.turned_by(element)).chain(given);
+        let turned: HashSet<BodyId> = turned.collect();
+        let bodies = (0..self.mechanism.bodies.len()).map(BodyId);
+        bodies.filter(|body| self.r_nodes.contains_key(body) && !turned.contains(body)).collect()
+    }
+
+    /// The bodies that an element turns, or whose axes it uses.
+    fn turned_by(&self, element: &Element) -> Vec<BodyId> {
+        let is_free = |row: &RotationalRow| matches!((&row.angle, &row.through), (Angle::Free(_), Torque::None));
+        let rotation =
+            element.rotation.iter().filter(|row| !is_free(row) && !matches!(element.origin, Origin::Body(_)));
+        let mut nodes: Vec<RNode> = rotation.flat_map(|row| row.ends).collect();
+        let mut bodies = Vec::new();
+        if let Some(row) = &element.translation {
+            let at_the_centre = matches!(row.known, Known::Fixed(_, at) if at == [Expr::ZERO; 2]);
+            bodies.extend(row.carrier().filter(|_| !at_the_centre));
+            bodies.extend(if let Force::InBody(body, _) = row.through { Some(body) } else { None });
+        }
+        for term in element.coupling.iter().flat_map(|coupling| &coupling.terms) {
+            match term.port {
+                Port::Angle(ends) | Port::Curve(ends, _) => nodes.extend(ends),
+                Port::Along(_, direction) => bodies.extend(direction.carrier()),
+                Port::Length(_) => {}
+            }
+        }
+        // The nodes of the rotational graph are the ground and the bodies, in their order.
+        bodies.extend(nodes.into_iter().filter_map(|node| node.index().checked_sub(1)).map(BodyId));
+        bodies
+    }
+
+    /// Is a body's angle held to the ground's by prismatic joints and welds?
+    pub fn cannot_turn(&self, body: BodyId) -> bool {
+        self.held.equiv(RNode::DATUM.index(), self.r_node(Some(body)).index())
+    }
+
+    fn find_held(&mut self) {
+        for element in &self.elements {
+            if let Some(RotationalRow { ends: [a, b], angle: Angle::Constant(_), .. }) = &element.rotation {
+                self.held.union(a.index(), b.index());
+            }
+        }
+    }
+}

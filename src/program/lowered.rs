@@ -1,0 +1,460 @@
+//! The kernels of a program.
+
+use cotree_fmu::model::Model;
+use cotree_fmu::program::Steep;
+use cotree_fmu::program::arm_form::ArmForm;
+use cotree_fmu::program::domain::{Domain, DomainTape};
+use cotree_fmu::program::{
+    Constraint, Coordinate, Engine, Experiment, Follower, FollowerOrder, Initial, Input, LawTape, Parameter, Program,
+    Role, SparseTape, Tapes,
+};
+use cotree_fmu::taylor::Jet;
+
+use super::dependencies::Moving;
+use super::initial::{Conditions, Settable, conditions, settable};
+use super::table::Table;
+use crate::arms::{TOO_MANY, arm_form, mass_form, repeat_exactly};
+use crate::equations::{Constraint as Row, Equations};
+use crate::expr::{Expr, Order, Symbol};
+use crate::laws::{domains, motion_indicators, ranges, steep};
+use crate::model::Method;
+use crate::network::{Held, Origin};
+use crate::solve::{
+    Block, Incidence, Loops, Obstacle, Pose, Shared, SolveTree, blocks, is_driven, least_norm, solve_tree, typical,
+};
+use crate::tape::{Assembler, layout};
+
+/// With more coordinates there are no implicit steps unless the scene asks for them: their matrices are full.
+const MOST_IMPLICIT: usize = 500;
+
+/// The program of a formulated and assembled mechanism, with its descriptions.
+#[derive(Clone, Debug)]
+pub struct Lowered {
+    /// Its GUID is still to be set.
+    pub program: Program,
+    pub table: Table,
+    /// Accelerations and reactions as expressions; empty where drivers determine the motion.
+    pub solved: Vec<Expr>,
+    /// Which loop equations determine which coordinates, in the order of their solution; empty unless drivers determine the motion.
+    pub blocks: Vec<Block>,
+    /// Why the motion is not integrated by Taylor series, if it is not.
+    pub no_series: Option<String>,
+    /// The trees behind the acceleration kernel, where they are not those of the coordinates.
+    pub solve_tree: Option<SolveTree>,
+    pub shared: Shared,
+}
+
+#[derive(Clone, Debug, Default)]
+struct PositionKernels {
+    constraint: Vec<Expr>,
+    jacobian: Vec<((u32, u32), Expr)>,
+    constraint_rate: Vec<Expr>,
+    gamma: Vec<Expr>,
+    positions: Conditions,
+    velocities: Conditions,
+}
+
+#[derive(Clone, Debug, Default)]
+struct MotionKernels {
+    /// Accelerations, then reactions.
+    solved: Vec<Expr>,
+    reciprocal_pivots: Vec<Expr>,
+    project_position: Vec<Expr>,
+    project_velocity: Vec<Expr>,
+    indicators: Vec<Expr>,
+    laws: Vec<(Steep, Expr)>,
+    domains: Vec<(Domain, Expr)>,
+    outputs: Vec<Expr>,
+    arms: Option<(ArmForm, Vec<Expr>)>,
+    masses: Option<(ArmForm, Vec<Expr>)>,
+    solve_tree: Option<SolveTree>,
+}
+
+/// A program with which the mechanism can be assembled, but not moved.
+pub fn positions(equations: &mut Equations, length: f64) -> Program {
+    let role = |own: &Row| if own.is_trivial() { Role::LeftOut } else { Role::Imposed };
+    let roles: Vec<Role> = equations.constraints.iter().map(role).collect();
+    let kernels = PositionKernels::new(equations, length);
+    assemble(equations, (length, &roles), &kernels, &MotionKernels::default(), &Table::default())
+}
+
+/// The whole program. `active`: the independent loop equations; as many as coordinates determine the motion. `restricting`: those that others stand for, because they restrict in
+/// second order only. The poses are the start, and one where loop equations depend on each other only if they do in every pose.
+///
+/// # Errors
+/// A coordinate that moves no mass and is not constrained.
+pub fn program(
+    equations: &mut Equations,
+    length: f64,
+    (active, restricting): (&[bool], &[usize]),
+    [pose, generic]: [&Pose; 2],
+) -> Result<Lowered, Obstacle> {
+    let driven = is_driven(equations, active);
+    let roles = roles(equations, length, (active, restricting), pose);
+    let kernels = PositionKernels::new(equations, length);
+    let mut moving = MotionKernels::default();
+    let blocks = if driven { solution_order(equations, &roles) } else { Vec::new() };
+    if !driven {
+        let (solver, solve_tree) = solve_tree::solver(equations, active, length, pose)?;
+        moving.solve_tree = solve_tree;
+        moving.solved = solver.motion(&mut equations.system.arena, active.len());
+        let arena = &mut equations.system.arena;
+        moving.reciprocal_pivots = solver.reciprocal_pivots(arena);
+        if active.contains(&true) {
+            moving.project(&kernels, |residuals| solver.projection(arena, residuals));
+        }
+    }
+    moving.indicators = motion_indicators(equations, &moving.solved);
+    let laws = if driven { Vec::new() } else { equations.law_values() };
+    let values = [laws, kernels.gamma.clone(), kernels.constraint_rate.clone()].concat();
+    moving.laws = steep(&mut equations.system.arena, &values);
+    moving.domains = domains(equations);
+    let shared = match blocks.iter().find(|block| block.repeats()) {
+        Some(block) => least_norm::impose_in_every_pose(equations, block, length, generic)?,
+        None => None,
+    };
+    let shared = match shared {
+        Some(shared) => shared,
+        None => least_norm::impose(equations, (active, restricting), length, [pose, generic])?,
+    };
+    let table = Table::new(equations, driven, &Moving { solved: &moving.solved, blocks: &blocks });
+    moving.outputs.clone_from(&table.results);
+    if driven {
+        moving.drive(equations, (&kernels, &blocks), length, pose)?;
+    }
+    let mut no_series = None;
+    match series(equations, (length, active), pose) {
+        Ok(arms) => moving.arms = Some(arms),
+        Err(reason) => {
+            no_series = Some(reason);
+            if !driven {
+                moving.masses = mass_form(equations, active, &typical(&equations.system.mechanism, pose)).ok();
+            }
+        }
+    }
+    let mut program = assemble(equations, (length, &roles), &kernels, &moving, &table);
+    if is_too_large(&program) {
+        program.engine = Engine::Dop853;
+        no_series = Some(TOO_MANY.into());
+    }
+    let solved = if driven { Vec::new() } else { moving.solved };
+    Ok(Lowered { program, table, solved, blocks, solve_tree: moving.solve_tree, no_series, shared })
+}
+
+/// The arm form with the expressions of its coefficients, or why there is none: the scene asks for another method, or it is hopeless, because
+/// many bodies move with many angles each.
+fn series(
+    equations: &mut Equations,
+    (length, active): (f64, &[bool]),
+    pose: &Pose,
+) -> Result<(ArmForm, Vec<Expr>), String> {
+    let values = typical(&equations.system.mechanism, pose);
+    match equations.system.mechanism.solver.method {
+        Method::Auto => arm_form(equations, (length, active), &values),
+        Method::Explicit => Err("the scene asks for `method = \"explicit\"`".into()),
+        Method::Implicit => Err("the scene asks for `method = \"implicit\"`".into()),
+    }
+}
+
+/// Would a step by Taylor series cost too much? It factors a matrix at every order; a Runge-Kutta step evaluates a tape at every stage, but
+/// predicts singular configurations less well.
+fn is_too_large(program: &Program) -> bool {
+    const SMALL: usize = 32;
+    const STAGES: usize = 12;
+    /// The inversion of a dense matrix of 1000 rows.
+    const MOST_WITH_LOOPS: f64 = 5e7;
+    let Some(arms) = program.arms.as_ref().filter(|arms| arms.coordinates.len() > SMALL) else { return false };
+    let instructions = program.tapes.acceleration.instructions().len();
+    // A step by series is about twice as long.
+    let most = if arms.rows.is_empty() { (2 * STAGES * instructions) as f64 } else { MOST_WITH_LOOPS };
+    let jet = Model::new(program.clone()).ok().and_then(|model| Jet::new(&model));
+    jet.is_none_or(|jet| jet.cost() > most)
+}
+
+impl PositionKernels {
+    fn new(equations: &mut Equations, length: f64) -> Self {
+        let coordinates = equations.coordinates.len();
+        let mut jacobian = Vec::new();
+        for (row, constraint) in equations.constraints.iter().enumerate() {
+            let followers = constraint.followers.iter().map(|&(index, entry)| (coordinates + index, entry));
+            for (column, entry) in constraint.jacobian.iter().copied().chain(followers) {
+                jacobian.push(((row as u32, column as u32), entry));
+            }
+        }
+        PositionKernels {
+            constraint: equations.gaps(),
+            jacobian,
+            constraint_rate: (0..equations.constraints.len()).map(|index| equations.constraint_rate(index)).collect(),
+            gamma: equations.constraints.iter().map(|constraint| constraint.gamma).collect(),
+            positions: conditions(equations, Order::Position, length),
+            velocities: conditions(equations, Order::Velocity, length),
+        }
+    }
+}
+
+impl MotionKernels {
+    /// Where drivers determine the motion: accelerations from Phi_q a = gamma and, if an output needs them, reactions from
+    /// Phi_q^T lambda = Q - M a.
+    fn drive(
+        &mut self,
+        equations: &mut Equations,
+        (kernels, blocks): (&PositionKernels, &[Block]),
+        length: f64,
+        pose: &Pose,
+    ) -> Result<(), Obstacle> {
+        let loops = Loops::new(equations, blocks, length, pose)?;
+        self.solved = loops.solve(&mut equations.system.arena, &kernels.gamma);
+        let results = equations.system.arena.symbols(self.outputs.iter().copied());
+        let reactions = if results.iter().any(|symbol| matches!(symbol, Symbol::Reaction(_))) {
+            let loads = inverse(equations, &self.solved);
+            loops.balance(&mut equations.system.arena, &loads, kernels.gamma.len())
+        } else {
+            vec![Expr::ZERO; kernels.gamma.len()]
+        };
+        self.solved.extend(reactions);
+        let arena = &mut equations.system.arena;
+        self.reciprocal_pivots = loops.reciprocal_pivots(arena);
+        if !blocks.is_empty() {
+            self.project(kernels, |residuals| {
+                let minus: Vec<Expr> = residuals.iter().map(|&residual| arena.negate(residual)).collect();
+                loops.solve(arena, &minus)
+            });
+        }
+        Ok(())
+    }
+
+    /// Both projections: the residuals, and the corrections that cancel them.
+    fn project(&mut self, kernels: &PositionKernels, mut corrections: impl FnMut(&[Expr]) -> Vec<Expr>) {
+        for (residuals, kernel) in
+            [(&kernels.constraint, &mut self.project_position), (&kernels.constraint_rate, &mut self.project_velocity)]
+        {
+            kernel.clone_from(residuals);
+            kernel.extend(corrections(residuals));
+        }
+    }
+}
+
+/// Q - M a, by coordinates.
+pub(crate) fn inverse(equations: &mut Equations, accelerations: &[Expr]) -> Vec<Expr> {
+    let dynamics = equations.dynamics().clone();
+    let arena = &mut equations.system.arena;
+    let rows = dynamics.load.into_iter().zip(dynamics.mass);
+    let rest = |(load, mass): (Expr, Vec<(usize, Expr)>)| {
+        mass.into_iter().fold(load, |rest, (column, entry)| arena.subtract_product(rest, entry, accelerations[column]))
+    };
+    rows.map(rest).collect()
+}
+
+fn assemble(
+    equations: &mut Equations,
+    (length, roles): (f64, &[Role]),
+    position: &PositionKernels,
+    moving: &MotionKernels,
+    table: &Table,
+) -> Program {
+    let mechanism = &*equations.system.mechanism.clone();
+    let starts = settable(equations);
+    let layout = layout(equations, starts.len());
+    let sparse = |entries: &[((u32, u32), Expr)]| -> Vec<Expr> { entries.iter().map(|(_, entry)| *entry).collect() };
+    let (jacobian, q_jacobian, v_jacobian) =
+        (sparse(&position.jacobian), sparse(&position.positions.jacobian), sparse(&position.velocities.jacobian));
+    let (kinds, laws): (Vec<Steep>, Vec<Expr>) = moving.laws.iter().copied().unzip();
+    let (domains, arguments): (Vec<Domain>, Vec<Expr>) = moving.domains.iter().cloned().unzip();
+    let (ranges, bounded): (Vec<Domain>, Vec<Expr>) = ranges(equations).into_iter().unzip();
+    let acceleration: Vec<Expr> = moving.solved.iter().chain(&moving.reciprocal_pivots).copied().collect();
+    let [coefficients, masses] =
+        [&moving.arms, &moving.masses].map(|form| form.as_ref().map_or(&[][..], |(_, coefficients)| coefficients));
+    let mut assembler = Assembler::new(
+        &equations.system.arena,
+        layout,
+        &[
+            &position.constraint,
+            &jacobian,
+            &position.constraint_rate,
+            &position.gamma,
+            &position.positions.results,
+            &q_jacobian,
+            &position.velocities.results,
+            &v_jacobian,
+            &acceleration,
+            &moving.project_position,
+            &moving.project_velocity,
+            &moving.indicators,
+            &laws,
+            &arguments,
+            &bounded,
+            &moving.outputs,
+            coefficients,
+            masses,
+        ],
+    );
+    let places = |entries: &[((u32, u32), Expr)]| entries.iter().map(|(place, _)| *place).collect();
+    let mut acceleration = assembler.tape(&acceleration);
+    let reciprocal_pivots = acceleration.results.split_off(moving.solved.len());
+    let tapes = Tapes {
+        parameters: assembler.stage.clone(),
+        constraint: assembler.tape(&position.constraint),
+        jacobian: SparseTape { entries: places(&position.jacobian), tape: assembler.tape(&jacobian) },
+        constraint_rate: assembler.tape(&position.constraint_rate),
+        gamma: assembler.tape(&position.gamma),
+        acceleration,
+        reciprocal_pivots,
+        project_position: assembler.tape(&moving.project_position),
+        project_velocity: assembler.tape(&moving.project_velocity),
+        indicators: assembler.tape(&moving.indicators),
+        laws: LawTape { kinds, tape: assembler.tape(&laws) },
+        domains: DomainTape { domains, tape: assembler.tape(&arguments) },
+        ranges: DomainTape { domains: ranges, tape: assembler.tape(&bounded) },
+        outputs: assembler.tape(&moving.outputs),
+    };
+    let initial = Initial {
+        positions: position.positions.conditions.clone(),
+        position: assembler.tape(&position.positions.results),
+        position_jacobian: SparseTape {
+            entries: places(&position.positions.jacobian),
+            tape: assembler.tape(&q_jacobian),
+        },
+        velocities: position.velocities.conditions.clone(),
+        velocity: assembler.tape(&position.velocities.results),
+        velocity_jacobian: SparseTape {
+            entries: places(&position.velocities.jacobian),
+            tape: assembler.tape(&v_jacobian),
+        },
+        first_positions: Vec::new(),
+        first_rates: Vec::new(),
+        found_positions: Vec::new(),
+        found_rates: Vec::new(),
+    };
+    let [arms, masses] = [&moving.arms, &moving.masses].map(|form| {
+        let (form, coefficients) = form.as_ref()?;
+        Some(ArmForm { coefficients: assembler.tape(coefficients), ..form.clone() })
+    });
+    Program {
+        name: mechanism.name.clone(),
+        guid: String::from("draft"),
+        experiment: experiment(equations),
+        parameters: parameters(equations, &starts),
+        inputs: inputs(equations),
+        followers: followers(equations, length),
+        coordinates: coordinates(equations, length),
+        constraints: constraints(equations, length, roles),
+        length,
+        variables: table.variables(),
+        constants: assembler.constants.clone(),
+        registers: assembler.registers,
+        tapes,
+        initial,
+        engine: match mechanism.solver.method {
+            Method::Implicit => Engine::Radau,
+            Method::Auto if arms.is_some() => Engine::Taylor,
+            Method::Auto | Method::Explicit => Engine::Dop853,
+        },
+        automatic: mechanism.solver.method == Method::Auto && equations.coordinates.len() <= MOST_IMPLICIT,
+        arms,
+        masses,
+    }
+}
+
+/// What the motion has to do with each loop equation. Those that repeat others but nearly are left out: each choice of them is another motion.
+fn roles(equations: &Equations, length: f64, (active, restricting): (&[bool], &[usize]), pose: &Pose) -> Vec<Role> {
+    let chosen = is_driven(equations, active)
+        && restricting.is_empty()
+        && repeat_exactly(equations, length, &typical(&equations.system.mechanism, pose));
+    let role = |(own, &active): (&Row, &bool)| match active {
+        true => Role::Imposed,
+        false if chosen && own.repeats => Role::Repeating,
+        false => Role::LeftOut,
+    };
+    equations.constraints.iter().zip(active).map(role).collect()
+}
+
+/// The blocks of the loop equations that determine the motion.
+fn solution_order(equations: &Equations, roles: &[Role]) -> Vec<Block> {
+    let [independent, repeating] = [Role::Imposed, Role::Repeating].map(|role| incidence(equations, roles, role));
+    blocks(&independent, &repeating, equations.coordinates.len())
+}
+
+/// The coordinates that occur in each loop equation of a role.
+fn incidence(equations: &Equations, roles: &[Role], role: Role) -> Vec<Incidence> {
+    let rows = equations.constraints.iter().enumerate().filter(|(row, _)| roles[*row] == role);
+    rows.map(|(row, constraint)| (row as u32, constraint.jacobian.iter().map(|&(column, _)| column as u32).collect()))
+        .collect()
+}
+
+fn experiment(equations: &Equations) -> Experiment {
+    let mechanism = &equations.system.mechanism;
+    let experiment = mechanism.experiment;
+    Experiment {
+        start: experiment.start,
+        stop: experiment.stop,
+        step: experiment.step,
+        tolerance: mechanism.solver.rtol.unwrap_or(experiment.tolerance),
+        max_step: mechanism.solver.max_step.unwrap_or(f64::INFINITY),
+        budget: mechanism.solver.time_budget.unwrap_or(f64::INFINITY),
+    }
+}
+
+/// Those of the scene, then the initial values that can be set.
+fn parameters(equations: &Equations, starts: &[Settable]) -> Vec<Parameter> {
+    let of = |parameter: &crate::model::Parameter| Parameter {
+        name: parameter.name.clone(),
+        start: parameter.value,
+        min: parameter.min,
+        max: parameter.max,
+        tunable: parameter.tunable,
+    };
+    let mechanism = &equations.system.mechanism;
+    let start = |start: &Settable| Parameter {
+        name: mechanism.variable_name(mechanism.initial[start.line].variable),
+        start: start.value,
+        min: None,
+        max: None,
+        tunable: false,
+    };
+    mechanism.parameters.iter().map(of).chain(starts.iter().map(start)).collect()
+}
+
+fn inputs(equations: &Equations) -> Vec<Input> {
+    let of = |input: &crate::model::Input| Input {
+        name: input.name.clone(),
+        start: input.start,
+        min: input.min,
+        max: input.max,
+    };
+    equations.system.mechanism.inputs.iter().map(of).collect()
+}
+
+fn followers(equations: &Equations, length: f64) -> Vec<Follower> {
+    let system = &equations.system;
+    let of = |&(driver, input, order): &(crate::model::DriverId, crate::model::InputId, Order)| {
+        let driver = &system.mechanism.drivers[driver.0];
+        let angular = driver.is_angular();
+        Follower {
+            name: driver.name.clone(),
+            input: input.0 as u32,
+            order: if order == Order::Velocity { FollowerOrder::Velocity } else { FollowerOrder::Acceleration },
+            scale: if angular { 1.0 } else { length },
+        }
+    };
+    system.followers.iter().map(of).collect()
+}
+
+fn coordinates(equations: &Equations, length: f64) -> Vec<Coordinate> {
+    let of = |coordinate: &crate::equations::Coordinate| Coordinate {
+        name: coordinate.name.position.clone(),
+        scale: if coordinate.angular { 1.0 } else { length },
+    };
+    equations.coordinates.iter().map(of).collect()
+}
+
+fn constraints(equations: &Equations, length: f64, roles: &[Role]) -> Vec<Constraint> {
+    let rows = equations.constraints.iter().zip(roles);
+    rows.map(|(constraint, &role)| Constraint {
+        owner: equations.system.element(constraint.element).name.clone(),
+        scale: constraint.scale(length),
+        angular: constraint.held == Held::Angle,
+        role,
+        implied: matches!(equations.system.element(constraint.element).origin, Origin::Implied(_)),
+    })
+    .collect()
+}

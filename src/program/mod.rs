@@ -1,0 +1,15 @@
+//! From equations to the program that the runtime moves.
+//!
+//! First the kernels of positions and velocities ([`positions`]): with them the mechanism is assembled and its redundant loop
+//! equations are found. Then, with the independent loop equations known, the whole program (`program`).
+
+mod dependencies;
+mod dependency_sets;
+mod initial;
+mod lowered;
+mod table;
+
+pub(crate) use dependencies::LISTED;
+pub use initial::{Conditions, conditions, order_of};
+pub use lowered::{Lowered, positions, program};
+pub use table::{Start, Table, TableRow};

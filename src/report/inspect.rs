@@ -1,0 +1,331 @@
+//! Reads an FMU of cotree back.
+
+use std::collections::HashSet;
+use std::fmt;
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::path::Path;
+
+use cotree_fmu::fmi3::token;
+use cotree_fmu::program::{Experiment, Program};
+use quick_xml::Reader;
+use quick_xml::events::{BytesStart, Event};
+use zip::ZipArchive;
+use zip::result::ZipError;
+
+use crate::cells;
+use crate::diagnostic::visible::on_one_line;
+use crate::model::{CREDITS, Credits};
+use crate::typeset::{aligned, between, short};
+
+/// No file inside an FMU of cotree is larger than this [bytes].
+const LARGEST: u64 = 1 << 28;
+
+/// Nobody reads more variables than this, and a table of a million is wider than any screen and takes seconds to lay out.
+const MOST_SHOWN: usize = 1000;
+
+/// What an FMU of cotree says of itself.
+#[derive(Clone, Debug)]
+pub struct Contents {
+    /// The scene's name.
+    pub name: String,
+    /// One line; may be empty.
+    pub description: String,
+    /// Who made the model, and how it may be used.
+    pub credits: Credits,
+    /// The version of FMI, such as `2.0`.
+    pub version: String,
+    /// The program that made it.
+    pub tool: String,
+    /// What it must be instantiated with.
+    pub guid: String,
+    /// `Co-Simulation`, `Model Exchange`.
+    pub interfaces: Vec<&'static str>,
+    pub experiment: Experiment,
+    /// The platforms it runs on, with the size of their shared libraries \[bytes\].
+    pub platforms: Vec<(String, u64)>,
+    pub variables: Vec<Variable>,
+    /// Size of the file \[bytes\].
+    pub size: u64,
+    /// The text of the scene it was made from, if that was a file.
+    pub scene: Option<String>,
+}
+
+/// A variable as the model description has it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Variable {
+    pub name: String,
+    /// `parameter`, `input`, `output`, `local` or `independent`.
+    pub causality: String,
+    /// Its unit; may be empty.
+    pub unit: String,
+    /// Value at the start, if it can be set.
+    pub start: Option<String>,
+    /// Is that a guess, which picks the assembly?
+    pub guess: bool,
+    /// May it be set at any communication point?
+    pub tunable: bool,
+    /// Smallest permitted value.
+    pub min: Option<String>,
+    /// Largest permitted value.
+    pub max: Option<String>,
+    /// One line; may be empty.
+    pub description: String,
+}
+
+/// Why an FMU cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum InspectError {
+    #[error("{0}")]
+    Read(#[from] std::io::Error),
+    /// It is a folder or a device.
+    #[error("it is {0}, not an FMU")]
+    NoFile(&'static str),
+    /// It does not begin as archives do.
+    #[error("it is no FMU: it is not a zip archive")]
+    NoArchive,
+    /// It is an archive, but a damaged one.
+    #[error("it is damaged or was not copied to its end: {0}")]
+    Archive(#[from] ZipError),
+    /// It is an archive, but not of a model.
+    #[error("it is no FMU: it has no modelDescription.xml")]
+    NoDescription,
+    /// It is a good description of another model, or the program is another's.
+    #[error("it is damaged: its modelDescription.xml and its program are not of the same model ({0}); export it again")]
+    Strangers(&'static str),
+    /// The model description is damaged.
+    #[error("its modelDescription.xml is damaged: {0}")]
+    Description(String),
+    /// A file is not there that cotree writes into every FMU.
+    #[error("it is incomplete: it has no {0}; export it again")]
+    Incomplete(&'static str),
+    /// Another program has made it.
+    #[error("it was made by {}, not by cotree", if .0.is_empty() { "another program" } else { .0.as_str() })]
+    Foreign(String),
+    /// The program in it is damaged, or of another version of cotree.
+    #[error("{0}")]
+    Program(#[from] cotree_fmu::program::storage::LoadError),
+    /// A file in it is larger than any that cotree writes.
+    #[error("its `{0}` is larger than cotree would make it")]
+    Large(String),
+}
+
+type Archive = ZipArchive<BufReader<File>>;
+
+impl Contents {
+    /// Reads an FMU.
+    ///
+    /// # Errors
+    /// It cannot be read, is damaged, or was not made by cotree.
+    pub fn read(path: &Path) -> Result<Self, InspectError> {
+        let (mut file, size) = open(path)?;
+        let mut begin = [0; 2];
+        if size < 2 || file.read_exact(&mut begin).is_err() || begin != *b"PK" {
+            return Err(InspectError::NoArchive);
+        }
+        let mut archive = Archive::new(BufReader::new(file))?;
+        let description = entry(&mut archive, "modelDescription.xml")?.ok_or(InspectError::NoDescription)?;
+        let header = Header::parse(&description)?;
+        if !header.tool.starts_with("cotree ") {
+            return Err(InspectError::Foreign(header.tool));
+        }
+        let program = entry(&mut archive, cotree_fmu::PROGRAM_FILE)?;
+        let program = Program::from_bytes(&program.ok_or(InspectError::Incomplete(cotree_fmu::PROGRAM_FILE))?)?;
+        let expected = if header.version.starts_with('2') { program.guid.clone() } else { token(&program.guid) };
+        if header.guid != expected {
+            return Err(InspectError::Strangers("their GUIDs differ"));
+        }
+        // FMI 3.0 has more than the program: the time, derivatives of inputs.
+        let described: HashSet<&str> = header.variables.iter().map(|own| own.name.as_str()).collect();
+        if !program.variables.iter().all(|own| described.contains(own.name.as_str())) {
+            return Err(InspectError::Strangers("their variables differ"));
+        }
+        let mut scene = None;
+        for name in ["resources/scene.toml", "resources/scene.json"] {
+            scene = scene.or(entry(&mut archive, name)?);
+        }
+        Ok(Self {
+            platforms: platforms(&mut archive)?,
+            experiment: program.experiment,
+            guid: program.guid,
+            name: header.name,
+            description: header.description,
+            credits: header.credits,
+            version: header.version,
+            tool: header.tool,
+            interfaces: header.interfaces,
+            variables: header.variables,
+            size,
+            scene: scene.map(|text| String::from_utf8_lossy(&text).into_owned()),
+        })
+    }
+}
+
+/// An ordinary file and its size.
+fn open(path: &Path) -> Result<(File, u64), InspectError> {
+    let data = std::fs::metadata(path)?;
+    match data {
+        _ if data.is_dir() => Err(InspectError::NoFile("a folder")),
+        _ if !data.is_file() => Err(InspectError::NoFile("a pipe or a device")),
+        _ => Ok((File::open(path)?, data.len())),
+    }
+}
+
+/// A file of the archive, if it is there.
+fn entry(archive: &mut Archive, name: &str) -> Result<Option<Vec<u8>>, InspectError> {
+    let mut content = Vec::new();
+    let file = match archive.by_name(name) {
+        Ok(file) => file,
+        Err(ZipError::FileNotFound) => return Ok(None),
+        Err(error) => return Err(error.into()),
+    };
+    if file.take(LARGEST + 1).read_to_end(&mut content)? as u64 > LARGEST {
+        return Err(InspectError::Large(name.to_owned()));
+    }
+    Ok(Some(content))
+}
+
+/// Folders of shared libraries, with the libraries' sizes.
+fn platforms(archive: &mut Archive) -> Result<Vec<(String, u64)>, InspectError> {
+    let mut platforms = Vec::new();
+    for index in 0..archive.len() {
+        let file = archive.by_index_raw(index)?;
+        let name = file.name().map(|name| name.into_owned()).unwrap_or_default();
+        if let Some((platform, _)) = name.strip_prefix("binaries/").and_then(|rest| rest.split_once('/')) {
+            platforms.push((platform.to_owned(), file.size()));
+        }
+    }
+    platforms.sort();
+    Ok(platforms)
+}
+
+/// What the model description says.
+#[derive(Default)]
+struct Header {
+    name: String,
+    description: String,
+    credits: Credits,
+    version: String,
+    tool: String,
+    guid: String,
+    interfaces: Vec<&'static str>,
+    variables: Vec<Variable>,
+}
+
+impl Header {
+    fn parse(document: &[u8]) -> Result<Self, InspectError> {
+        let damaged = |error: &dyn fmt::Display| InspectError::Description(error.to_string());
+        let mut reader = Reader::from_reader(document);
+        let (mut header, mut buffer, mut depth) = (Self::default(), Vec::new(), 0_u32);
+        loop {
+            match reader.read_event_into(&mut buffer).map_err(|error| damaged(&error))? {
+                Event::Start(tag) => {
+                    depth += 1;
+                    header.add(&tag).map_err(|error| damaged(&error))?;
+                }
+                Event::Empty(tag) => header.add(&tag).map_err(|error| damaged(&error))?,
+                Event::End(_) => depth = depth.saturating_sub(1),
+                // The reader takes an end in the middle of elements for an end.
+                Event::Eof if depth > 0 => return Err(damaged(&"it breaks off")),
+                Event::Eof => return Ok(header),
+                _ => {}
+            }
+            buffer.clear();
+        }
+    }
+
+    fn add(&mut self, tag: &BytesStart) -> Result<(), quick_xml::Error> {
+        let get = |key: &str| -> Result<Option<String>, quick_xml::Error> {
+            let Some(attribute) = tag.try_get_attribute(key)? else { return Ok(None) };
+            Ok(Some(quick_xml::escape::unescape(&attribute.value)?.into_owned()))
+        };
+        let text = |key: &str| get(key).map(Option::unwrap_or_default);
+        match tag.name().as_ref() {
+            "fmiModelDescription" => {
+                (self.name, self.description) = (text("modelName")?, text("description")?);
+                for key in CREDITS {
+                    self.credits.extend(get(key)?.map(|text| (key, text)));
+                }
+                (self.tool, self.version) = (text("generationTool")?, text("fmiVersion")?);
+                self.guid = text(if self.version.starts_with('2') { "guid" } else { "instantiationToken" })?;
+            }
+            "CoSimulation" => self.interfaces.push("Co-Simulation"),
+            "ModelExchange" => self.interfaces.push("Model Exchange"),
+            "ScalarVariable" | "Float64" => {
+                self.variables.push(Variable {
+                    name: text("name")?,
+                    causality: get("causality")?.unwrap_or_else(|| "local".into()),
+                    description: text("description")?,
+                    tunable: text("variability")? == "tunable",
+                    guess: text("initial")? == "approx",
+                    ..Variable::default()
+                });
+                self.add_values(&get)?;
+            }
+            // FMI 2.0 writes the values of a variable in an element of their own.
+            "Real" => self.add_values(&get)?,
+            _ => {}
+        }
+        Ok(())
+    }
+}
+
+impl Header {
+    fn add_values<E>(&mut self, get: &impl Fn(&str) -> Result<Option<String>, E>) -> Result<(), E> {
+        if let Some(variable) = self.variables.last_mut() {
+            (variable.unit, variable.start) = (get("unit")?.unwrap_or_default(), get("start")?);
+            (variable.min, variable.max) = (get("min")?, get("max")?);
+        }
+        Ok(())
+    }
+}
+
+impl Variable {
+    fn start(&self) -> String {
+        let what = if self.guess { "guess" } else { "start" };
+        self.start.as_ref().map(|start| format!("{what} {start}")).unwrap_or_default()
+    }
+
+    /// What values it may have, and when it may change.
+    fn remark(&self) -> String {
+        let parts = [self.tunable.then(|| "tunable".to_owned()), between([self.min.clone(), self.max.clone()])];
+        parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
+    }
+}
+
+impl fmt::Display for Contents {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Experiment { start, stop, step, tolerance, .. } = self.experiment;
+        let [start, stop, step] = [start, stop, step].map(short);
+        let platforms = self.platforms.iter().map(|(name, size)| format!("{name} ({})", kilobytes(*size)));
+        let scene = if self.scene.is_some() { "inside: print it with --scene" } else { "not inside" };
+        let mut facts: Vec<Vec<String>> = self.credits.iter().map(|(key, text)| cells![key, text]).collect();
+        facts.extend([
+            cells!["made by", self.tool],
+            cells!["guid", self.guid],
+            cells!["interfaces", format!("FMI {} {}", self.version, self.interfaces.join(", "))],
+            cells!["platforms", platforms.collect::<Vec<_>>().join(", ")],
+            cells!["experiment", format!("{start} s to {stop} s, step {step} s, tolerance {tolerance:?}")],
+            cells!["size", kilobytes(self.size)],
+            cells!["scene", scene],
+        ]);
+        let variable =
+            |own: &Variable| cells![own.causality, own.name, own.unit, own.start(), own.remark(), own.description];
+        let table = |rows: Vec<Vec<String>>| {
+            let rows = rows.iter().map(|row| row.iter().map(|cell| on_one_line(cell)).collect());
+            aligned(&rows.collect::<Vec<_>>(), usize::MAX, "  ")
+        };
+        let about = if self.description.is_empty() { String::new() } else { format!(": {}", self.description) };
+        let shown = self.variables.iter().take(MOST_SHOWN).map(variable);
+        let tables = [facts, shown.collect()].map(table).concat();
+        write!(f, "{}\n{tables}", on_one_line(&format!("{}{about}", self.name)))?;
+        match self.variables.len().saturating_sub(MOST_SHOWN) {
+            0 => Ok(()),
+            further => writeln!(f, "  and {further} further variables: all are in its modelDescription.xml"),
+        }
+    }
+}
+
+fn kilobytes(size: u64) -> String {
+    format!("{} kB", size.div_ceil(1000))
+}

@@ -1,0 +1,373 @@
+//! Expressions to formulas: names are looked up, units checked, numbers folded.
+
+use std::f64::consts::PI;
+
+use super::Resolver;
+use super::formulas::FACTOR;
+use super::names::{Named, one};
+use super::parameters::hertz;
+use super::signals::{Signal, variables};
+use crate::component::Section;
+use crate::diagnostic::fault::Fault;
+use crate::diagnostic::span::Text;
+use crate::diagnostic::suggest;
+use crate::expr::{Binary, Function, Unary};
+use crate::model::{Class, Formula, JointId, LoadId, Owner, Quantity, Variable};
+use crate::scene::constant;
+use crate::scene::dimension::{self, Known, SECOND};
+use crate::scene::expression::{self, Tree, TreeKind};
+use crate::scene::unit::{Exponents, from_exponents};
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Context {
+    Constant,
+    Driver,
+    /// All that, positions, velocities, and forces and torques of other loads; the own variables of this load by their bare names.
+    Law(LoadId),
+    /// Numbers, parameters and the own variables of this joint.
+    Curve(JointId),
+    Output,
+}
+
+impl Context {
+    /// Does what is written there not depend on the time or the motion, but for a part's own variables?
+    fn is_constant(self) -> bool {
+        matches!(self, Context::Constant | Context::Curve(_))
+    }
+}
+
+/// A text that is being lowered, and its owner.
+#[derive(Clone, Copy)]
+struct Site<'a> {
+    text: &'a Text,
+    what: &'a str,
+    context: Context,
+}
+
+impl Resolver<'_> {
+    /// Parses and resolves an expression; faults are reported.
+    pub(super) fn expression(&mut self, text: &Text, what: &str, context: Context) -> Option<(Formula, Known)> {
+        match expression::parse(text) {
+            Ok(tree) => self.lower(&tree, Site { text, what, context }),
+            Err(fault) => {
+                self.faults.push(fault);
+                None
+            }
+        }
+    }
+
+    pub(super) fn constant_tree(&mut self, tree: &Tree, text: &Text, what: &str) -> Option<(Formula, Known)> {
+        self.lower(tree, Site { text, what, context: Context::Constant })
+    }
+
+    pub(super) fn law_tree(&mut self, tree: &Tree, text: &Text, what: &str) -> Option<(Formula, Known)> {
+        self.lower(tree, Site { text, what, context: Context::Output })
+    }
+
+    fn lower(&mut self, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
+        match &tree.kind {
+            TreeKind::Number(number) => Some((Formula::Number(*number), Known::Number)),
+            TreeKind::Measure(value, unit) => {
+                let written = site.text.text.get(tree.start..tree.end).unwrap_or_default();
+                let hertz = hertz(Some(unit), None, Some(&written.into()));
+                Some((Formula::Number(*value), Known::written(unit.exponents).in_hertz(hertz)))
+            }
+            TreeKind::Name(name) => self.lower_name(name, tree, site),
+            TreeKind::Call(function, arguments) => self.lower_call(*function, arguments, tree, site),
+            TreeKind::Table(lookup, file, argument) => {
+                let argument = self.lower(argument, site)?;
+                let place = site.text.part(tree.start, tree.end);
+                self.lookup(*lookup, file, argument, (site.what, place))
+            }
+            TreeKind::If(comparison, parts) => {
+                let lowered = [0, 1, 2, 3].map(|index| self.lower(&parts[index], site));
+                let [Some((a, a_unit)), Some((b, b_unit)), Some((then, then_unit)), Some((other, other_unit))] =
+                    lowered
+                else {
+                    return None;
+                };
+                self.join(a_unit, b_unit, "compared with", tree, site);
+                let known = self.join(then_unit, other_unit, "an alternative to", tree, site);
+                Some((Formula::If(*comparison, Box::new([a, b, then, other])), known))
+            }
+        }
+    }
+
+    fn lower_call(
+        &mut self,
+        function: Function,
+        arguments: &[Tree],
+        tree: &Tree,
+        site: Site<'_>,
+    ) -> Option<(Formula, Known)> {
+        let lowered: Vec<Option<(Formula, Known)>> =
+            arguments.iter().map(|argument| self.lower(argument, site)).collect();
+        let (formulas, units): (Vec<Formula>, Vec<Known>) = lowered.into_iter().collect::<Option<_>>()?;
+        let known = match (function, &units[..]) {
+            (Function::One(Unary::Negate), [unit]) => *unit,
+            (Function::Two(Binary::Add), [a, b]) => self.join(*a, *b, "added to", tree, site),
+            (Function::Two(Binary::Subtract), [a, b]) => self.join(*a, *b, "subtracted from", tree, site),
+            (Function::Two(operator @ (Binary::Multiply | Binary::Divide | Binary::Power)), [a, b]) => {
+                // A quotient of numbers is reported as the number that it is.
+                let by_zero = operator == Binary::Divide && constant::number(&formulas[1]) == Some(0.0);
+                if by_zero && constant::number(&formulas[0]).is_none() {
+                    let message = format!("{} divides by zero", site.what);
+                    let span = site.text.part(arguments[1].start, arguments[1].end);
+                    self.faults.push(Fault::new("scene::not_finite", message, span).label("zero"));
+                }
+                dimension::multiply(operator, *a, *b, &formulas[1])
+            }
+            _ => self.returned(function, &units, tree, site),
+        };
+        Some((constant::apply(function, formulas), known))
+    }
+
+    /// The unit of a function's value, given those of its arguments.
+    fn returned(&mut self, function: Function, units: &[Known], tree: &Tree, site: Site<'_>) -> Known {
+        let mut known = Known::Number;
+        for unit in units {
+            known = self.join(known, *unit, "used together with", tree, site);
+        }
+        if known.hertz() != 0 && matches!(function.name(), "sin" | "cos" | "tan") {
+            let what = format!("in {}, `{}` takes an angle", site.what, function.name());
+            self.open_hertz(&what, site.text.part(tree.start, tree.end), FACTOR);
+        } else if !dimension::accepts(function, known) {
+            let (name, unit) = (function.name(), known.unit().map(unit_name).unwrap_or_default());
+            self.faults.push(
+                Fault::new(
+                    "scene::wrong_unit",
+                    format!("in {}, `{name}` takes a pure number or an angle, not a value in {unit}", site.what),
+                    site.text.part(tree.start, tree.end),
+                )
+                .label(format!("in {unit}"))
+                .help(format!("divide by a number or parameter of the same unit: `{name}(x/0.01)`")),
+            );
+        }
+        dimension::returned(function, known)
+    }
+
+    /// The common unit of two values; a fault if they have none.
+    fn join(&mut self, a: Known, b: Known, how: &str, tree: &Tree, site: Site<'_>) -> Known {
+        dimension::join(a, b).unwrap_or_else(|(a, b)| {
+            let (first, second) = if how == "added to" || how == "subtracted from" { (b, a) } else { (a, b) };
+            self.faults.push(
+                Fault::new(
+                    "scene::wrong_unit",
+                    format!(
+                        "in {}, a value in {} is {how} a value in {}",
+                        site.what,
+                        unit_name(first),
+                        unit_name(second)
+                    ),
+                    site.text.part(tree.start, tree.end),
+                )
+                .label(format!("{} and {}", unit_name(a), unit_name(b)))
+                .help("check the units of the parameters and the places of the parentheses"),
+            );
+            Known::Nothing
+        })
+    }
+
+    fn lower_name(&mut self, name: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
+        let own = self.own_variable(name, site.context);
+        match self.names.get(name) {
+            Some(named) if named.is_number() && own.is_some() => self.refuse(
+                "scene::ambiguous_name",
+                format!(
+                    "in {}, `{name}` is both the {}'s own and {} of the scene",
+                    site.what,
+                    if let Context::Curve(_) = site.context { "joint" } else { "load" },
+                    one(named.word())
+                ),
+                &format!("rename the {}", named.word()),
+                (tree, site),
+            ),
+            Some(Named::Parameter(index)) => {
+                self.used_parameters.insert(index);
+                let meaning = &self.parameters[index];
+                // What it cannot be calculated from has its fault already.
+                let is_unknown = constant::number(&meaning.formula).is_some_and(f64::is_nan);
+                let known = Known::constant(meaning.unit).in_hertz(meaning.hertz);
+                (!is_unknown).then(|| (meaning.formula.clone(), known))
+            }
+            Some(Named::Input(_)) if site.context.is_constant() => {
+                self.not_constant(&format!("the input `{name}`"), tree, site)
+            }
+            Some(Named::Input(id)) => {
+                self.used_inputs.insert(id);
+                let unit = self.input_units.get(id.0).copied().flatten();
+                let (exponents, hertz) = unit.unzip();
+                Some((Formula::Input(id), Known::moving(exponents).in_hertz(hertz.unwrap_or(0))))
+            }
+            Some(Named::Signal(index)) => self.lower_signal(index, name, tree, site),
+            _ => match (name, own) {
+                ("pi", _) => Some((Formula::Number(PI), Known::Number)),
+                ("t" | "time", _) if site.context.is_constant() => {
+                    self.not_constant(&format!("the time `{name}`"), tree, site)
+                }
+                ("t" | "time", _) => Some((Formula::Time, Known::moving(Some(SECOND)))),
+                (_, Some(own)) => self.seen_there(own, tree, site),
+                _ if name.contains('.') => self.lower_variable(name, tree, site),
+                _ => self.unknown_name(name, tree, site),
+            },
+        }
+    }
+
+    /// `length` and `rate` of an actuator, `angle` and `omega` of a torsion actuator, `angle` of a cam.
+    fn own_variable(&self, name: &str, context: Context) -> Option<Variable> {
+        let (part, section, owner) = match context {
+            Context::Law(load) => (self.scene.loads.get(load.0)?, Section::Loads, Owner::Load(load)),
+            Context::Curve(joint) => (self.scene.joints.get(joint.0)?, Section::Joints, Owner::Joint(joint)),
+            _ => return None,
+        };
+        let own = part.component(section)?.own;
+        let quantity = own.iter().copied().find(|quantity| quantity.word() == name)?;
+        Some(Variable { owner, quantity })
+    }
+
+    fn lower_variable(&mut self, name: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
+        let text = Text::new(name, site.text.part(tree.start, tree.end));
+        let variable = self.variable(&text, site.what, "scene::unknown_variable")?;
+        if site.context.is_constant() {
+            return self.not_constant(&format!("the variable `{name}`"), tree, site);
+        }
+        match refusal(variable, site, &format!("`{name}`")) {
+            None => self.seen_there(variable, tree, site),
+            Some((code, message, help)) => self.refuse(code, message, help, (tree, site)),
+        }
+    }
+
+    fn seen_there(&mut self, variable: Variable, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
+        let seen = self.seen(variable);
+        if seen.is_none() {
+            let help = "let it depend on variables of joints and springs only";
+            self.refuse_place(site.what, site.text.part(tree.start, tree.end), help);
+        }
+        Some((seen?, Known::moving(variable.quantity.measure().exponents)))
+    }
+
+    /// What a signal is given by; what may not stand there may not come with it.
+    fn lower_signal(&mut self, index: usize, name: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
+        self.used_signals.insert(index);
+        if site.context.is_constant() {
+            return self.not_constant(&format!("the signal `{name}`"), tree, site);
+        }
+        let Signal { formula, known, .. } = self.signals[index].clone()?;
+        let named =
+            |variable| format!("`{}` (in signal `{name}`)", self.called.get(&variable).map_or("", String::as_str));
+        let mut refused = variables(&formula).into_iter().filter_map(|own| refusal(own, site, &named(own)));
+        let Some((code, message, help)) = refused.next() else { return Some((formula, known)) };
+        let span = site.text.part(tree.start, tree.end);
+        if !self.is_reported(&Text::new(name, span), name) {
+            self.faults.push_about(name, Fault::new(code, message, span).label("not here").help(help));
+        }
+        None
+    }
+
+    fn not_constant(&mut self, used: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
+        let (message, help) = match site.context {
+            Context::Curve(_) => (
+                format!("{} depends on the angle of its own part, but uses {used}", site.what),
+                "use `angle`, numbers and parameters",
+            ),
+            _ => (
+                format!("{} must be constant, but uses {used}", site.what),
+                "use numbers and parameters; for what varies there are drivers, force, torque and actuators",
+            ),
+        };
+        self.refuse("scene::not_constant", message, help, (tree, site))
+    }
+
+    fn refuse(
+        &mut self,
+        code: &'static str,
+        message: String,
+        help: &str,
+        at: (&Tree, Site<'_>),
+    ) -> Option<(Formula, Known)> {
+        let (tree, site) = at;
+        let span = site.text.part(tree.start, tree.end);
+        self.faults.push(Fault::new(code, message, span).label("not here").help(help));
+        None
+    }
+
+    fn unknown_name(&mut self, name: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
+        let span = site.text.part(tree.start, tree.end);
+        if self.is_reported(&Text::new(name, span), name) {
+            return None;
+        }
+        if let Some(named) = self.names.get(name) {
+            let has = suggest::list(self.variables_of(name).iter().copied());
+            let message = format!("{} uses `{name}` as a number, but it is a {}", site.what, named.word());
+            let help = format!(
+                "its variables are {has}, to be used like `{name}.{}`",
+                self.variables_of(name).first().unwrap_or(&"")
+            );
+            self.faults
+                .push(Fault::new("scene::not_a_number", message, span).label(format!("a {}", named.word())).help(help));
+            return None;
+        }
+        let mut known = self.names.all(Named::is_number);
+        let given = suggest::list(known.iter().copied());
+        known.extend(["pi", "t", "time"]);
+        known.extend(
+            [Quantity::Length, Quantity::Rate, Quantity::Angle, Quantity::Omega]
+                .map(Quantity::word)
+                .into_iter()
+                .filter(|own| self.own_variable(own, site.context).is_some()),
+        );
+        let otherwise = match given.is_empty() {
+            true => format!("give it in `[parameters]`: `{name} = 1.0`"),
+            false => format!("the scene has {given}; a new one goes into `[parameters]`"),
+        };
+        let message = format!("{} uses a name that is not in the scene: `{name}`", site.what);
+        let fault = Fault::new("scene::unknown_name", message, span).label("no such parameter, input or signal");
+        self.faults.push_about(name, fault.help(suggest::hint(name, known, otherwise)));
+        None
+    }
+}
+
+/// Why a law may not depend on a variable that is called so: a code, a message and what to do.
+fn refusal(variable: Variable, site: Site<'_>, called: &str) -> Option<(&'static str, String, &'static str)> {
+    let what = site.what;
+    let refused = match (site.context, variable.quantity.class()) {
+        (Context::Law(_), Class::Position | Class::Velocity) | (Context::Output, _) => return None,
+        (Context::Law(own), _) if variable.owner == Owner::Load(own) => {
+            let message = format!("{what} depends on itself: {called}");
+            return Some(("scene::cycle", message, "a load may use positions and velocities of the scene"));
+        }
+        (Context::Law(_), Class::Acceleration) => "an acceleration",
+        // Their laws are written out in its place.
+        (Context::Law(_), Class::Effort)
+            if matches!((variable.owner, variable.quantity), (Owner::Load(_), Quantity::Force | Quantity::Torque)) =>
+        {
+            return None;
+        }
+        (Context::Law(_), Class::Effort) if matches!(variable.owner, Owner::Load(_)) => {
+            "a component or the power of another load"
+        }
+        (Context::Law(_), Class::Effort) => "a reaction",
+        (Context::Law(_), Class::System) => "a sum over the whole system",
+        (Context::Constant | Context::Curve(_) | Context::Driver, _) => {
+            let message = format!("{what} depends on {called}, but a prescribed motion cannot depend on the motion");
+            return Some(("scene::driver_depends", message, "a driver may use the time `t`, parameters and inputs"));
+        }
+    };
+    let help = "a load may use positions and velocities of the scene, forces along springs and actuators, torques of loads, the time `t`, parameters and inputs";
+    Some(("scene::load_depends", format!("{what} depends on {called}, {refused}"), help))
+}
+
+fn unit_name(exponents: Exponents) -> String {
+    let name = from_exponents(exponents).si;
+    if name.is_empty() { "no unit".to_string() } else { format!("`{name}`") }
+}
+
+/// The formula of an expression without names.
+#[cfg(test)]
+pub(crate) fn formula_of_numbers(text: &str) -> Option<Formula> {
+    let scene = crate::scene::Scene::new("test");
+    let mut faults = crate::diagnostic::fault::Sink::default();
+    let names = super::Names::collect(&scene, &mut faults);
+    let mut resolver = Resolver::new(&scene, names, &mut faults);
+    resolver.expression(&Text::from(text), "test", Context::Constant).map(|(formula, _)| formula)
+}

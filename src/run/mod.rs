@@ -1,0 +1,188 @@
+//! A simulation from the outside: parameters, inputs over time, results at regular times.
+
+mod gaps;
+mod many;
+mod measure;
+mod members;
+mod results;
+pub mod settings;
+
+use std::sync::Arc;
+
+use cotree_fmu::instance::{Inaccuracy, Instance, InstanceError, TOLERANCES};
+use cotree_fmu::model::Model;
+use cotree_fmu::program::check::Fault;
+
+use crate::export::description::Description;
+use crate::model::Experiment;
+use crate::report::csv::Table;
+pub use gaps::Gaps;
+pub use many::{Ended, Ensemble, Settings};
+pub use measure::Measure;
+pub use results::{Column, Results, SimulateError};
+
+/// What to simulate.
+#[derive(Clone, Debug)]
+pub struct Run<'a> {
+    pub description: &'a Description,
+    /// Times and tolerance.
+    pub experiment: Experiment,
+    /// Variables and the values they are set to.
+    pub settings: Vec<(usize, f64)>,
+    /// Inputs over time: variable and column of the table.
+    pub inputs: Option<(&'a Table, Vec<usize>)>,
+    /// Variables to report.
+    pub reported: Vec<usize>,
+}
+
+/// Why a simulation ended early.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// The runtime refuses the program.
+    #[error(transparent)]
+    Program(#[from] Fault),
+    /// The instance refused.
+    #[error(transparent)]
+    Instance(#[from] InstanceError),
+    /// A result could not be handed over.
+    #[error(transparent)]
+    Output(#[from] std::io::Error),
+}
+
+impl Run<'_> {
+    /// Simulates, and hands over the reported values at every communication point; one that has none there is NaN. Says if rounding errors are larger than the tolerance.
+    ///
+    /// # Errors
+    /// Values that cannot be set, a motion that cannot be continued, or `report` fails.
+    pub fn start(
+        &self,
+        model: Arc<Model>,
+        mut report: impl FnMut(f64, &[f64]) -> std::io::Result<()>,
+    ) -> Result<Option<Inaccuracy>, RunError> {
+        let mut instance = self.begin(model)?;
+        let (mut knots, mut values) = (self.knots().into_iter().peekable(), vec![0.0; self.reported.len()]);
+        for time in points(self.experiment) {
+            while let Some(knot) = knots.next_if(|knot| *knot <= time) {
+                instance.step_to(knot)?;
+                self.set_inputs(&mut instance, knot)?;
+            }
+            if time > instance.time() {
+                instance.step_to(time)?;
+            }
+            for (value, &variable) in values.iter_mut().zip(&self.reported) {
+                *value = instance.reading(variable)?;
+            }
+            report(time, &values)?;
+        }
+        Ok(instance.take_inaccuracy())
+    }
+
+    /// The initial state.
+    fn begin(&self, model: Arc<Model>) -> Result<Instance, RunError> {
+        let Experiment { start, stop, tolerance, .. } = self.experiment;
+        let mut instance = Instance::new(model);
+        instance.setup(start, Some(stop), Some(tolerance))?;
+        for &(variable, value) in &self.settings {
+            instance.set(variable, value)?;
+        }
+        self.set_inputs(&mut instance, start)?;
+        instance.initialise()?;
+        Ok(instance)
+    }
+
+    /// Sets the inputs and their rates to the table's. They are constant until the next row, so this is done at the rows only
+    /// and the result does not depend on how often it is reported. Where the run stops nothing follows: the rates are those of the way there.
+    fn set_inputs(&self, instance: &mut Instance, time: f64) -> Result<(), RunError> {
+        let Some((table, variables)) = &self.inputs else {
+            return Ok(());
+        };
+        for (column, &variable) in variables.iter().enumerate() {
+            let (value, after) = table.at(column, time);
+            let stops = time > self.experiment.start && time == self.experiment.stop;
+            let rate = if stops { table.rate_before(column, time) } else { after };
+            instance.set(variable, value)?;
+            instance.set_derivative(variable, 1, rate)?;
+        }
+        Ok(())
+    }
+
+    /// Times of the table's rows within the run, each once.
+    fn knots(&self) -> Vec<f64> {
+        let times = self.inputs.iter().flat_map(|(table, _)| table.times().iter().copied());
+        let Experiment { start, stop, .. } = self.experiment;
+        let mut knots: Vec<f64> = times.filter(|&time| time > start && time <= stop).collect();
+        knots.dedup();
+        knots
+    }
+}
+
+/// More values than this at one go are a mistake in the step or the stop.
+const MOST_POINTS: u64 = 100_000_000;
+
+/// Can a run have these times and this tolerance?
+///
+/// # Errors
+/// What cannot be, `stop`, `step` or `tolerance`, and why.
+pub fn check(experiment: Experiment) -> Result<(), (&'static str, String)> {
+    let Experiment { start, stop, step, tolerance } = experiment;
+    if !start.is_finite() || !stop.is_finite() || stop < start {
+        Err(("stop", format!("{stop:?} s is before the start, {start:?} s")))
+    } else if !(step > 0.0 && step.is_finite()) {
+        Err(("step", format!("{step:?} s is not above zero")))
+    } else if count(experiment) > MOST_POINTS {
+        Err(("step", format!("{step:?} s up to {stop:?} s gives more than {MOST_POINTS} rows")))
+    } else if !(TOLERANCES[0]..=TOLERANCES[1]).contains(&tolerance) {
+        let [finest, coarsest] = TOLERANCES;
+        Err((
+            "tolerance",
+            format!(
+                "{tolerance:e} is not between {finest:e}, the finest that double precision permits, and {coarsest}"
+            ),
+        ))
+    } else {
+        Ok(())
+    }
+}
+
+/// Start, every full step, and stop; computed from the start, so that rounding does not add up.
+pub fn points(experiment: Experiment) -> impl Iterator<Item = f64> {
+    (0..count(experiment)).map(move |index| point(experiment, index))
+}
+
+/// One of them.
+fn point(experiment: Experiment, index: u64) -> f64 {
+    let Experiment { start, stop, step, .. } = experiment;
+    if index < steps(experiment) { start + index as f64 * step } else { stop }
+}
+
+/// How many points [`points`] gives.
+pub fn count(experiment: Experiment) -> u64 {
+    steps(experiment).saturating_add(1)
+}
+
+/// A last step that is short only by rounding is no step of its own.
+fn steps(Experiment { start, stop, step, .. }: Experiment) -> u64 {
+    ((stop - start) / step * (1.0 - 1e-12) - 1e-9).ceil().max(0.0) as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn times(start: f64, stop: f64, step: f64) -> Vec<f64> {
+        let experiment = Experiment { start, stop, step, tolerance: 1e-6 };
+        let times: Vec<f64> = points(experiment).collect();
+        assert_eq!(times.len() as u64, count(experiment));
+        times
+    }
+
+    #[test]
+    fn points_end_exactly_at_the_stop() {
+        assert_eq!(times(0.0, 0.3, 0.1).len(), 4);
+        assert_eq!(times(0.0, 0.3, 0.1).last(), Some(&0.3));
+        assert_eq!(times(0.0, 1.0, 0.4), [0.0, 0.4, 0.8, 1.0]);
+        assert_eq!(times(0.0, 10.0, 1e-3).len(), 10_001);
+        assert_eq!(times(1.0, 1.0, 0.1), [1.0]);
+        assert_eq!(times(0.0, 0.05, 0.1), [0.0, 0.05]);
+    }
+}

@@ -1,0 +1,18 @@
+//! The linear systems of equations of motion, solved symbolically: elimination, solve trees, blocks of driven mechanisms, reactions of least norm.
+
+mod augment;
+mod blocks;
+mod eliminate;
+pub(crate) mod least_norm;
+mod motion;
+mod pose;
+pub(crate) mod solve_tree;
+
+pub use blocks::{Block, Incidence};
+pub(crate) use blocks::{Loops, blocks, is_driven};
+pub use eliminate::{Factor, Obstacle, System};
+pub use least_norm::Shared;
+pub(crate) use motion::typical;
+pub use motion::{MotionSystem, Solver};
+pub use pose::Pose;
+pub use solve_tree::{SolveTree, in_solve_tree};

@@ -1,0 +1,146 @@
+//! The linear system whose solution is the motion: \[M J^T; J 0\] {a; lambda} = {Q; gamma}, in the branch coordinates or in those of
+//! a second pair of trees.
+
+use std::sync::Arc;
+
+use super::eliminate::{self, Factor, Obstacle};
+use crate::equations::Equations;
+use crate::expr::{Arena, Expr, Order, Symbol};
+use crate::model::Mechanism;
+use crate::solve::Pose;
+
+/// A system of equations of motion in some coordinates, and how the branch coordinates follow from its solution.
+#[derive(Clone, Debug)]
+pub struct MotionSystem {
+    /// \[M\] by rows.
+    pub mass: Vec<Vec<(usize, Expr)>>,
+    /// {Q}
+    pub load: Vec<Expr>,
+    pub rows: Vec<LoopRow>,
+    pub scales: Vec<f64>,
+    pub branches: Vec<Branch>,
+}
+
+#[derive(Clone, Debug)]
+pub struct LoopRow {
+    /// Its row of \[Phi_q\].
+    pub jacobian: Vec<(usize, Expr)>,
+    /// Its gamma (Eq. 21).
+    pub gamma: Expr,
+    /// The same loop equation in branch coordinates; the others are identities there.
+    pub branch: Option<usize>,
+}
+
+/// Acceleration of a branch coordinate: a sum over the system's accelerations, and a rest.
+#[derive(Clone, Debug)]
+pub struct Branch {
+    /// (coordinate of the system, coefficient)
+    pub terms: Vec<(usize, Expr)>,
+    pub rest: Expr,
+}
+
+#[derive(Clone, Debug)]
+pub struct Solver {
+    system: MotionSystem,
+    factor: Factor,
+}
+
+impl MotionSystem {
+    /// The equations in branch coordinates themselves (Eq. 22).
+    pub fn in_branch_coordinates(equations: &mut Equations, active: &[bool], length: f64) -> Self {
+        let dynamics = equations.dynamics();
+        let (mass, load) = (dynamics.mass.clone(), dynamics.load.clone());
+        let rows = (0..active.len()).filter(|&row| active[row]).map(|row| LoopRow {
+            jacobian: equations.constraints[row].jacobian.clone(),
+            gamma: equations.constraints[row].gamma,
+            branch: Some(row),
+        });
+        let itself = |index: usize| Branch { terms: vec![(index, Expr::ONE)], rest: Expr::ZERO };
+        MotionSystem {
+            scales: scales(equations, length),
+            rows: rows.collect(),
+            branches: (0..load.len()).map(itself).collect(),
+            mass,
+            load,
+        }
+    }
+
+    /// Orders and factorises.
+    ///
+    /// # Errors
+    /// A coordinate of the system moves no mass and is not constrained.
+    pub fn factorise(self, equations: &mut Equations, pose: &Pose) -> Result<Solver, Obstacle> {
+        let values = typical(&equations.system.mechanism, pose);
+        let jacobian: Vec<Vec<(usize, Expr)>> = self.rows.iter().map(|row| row.jacobian.clone()).collect();
+        let matrix = eliminate::System { mass: &self.mass, jacobian: &jacobian, scales: &self.scales, values: &values };
+        let factor = Factor::new(&mut equations.system.arena, &matrix)?;
+        Ok(Solver { system: self, factor })
+    }
+}
+
+/// Values of symbols at a pose and at rest. Missing masses count as 1: whether they are needed is checked later.
+pub(crate) fn typical<'a>(mechanism: &Arc<Mechanism>, pose: &'a Pose) -> impl Fn(Symbol) -> f64 + use<'a> {
+    let mechanism = Arc::clone(mechanism);
+    move |symbol| match symbol {
+        Symbol::Time => pose.time,
+        Symbol::Parameter(i) => mechanism.parameters.get(i).map_or(0.0, |parameter| parameter.value),
+        Symbol::Input(i, Order::Position) => mechanism.inputs[i].start,
+        Symbol::Coordinate(i, Order::Position) => pose.positions.get(i).copied().unwrap_or_default(),
+        Symbol::Follower(i, Order::Position) => pose.followers.get(i).copied().unwrap_or_default(),
+        Symbol::Missing(..) => 1.0,
+        _ => 0.0,
+    }
+}
+
+/// A unit mass on each coordinate, by rows: where no mass matters to a solution.
+pub(crate) fn unit_masses(arena: &mut Arena, scales: &[f64]) -> Vec<Vec<(usize, Expr)>> {
+    let unit = |(index, scale): (usize, &f64)| vec![(index, arena.constant(1.0 / (scale * scale)))];
+    scales.iter().enumerate().map(unit).collect()
+}
+
+pub fn scales(equations: &Equations, length: f64) -> Vec<f64> {
+    equations.coordinates.iter().map(|coordinate| if coordinate.angular { 1.0 } else { length }).collect()
+}
+
+impl Solver {
+    /// Accelerations of the branch coordinates, then the reactions of their loop equations: zero where not active.
+    pub fn motion(&self, arena: &mut Arena, constraints: usize) -> Vec<Expr> {
+        let mut right = self.system.load.clone();
+        right.extend(self.system.rows.iter().map(|row| row.gamma));
+        let solution = self.factor.solve(arena, &right);
+        let mut results: Vec<Expr> =
+            self.system.branches.iter().map(|branch| branch.value(arena, &solution, branch.rest)).collect();
+        let mut reactions = vec![Expr::ZERO; constraints];
+        for (row, &reaction) in self.system.rows.iter().zip(&solution[self.system.load.len()..]) {
+            if let Some(index) = row.branch {
+                reactions[index] = reaction;
+            }
+        }
+        results.extend(reactions);
+        results
+    }
+
+    /// Reciprocal pivots of the loop equations: they grow towards a singular configuration.
+    pub fn reciprocal_pivots(&self, arena: &mut Arena) -> Vec<Expr> {
+        self.factor.reciprocal_pivots(arena, self.system.load.len())
+    }
+
+    /// Projection onto the loop equations: the correction of the branch coordinates of least norm in the mass metric that cancels the residuals.
+    pub fn projection(&self, arena: &mut Arena, residuals: &[Expr]) -> Vec<Expr> {
+        let mut right = vec![Expr::ZERO; self.system.load.len()];
+        for row in &self.system.rows {
+            right.push(row.branch.map_or(Expr::ZERO, |index| arena.negate(residuals[index])));
+        }
+        let solution = self.factor.solve(arena, &right);
+        self.system.branches.iter().map(|branch| branch.value(arena, &solution, Expr::ZERO)).collect()
+    }
+}
+
+impl Branch {
+    fn value(&self, arena: &mut Arena, solution: &[Expr], rest: Expr) -> Expr {
+        self.terms.iter().fold(rest, |sum, &(index, coefficient)| {
+            let term = arena.multiply(coefficient, solution[index]);
+            arena.add(sum, term)
+        })
+    }
+}
