@@ -76,7 +76,8 @@ fn guide(arena: &mut Arena, across: &Vector) -> Option<(FrameId, Vec<Slope>)> {
                 rest = rest.map(|component| arena.substituted(component, symbol, Expr::ZERO));
                 slopes.push((index, slope));
             }
-            _ => return None,
+            Symbol::Coordinate(..) | Symbol::Time | Symbol::Input(..) | Symbol::Follower(..) => return None,
+            Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => return None,
         }
     }
     let (_, first) = *slopes.first()?;

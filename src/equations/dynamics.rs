@@ -320,7 +320,9 @@ fn shared_force(system: &mut System, kinematics: &Kinematics, laws: &Laws, id: E
             }
             None => constitutive_force(system, kinematics, laws, id),
         },
-        _ => constitutive_force(system, kinematics, laws, id),
+        Some((_, Force::None | Force::Resistance(_) | Force::World(_) | Force::InBody(..) | Force::Line(_))) | None => {
+            constitutive_force(system, kinematics, laws, id)
+        }
     }
 }
 

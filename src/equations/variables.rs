@@ -6,7 +6,9 @@ use super::kinematics::{Kinematics, PointMotion, ScalarMotion};
 use super::vector::Vector;
 use super::{Constraint, Equations};
 use crate::expr::{Binary, Expr, Order, Symbol, Unary};
-use crate::model::{BodyId, Dimension, DriverId, JointId, LoadId, Owner, Place, Quantity, Variable};
+use crate::model::{
+    Aspect, Axis, BodyId, Dimension, DriverId, Effort, JointId, LoadId, Owner, Place, Quantity, Variable, Whole,
+};
 use crate::network::{
     Angle, Curve, Direction, ElementId, Force, Origin, Port, RNode, RotationalRow, System, TNode, Torque,
     TranslationalRow,
@@ -49,33 +51,41 @@ impl Equations {
     }
 
     fn of_place(&mut self, place: Place, quantity: Quantity) -> Expr {
-        match quantity {
-            Quantity::Angle | Quantity::Omega | Quantity::Alpha => {
+        match quantity.aspect() {
+            Aspect::Angle(order) => {
                 let node = self.system.r_node(place.body());
                 let angle = self.kinematics.angle(node).clone();
-                self.of_angle(&angle, quantity)
+                self.of_angle(&angle, order)
             }
-            _ if let Some(total) = self.total_of(place, quantity) => total,
-            Quantity::X | Quantity::Y => {
-                let position = self.kinematics.position(&mut self.system, place);
-                self.of_motion(&PointMotion { position, ..PointMotion::default() }, quantity)
-            }
-            _ => {
-                let motion = self.kinematics.place(&mut self.system, place);
-                self.of_motion(&motion, quantity)
-            }
+            Aspect::Along(axis, order) => self.of_point(place, axis, order),
+            Aspect::Slide(_) | Aspect::Length(_) | Aspect::PressureAngle | Aspect::Curvature => Expr::ZERO,
+            Aspect::Effort(_) | Aspect::Whole(_) => Expr::ZERO,
         }
     }
 
-    /// A component of the motion of a place at the end of a deep path.
-    fn total_of(&mut self, place: Place, quantity: Quantity) -> Option<Expr> {
-        let (order, axis) = component(quantity)?;
-        Some(self.kinematics.total_of_place(&mut self.system, place, order)?[axis])
+    /// A component of the motion of a place; at the end of a deep path its sums are known.
+    fn of_point(&mut self, place: Place, axis: Axis, order: Order) -> Expr {
+        if let Some([x, y]) = self.kinematics.total_of_place(&mut self.system, place, order) {
+            return match axis {
+                Axis::X => x,
+                Axis::Y => y,
+            };
+        }
+        let motion = match order {
+            Order::Position => {
+                let position = self.kinematics.position(&mut self.system, place);
+                PointMotion { position, ..PointMotion::default() }
+            }
+            Order::Velocity | Order::Acceleration => self.kinematics.place(&mut self.system, place),
+        };
+        self.of_motion(&motion, axis, order)
     }
 
-    fn of_motion(&mut self, motion: &PointMotion, quantity: Quantity) -> Expr {
-        let Some((order, axis)) = component(quantity) else { return Expr::ZERO };
-        let axis = if axis == 0 { Vector::x() } else { Vector::y() };
+    fn of_motion(&mut self, motion: &PointMotion, axis: Axis, order: Order) -> Expr {
+        let axis = match axis {
+            Axis::X => Vector::x(),
+            Axis::Y => Vector::y(),
+        };
         match order {
             Order::Position => self.dot(&motion.position, &axis),
             Order::Velocity => self.component(&motion.velocity, &axis),
@@ -83,20 +93,19 @@ impl Equations {
         }
     }
 
-    fn of_angle(&mut self, angle: &ScalarMotion, quantity: Quantity) -> Expr {
+    fn of_angle(&mut self, angle: &ScalarMotion, order: Order) -> Expr {
         let arena = &mut self.system.arena;
-        match quantity {
-            Quantity::Angle => angle.position.total(arena),
-            Quantity::Omega => angle.velocity.total(arena),
-            Quantity::Alpha => angle.acceleration.total(arena),
-            _ => Expr::ZERO,
+        match order {
+            Order::Position => angle.position.total(arena),
+            Order::Velocity => angle.velocity.total(arena),
+            Order::Acceleration => angle.acceleration.total(arena),
         }
     }
 
-    fn angle_across(&mut self, id: ElementId, quantity: Quantity) -> Expr {
+    fn angle_across(&mut self, id: ElementId, order: Order) -> Expr {
         let Some(ends) = self.system.element(id).rotation.as_ref().map(|row| row.ends) else { return Expr::ZERO };
         let angle = self.kinematics.angle_across(&mut self.system.arena, ends);
-        self.of_angle(&angle, quantity)
+        self.of_angle(&angle, order)
     }
 
     fn of_joint(&mut self, joint: JointId, quantity: Quantity) -> Expr {
@@ -104,39 +113,38 @@ impl Equations {
         if let Some((ends, curve)) = self.system.curve(id) {
             return self.of_curve(id, (ends, curve), quantity);
         }
-        match quantity {
-            Quantity::Angle | Quantity::Omega | Quantity::Alpha => self.angle_across(id, quantity),
-            Quantity::S | Quantity::V | Quantity::A => self.slide(id, quantity),
-            Quantity::Fx => self.force_along(id, Direction::X),
-            Quantity::Fy => self.force_along(id, Direction::Y),
-            Quantity::Fn => self.normal_force(joint, id),
-            Quantity::Ft => self.coupling_reaction(id),
-            Quantity::Force | Quantity::Torque => self.joint_effort(id, quantity),
-            Quantity::Power => self.power(id),
-            _ => Expr::ZERO,
+        match quantity.aspect() {
+            Aspect::Angle(order) => self.angle_across(id, order),
+            Aspect::Slide(order) => self.slide(id, order),
+            Aspect::Effort(effort) => match effort {
+                Effort::X => self.force_along(id, Direction::X),
+                Effort::Y => self.force_along(id, Direction::Y),
+                Effort::Normal => self.normal_force(joint, id),
+                Effort::Tangential => self.coupling_reaction(id),
+                Effort::Force => self.joint_force(id),
+                Effort::Torque => self.joint_torque(id),
+                Effort::Power => self.power(id),
+            },
+            Aspect::Along(..) | Aspect::Length(_) | Aspect::PressureAngle | Aspect::Curvature | Aspect::Whole(_) => {
+                Expr::ZERO
+            }
         }
     }
 
     /// What is said of a coupling by a function of an angle: the angle within its turn, the contact, and the loads.
     fn of_curve(&mut self, id: ElementId, (ends, curve): ([RNode; 2], Curve), quantity: Quantity) -> Expr {
         let within = self.system.arena.symbol(Symbol::Argument);
-        let of = match quantity {
-            Quantity::Angle => within,
-            Quantity::PressureAngle => curve.pressure,
-            Quantity::Curvature => curve.curvature,
-            Quantity::Fn => curve.leverage,
-            Quantity::Torque => curve.value[1],
-            _ => return Expr::ZERO,
-        };
-        let arena = &mut self.system.arena;
-        let angle = self.kinematics.angle_across(arena, ends).position.total(arena);
-        let value = Curve::at(arena, of, angle);
-        match quantity {
-            Quantity::Fn => {
+        match quantity.aspect() {
+            Aspect::Angle(Order::Position) => self.at_angle(ends, within),
+            Aspect::PressureAngle => self.at_angle(ends, curve.pressure),
+            Aspect::Curvature => self.at_angle(ends, curve.curvature),
+            Aspect::Effort(Effort::Normal) => {
+                let leverage = self.at_angle(ends, curve.leverage);
                 let reaction = self.coupling_reaction(id);
-                self.system.arena.divide(reaction, value)
+                self.system.arena.divide(reaction, leverage)
             }
-            Quantity::Torque => {
+            Aspect::Effort(Effort::Torque) => {
+                let slope = self.at_angle(ends, curve.value[1]);
                 let terms = self.system.element(id).coupling.iter().flat_map(|coupling| &coupling.terms);
                 let factor = terms
                     .copied()
@@ -144,25 +152,34 @@ impl Equations {
                     .map_or(Expr::ZERO, |term| term.factor);
                 let reaction = self.coupling_reaction(id);
                 let arena = &mut self.system.arena;
-                let lever = arena.multiply(factor, value);
+                let lever = arena.multiply(factor, slope);
                 arena.multiply(lever, reaction)
             }
-            _ => value,
+            Aspect::Angle(Order::Velocity | Order::Acceleration) | Aspect::Along(..) | Aspect::Slide(_) => Expr::ZERO,
+            Aspect::Length(_) | Aspect::Whole(_) => Expr::ZERO,
+            Aspect::Effort(Effort::X | Effort::Y | Effort::Tangential | Effort::Force | Effort::Power) => Expr::ZERO,
         }
     }
 
+    /// A function of the angle between two nodes.
+    fn at_angle(&mut self, ends: [RNode; 2], function: Expr) -> Expr {
+        let arena = &mut self.system.arena;
+        let angle = self.kinematics.angle_across(arena, ends).position.total(arena);
+        Curve::at(arena, function, angle)
+    }
+
     /// s = r . u, s' = v . u, s'' = a . u + s omega^2, with r = s u the across variable without its known part.
-    fn slide(&mut self, id: ElementId, quantity: Quantity) -> Expr {
+    fn slide(&mut self, id: ElementId, order: Order) -> Expr {
         let Some(row) = self.system.element(id).translation.clone() else { return Expr::ZERO };
         let Some(&(direction, _)) = row.motion.first() else { return Expr::ZERO };
         let known = self.kinematics.known(&mut self.system, &row.known);
         let across = self.kinematics.across(&mut self.system.arena, row.ends);
         let across = PointMotion::between(&mut self.system.arena, &known, &across);
         let (frame, axis) = self.kinematics.direction(&mut self.system, direction);
-        match quantity {
-            Quantity::S => self.dot(&across.position, &axis),
-            Quantity::V => self.component(&across.velocity, &axis),
-            _ => {
+        match order {
+            Order::Position => self.dot(&across.position, &axis),
+            Order::Velocity => self.component(&across.velocity, &axis),
+            Order::Acceleration => {
                 let along = self.component(&across.acceleration, &axis);
                 let displacement = self.dot(&across.position, &axis);
                 let omega = self.kinematics.frames.get(frame).omega;
@@ -174,16 +191,23 @@ impl Equations {
         }
     }
 
-    /// The force along a joint's free or coupled direction; its reaction torque, or the torque about its free or coupled axis.
-    fn joint_effort(&mut self, id: ElementId, quantity: Quantity) -> Expr {
+    /// The force along a joint's free or coupled direction.
+    fn joint_force(&mut self, id: ElementId) -> Expr {
+        let element = self.system.element(id).clone();
+        match element.coupling {
+            None => self.resisting_force(element.translation.as_ref()),
+            Some(_) => self.coupling_reaction(id),
+        }
+    }
+
+    /// A joint's reaction torque, or the torque about its free or coupled axis.
+    fn joint_torque(&mut self, id: ElementId) -> Expr {
         let element = self.system.element(id).clone();
         let row = element.rotation.as_ref();
-        match (quantity, element.coupling) {
-            (Quantity::Force, None) => self.resisting_force(element.translation.as_ref()),
-            (Quantity::Force, Some(_)) => self.coupling_reaction(id),
-            (_, None) if row.is_some_and(|row| matches!(row.angle, Angle::Constant(_))) => self.torque_of(id),
-            (_, None) => self.resisting_torque(row),
-            (_, Some(coupling)) => {
+        match element.coupling {
+            None if row.is_some_and(|row| matches!(row.angle, Angle::Constant(_))) => self.torque_of(id),
+            None => self.resisting_torque(row),
+            Some(coupling) => {
                 let factor = coupling.terms.iter().find(|term| matches!(term.port, Port::Angle(_)));
                 let reaction = self.coupling_reaction(id);
                 factor.map_or(Expr::ZERO, |term| self.system.arena.multiply(term.factor, reaction))
@@ -235,35 +259,40 @@ impl Equations {
 
     fn of_driver(&mut self, driver: DriverId, quantity: Quantity) -> Expr {
         let Some(id) = self.system.find(Origin::Driver(driver)) else { return Expr::ZERO };
-        match quantity {
-            Quantity::Torque => self.torque_of(id),
-            Quantity::Fx => self.force_along(id, Direction::X),
-            Quantity::Fy => self.force_along(id, Direction::Y),
-            Quantity::Force => {
+        let Aspect::Effort(effort) = quantity.aspect() else { return Expr::ZERO };
+        match effort {
+            Effort::Torque => self.torque_of(id),
+            Effort::X => self.force_along(id, Direction::X),
+            Effort::Y => self.force_along(id, Direction::Y),
+            Effort::Force => {
                 let axis = self.system.element(id).translation.as_ref().and_then(|row| row.reaction.first().copied());
                 axis.map_or(Expr::ZERO, |axis| self.force_along(id, axis))
             }
-            Quantity::Power => self.power(id),
-            _ => Expr::ZERO,
+            Effort::Power => self.power(id),
+            Effort::Normal | Effort::Tangential => Expr::ZERO,
         }
     }
 
     fn of_load(&mut self, load: LoadId, quantity: Quantity) -> Expr {
         let Some(id) = self.system.find(Origin::Load(load)) else { return Expr::ZERO };
-        match quantity {
-            Quantity::Angle | Quantity::Omega | Quantity::Alpha => self.angle_across(id, quantity),
-            Quantity::Torque => self.laws.torques.get(&id).copied().unwrap_or(Expr::ZERO),
-            Quantity::Rate if let Some(centred) = self.centred(id) => {
-                self.rate_from_together(id, !centred.damped.is_empty())
-            }
-            Quantity::Length | Quantity::Rate => self.ends(id).map_or(Expr::ZERO, |ends| self.line(ends, quantity)),
-            Quantity::Acceleration => self.spanned(id, Quantity::Ax),
-            _ if component(quantity).is_some() => self.spanned(id, quantity),
-            Quantity::Fx => self.load_force(id, &Vector::x()),
-            Quantity::Fy => self.load_force(id, &Vector::y()),
-            Quantity::Force => self.line_law(load, id),
-            Quantity::Power => self.power(id),
-            _ => Expr::ZERO,
+        match quantity.aspect() {
+            Aspect::Angle(order) => self.angle_across(id, order),
+            Aspect::Length(Order::Position) => self.ends(id).map_or(Expr::ZERO, |ends| self.line(ends)),
+            Aspect::Length(Order::Velocity) => match self.centred(id) {
+                Some(centred) => self.rate_from_together(id, !centred.damped.is_empty()),
+                None => self.ends(id).map_or(Expr::ZERO, |ends| self.line_rate(ends)),
+            },
+            Aspect::Length(Order::Acceleration) => self.spanned(id, Axis::X, Order::Acceleration),
+            Aspect::Along(axis, order) => self.spanned(id, axis, order),
+            Aspect::Effort(effort) => match effort {
+                Effort::X => self.load_force(id, &Vector::x()),
+                Effort::Y => self.load_force(id, &Vector::y()),
+                Effort::Force => self.line_law(load, id),
+                Effort::Torque => self.laws.torques.get(&id).copied().unwrap_or(Expr::ZERO),
+                Effort::Power => self.power(id),
+                Effort::Normal | Effort::Tangential => Expr::ZERO,
+            },
+            Aspect::Slide(_) | Aspect::PressureAngle | Aspect::Curvature | Aspect::Whole(_) => Expr::ZERO,
         }
     }
 
@@ -280,21 +309,29 @@ impl Equations {
     }
 
     /// A component of the motion of a load's second point against its first.
-    fn spanned(&mut self, id: ElementId, quantity: Quantity) -> Expr {
+    fn spanned(&mut self, id: ElementId, axis: Axis, order: Order) -> Expr {
         let Some(ends) = self.ends(id) else { return Expr::ZERO };
         let across = self.kinematics.across(&mut self.system.arena, ends);
-        self.of_motion(&across, quantity)
+        self.of_motion(&across, axis, order)
     }
 
-    /// |d| and d|d|/dt in the plane; x_b - x_a and its rate on a line.
-    fn line(&mut self, ends: [TNode; 2], quantity: Quantity) -> Expr {
+    /// |d| in the plane; x_b - x_a on a line.
+    fn line(&mut self, ends: [TNode; 2]) -> Expr {
+        let across = self.kinematics.spanned(&mut self.system, ends);
+        match self.system.mechanism.dimension {
+            Dimension::One => self.of_motion(&across, Axis::X, Order::Position),
+            Dimension::Two => self.length(&across.position),
+        }
+    }
+
+    /// d|d|/dt in the plane; the rate of x_b - x_a on a line.
+    fn line_rate(&mut self, ends: [TNode; 2]) -> Expr {
         let across = self.kinematics.spanned(&mut self.system, ends);
         if self.system.mechanism.dimension == Dimension::One {
-            let of = if quantity == Quantity::Length { Quantity::X } else { Quantity::Vx };
-            return self.of_motion(&across, of);
+            return self.of_motion(&across, Axis::X, Order::Velocity);
         }
         let length = self.length(&across.position);
-        if quantity == Quantity::Length || length.is_zero() {
+        if length.is_zero() {
             return length;
         }
         let product = self.component(&across.velocity, &across.position);
@@ -304,7 +341,7 @@ impl Equations {
     /// d|d|/dt, or |v| where the ends are together: so fast they part.
     fn rate_from_together(&mut self, id: ElementId, guided: bool) -> Expr {
         let Some(ends) = self.ends(id) else { return Expr::ZERO };
-        let [length, rate] = [Quantity::Length, Quantity::Rate].map(|quantity| self.line(ends, quantity));
+        let (length, rate) = (self.line(ends), self.line_rate(ends));
         let across = self.kinematics.spanned(&mut self.system, ends);
         let [x, y] = [Vector::x(), Vector::y()].map(|axis| self.component(&across.velocity, &axis));
         let product = self.component(&across.velocity, &across.position);
@@ -336,22 +373,22 @@ impl Equations {
     }
 
     fn of_system(&mut self, quantity: Quantity) -> Expr {
-        match quantity {
-            Quantity::KineticEnergy => self.kinetic_energy(),
-            Quantity::PotentialEnergy => self.potential_energy(),
-            Quantity::TotalEnergy => {
+        let Aspect::Whole(whole) = quantity.aspect() else { return Expr::ZERO };
+        match whole {
+            Whole::KineticEnergy => self.kinetic_energy(),
+            Whole::PotentialEnergy => self.potential_energy(),
+            Whole::TotalEnergy => {
                 let (kinetic, potential) = (self.kinetic_energy(), self.potential_energy());
                 self.system.arena.add(kinetic, potential)
             }
-            Quantity::PositionResidual => {
+            Whole::PositionResidual => {
                 let rows: Vec<Expr> = self.constraints.iter().map(|row| row.value).collect();
                 self.largest(&rows)
             }
-            Quantity::VelocityResidual => {
+            Whole::VelocityResidual => {
                 let rows: Vec<Expr> = (0..self.constraints.len()).map(|index| self.constraint_rate(index)).collect();
                 self.largest(&rows)
             }
-            _ => Expr::ZERO,
         }
     }
 
@@ -428,19 +465,6 @@ impl Equations {
         let arena = &mut self.system.arena;
         let frames = &self.kinematics.frames;
         torque.map(arena, |arena, scalar| scalar.total(arena, frames)).total(arena)
-    }
-}
-
-/// A component of the motion of a point: its order, and 0 for x or 1 for y.
-fn component(quantity: Quantity) -> Option<(Order, usize)> {
-    match quantity {
-        Quantity::X => Some((Order::Position, 0)),
-        Quantity::Y => Some((Order::Position, 1)),
-        Quantity::Vx => Some((Order::Velocity, 0)),
-        Quantity::Vy => Some((Order::Velocity, 1)),
-        Quantity::Ax => Some((Order::Acceleration, 0)),
-        Quantity::Ay => Some((Order::Acceleration, 1)),
-        _ => None,
     }
 }
 

@@ -204,7 +204,8 @@ pub fn default_value(mechanism: &Mechanism, symbol: Symbol) -> f64 {
         Symbol::Parameter(i) => mechanism.parameters.get(i).map_or(0.0, |parameter| parameter.value),
         Symbol::Input(i, crate::expr::Order::Position) => mechanism.inputs[i].start,
         Symbol::Time => mechanism.experiment.start,
-        _ => 0.0,
+        Symbol::Input(..) | Symbol::Follower(..) | Symbol::Coordinate(..) => 0.0,
+        Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => 0.0,
     }
 }
 
@@ -286,11 +287,20 @@ fn missing_for(equations: &mut Equations, output: &Output) -> Vec<Symbol> {
 pub fn lacking(mechanism: &Mechanism) -> Result<Vec<(&Output, usize, Property)>, Vec<Fault>> {
     let mut equations = equations(mechanism, &mechanism.coordinates)?;
     let outputs = mechanism.outputs.iter();
-    let lacks = outputs.filter_map(|output| match missing_for(&mut equations, output).first() {
+    let missing = outputs.filter_map(|output| match missing_for(&mut equations, output).first() {
         Some(&Symbol::Missing(body, property)) => Some((output, body, property)),
-        _ => None,
+        None => None,
+        Some(
+            Symbol::Time
+            | Symbol::Parameter(_)
+            | Symbol::Input(..)
+            | Symbol::Follower(..)
+            | Symbol::Coordinate(..)
+            | Symbol::Reaction(_)
+            | Symbol::Argument,
+        ) => None,
     });
-    Ok(lacks.collect())
+    Ok(missing.collect())
 }
 
 fn missing(equations: &Equations, roots: &[Expr]) -> Vec<Symbol> {
@@ -304,7 +314,15 @@ fn missing_mass(equations: &Equations, symbol: Symbol, output: Option<&Output>) 
     let (body, key) = match symbol {
         Symbol::Missing(body, Property::Inertia) => (body, "inertia"),
         Symbol::Missing(body, Property::Mass) => (body, "mass"),
-        _ => return internal(mechanism, &format!("{symbol:?}")),
+        Symbol::Time
+        | Symbol::Parameter(_)
+        | Symbol::Input(..)
+        | Symbol::Follower(..)
+        | Symbol::Coordinate(..)
+        | Symbol::Reaction(_)
+        | Symbol::Argument => {
+            return internal(mechanism, &format!("{symbol:?}"));
+        }
     };
     let owner = &mechanism.bodies[body];
     let (why, label) = match output {

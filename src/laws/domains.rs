@@ -22,7 +22,7 @@ pub(crate) fn domains(equations: &mut Equations) -> Vec<(Domain, Expr)> {
     let is_known = |symbol: Symbol| match symbol {
         Symbol::Coordinate(_, order) => order != Order::Acceleration,
         Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => false,
-        _ => true,
+        Symbol::Time | Symbol::Parameter(_) | Symbol::Input(..) | Symbol::Follower(..) => true,
     };
     // What moves, and what is known before the accelerations are.
     domains.retain(|(_, argument)| {
@@ -81,7 +81,7 @@ impl Found<'_> {
         let table = match part.owner {
             Owner::Joint(_) => "joints",
             Owner::Driver(_) => "drivers",
-            _ => "loads",
+            Owner::Load(_) | Owner::Place(_) | Owner::System => "loads",
         };
         let place = format!("{table}.{}", part.name);
         for (key, value) in &part.values {

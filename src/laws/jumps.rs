@@ -63,7 +63,9 @@ impl Law {
     pub fn at(&self, roots: &[Expr], time: f64) -> Vec<f64> {
         let known = |symbol: Symbol| match symbol {
             Symbol::Parameter(index) => self.parameters[index],
-            _ => time,
+            Symbol::Time => time,
+            Symbol::Input(..) | Symbol::Follower(..) | Symbol::Coordinate(..) => time,
+            Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => time,
         };
         self.arena.evaluate(roots, &known)
     }

@@ -24,7 +24,7 @@ pub use name::identifier;
 pub use part::{Friction, Motion, Part, Value};
 pub use settings::{Coordinates, Experiment, Method, Solver};
 pub use unit::{Calculated, DisplayUnit, Input, Parameter, Unit};
-pub use variable::{Class, Owner, Quantity, Variable};
+pub use variable::{Aspect, Axis, Class, Effort, Owner, Quantity, Variable, Whole};
 
 use crate::diagnostic::{Span, suggest};
 

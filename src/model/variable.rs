@@ -1,6 +1,8 @@
 //! The naming table: variables that the user can name, and their names.
 
 use super::measure::*;
+use crate::expr::Order;
+
 use super::{BodyId, DriverId, JointId, LoadId, Mechanism, Place};
 
 /// A variable of the naming table, such as `crank.angle`.
@@ -68,7 +70,102 @@ pub enum Class {
     System,
 }
 
+/// An axis of the world.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Axis {
+    X,
+    Y,
+}
+
+/// What a quantity is of its owner: a motion with its order in time, a property of a contact, an effort, or a property of the whole mechanism.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Aspect {
+    /// The motion of a point along an axis.
+    Along(Axis, Order),
+    Angle(Order),
+    /// The displacement along a slide.
+    Slide(Order),
+    /// The distance of two points.
+    Length(Order),
+    PressureAngle,
+    Curvature,
+    Effort(Effort),
+    Whole(Whole),
+}
+
+/// Forces, torques and their power.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Effort {
+    X,
+    Y,
+    Normal,
+    Tangential,
+    Force,
+    Torque,
+    Power,
+}
+
+/// Properties of the whole mechanism.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Whole {
+    KineticEnergy,
+    PotentialEnergy,
+    TotalEnergy,
+    PositionResidual,
+    VelocityResidual,
+}
+
 impl Quantity {
+    /// What it is of its owner.
+    pub fn aspect(self) -> Aspect {
+        match self {
+            X => Aspect::Along(Axis::X, Order::Position),
+            Y => Aspect::Along(Axis::Y, Order::Position),
+            Angle => Aspect::Angle(Order::Position),
+            Vx => Aspect::Along(Axis::X, Order::Velocity),
+            Vy => Aspect::Along(Axis::Y, Order::Velocity),
+            Omega => Aspect::Angle(Order::Velocity),
+            Ax => Aspect::Along(Axis::X, Order::Acceleration),
+            Ay => Aspect::Along(Axis::Y, Order::Acceleration),
+            Alpha => Aspect::Angle(Order::Acceleration),
+            S => Aspect::Slide(Order::Position),
+            V => Aspect::Slide(Order::Velocity),
+            A => Aspect::Slide(Order::Acceleration),
+            Length => Aspect::Length(Order::Position),
+            Rate => Aspect::Length(Order::Velocity),
+            Acceleration => Aspect::Length(Order::Acceleration),
+            PressureAngle => Aspect::PressureAngle,
+            Curvature => Aspect::Curvature,
+            Fx => Aspect::Effort(Effort::X),
+            Fy => Aspect::Effort(Effort::Y),
+            Fn => Aspect::Effort(Effort::Normal),
+            Ft => Aspect::Effort(Effort::Tangential),
+            Force => Aspect::Effort(Effort::Force),
+            Torque => Aspect::Effort(Effort::Torque),
+            Power => Aspect::Effort(Effort::Power),
+            KineticEnergy => Aspect::Whole(Whole::KineticEnergy),
+            PotentialEnergy => Aspect::Whole(Whole::PotentialEnergy),
+            TotalEnergy => Aspect::Whole(Whole::TotalEnergy),
+            PositionResidual => Aspect::Whole(Whole::PositionResidual),
+            VelocityResidual => Aspect::Whole(Whole::VelocityResidual),
+        }
+    }
+
+    /// The order in time of a motion.
+    pub fn order(self) -> Option<Order> {
+        match self.aspect() {
+            Aspect::Along(_, order) | Aspect::Angle(order) | Aspect::Slide(order) | Aspect::Length(order) => {
+                Some(order)
+            }
+            Aspect::PressureAngle | Aspect::Curvature | Aspect::Effort(_) | Aspect::Whole(_) => None,
+        }
+    }
+
+    /// True for an angle and its derivatives.
+    pub fn turns(self) -> bool {
+        matches!(self.aspect(), Aspect::Angle(_))
+    }
+
     /// The last word of a variable's name, what it is in words, its unit and its class.
     const fn row(self) -> (&'static str, &'static str, Wanted, Class) {
         use Class::*;

@@ -12,7 +12,7 @@ use super::{
 use crate::diagnostic::Span;
 use crate::expr::{Arena, Expr, Order, Symbol};
 use crate::model::translate::translate;
-use crate::model::{Body, BodyId, DriverId, Formula, InputId, Mechanism, Motion, Owner, Part, Place, Quantity};
+use crate::model::{Body, BodyId, DriverId, Formula, InputId, Mechanism, Motion, Owner, Part, Place};
 
 /// The rows of an element of the scene: its component gives them.
 type RowsOf = fn(&Part, &mut System) -> Rows;
@@ -175,7 +175,11 @@ impl System {
             (Some(Motion::Acceleration(input)), Owner::Driver(driver)) => {
                 self.follower(driver, *input, Order::Acceleration)
             }
-            _ => Expr::ZERO,
+            (
+                Some(Motion::Velocity(_) | Motion::Acceleration(_)),
+                Owner::Place(_) | Owner::Joint(_) | Owner::Load(_) | Owner::System,
+            )
+            | (None, _) => Expr::ZERO,
         };
         self.derivatives(value)
     }
@@ -281,11 +285,11 @@ impl System {
 
     /// The bodies that nothing turns, by whose axes nothing is directed, and of whose angle nothing is given.
     pub fn unturned(&self) -> Vec<BodyId> {
-        let given =
-            self.mechanism.initial.iter().filter_map(|line| match (line.variable.owner, line.variable.quantity) {
-                (Owner::Place(Place::Centre(body)), Quantity::Angle | Quantity::Omega) => Some(body),
-                _ => None,
-            });
+        let given = self.mechanism.initial.iter().filter(|line| line.variable.quantity.turns());
+        let given = given.filter_map(|line| match line.variable.owner {
+            Owner::Place(Place::Centre(body)) => Some(body),
+            Owner::Place(_) | Owner::Joint(_) | Owner::Driver(_) | Owner::Load(_) | Owner::System => None,
+        });
         let turned = self.elements.iter().flat_map(|element| self.turned_by(element)).chain(given);
         let turned: HashSet<BodyId> = turned.collect();
         let bodies = (0..self.mechanism.bodies.len()).map(BodyId);

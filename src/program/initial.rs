@@ -6,7 +6,6 @@ use cotree_fmu::program::Condition;
 
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
-use crate::model::Quantity;
 
 /// Conditions of one order with their expressions.
 #[derive(Clone, Debug, Default)]
@@ -43,14 +42,14 @@ pub fn conditions(equations: &mut Equations, order: Order, length: f64) -> Condi
     let mechanism = &*equations.system.mechanism.clone();
     let settable = settable(equations);
     let lines = mechanism.initial.iter().enumerate();
-    let chosen = lines.filter(|(_, initial)| order_of(initial.variable.quantity) == order);
+    let chosen = lines.filter(|(_, initial)| initial.variable.quantity.order() == Some(order));
     let places: HashMap<usize, usize> =
         settable.iter().enumerate().map(|(place, settable)| (settable.line, place)).collect();
     let mut result = Conditions::default();
     let mut targets = Vec::new();
     for (row, (line, initial)) in chosen.enumerate() {
         let value = equations.variable(initial.variable);
-        let angular = matches!(initial.variable.quantity, Quantity::Angle | Quantity::Omega);
+        let angular = initial.variable.quantity.turns();
         result.conditions.push(Condition {
             name: mechanism.variable_name(initial.variable),
             known: initial.known,
@@ -80,18 +79,14 @@ fn differentiate(
         let column = match symbol {
             Symbol::Coordinate(index, of) if of == order => index,
             Symbol::Follower(index, of) if of == order => coordinates + index,
-            _ => continue,
+            Symbol::Coordinate(..) | Symbol::Follower(..) | Symbol::Time | Symbol::Parameter(_) | Symbol::Input(..) => {
+                continue;
+            }
+            Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => continue,
         };
         let entry = equations.system.arena.derivative(value, symbol);
         if entry != Expr::ZERO {
             jacobian.push(((row as u32, column as u32), entry));
         }
-    }
-}
-
-pub fn order_of(quantity: Quantity) -> Order {
-    match quantity {
-        Quantity::Vx | Quantity::Vy | Quantity::Omega | Quantity::V | Quantity::Rate => Order::Velocity,
-        _ => Order::Position,
     }
 }

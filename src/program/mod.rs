@@ -10,6 +10,6 @@ mod lowered;
 mod table;
 
 pub(crate) use dependencies::LISTED;
-pub use initial::{Conditions, conditions, order_of};
+pub use initial::{Conditions, conditions};
 pub use lowered::{Lowered, positions, program};
 pub use table::{Start, Table, TableRow};

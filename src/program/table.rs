@@ -6,10 +6,10 @@ use std::sync::Arc;
 use cotree_fmu::program::{Source, Variable};
 
 use super::dependencies::{self, Moving};
-use super::initial::{order_of, settable};
+use super::initial::settable;
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
-use crate::model::{Calculated, DisplayUnit, Mechanism, Quantity, Unit};
+use crate::model::{Calculated, DisplayUnit, Mechanism, Unit};
 
 #[derive(Clone, Debug)]
 pub struct TableRow {
@@ -158,9 +158,9 @@ impl Table {
             let place = named.get(&name).copied().unwrap_or_else(|| {
                 let value = equations.variable(variable);
                 let source = self.computed(equations, value);
-                let angular = matches!(variable.quantity, Quantity::Angle | Quantity::Omega);
+                let angular = variable.quantity.turns();
                 let unit = if angular { Unit::angle() } else { Unit::length() };
-                let rate = order_of(variable.quantity) == Order::Velocity;
+                let rate = variable.quantity.order() == Some(Order::Velocity);
                 let unit = if rate { unit.per_second() } else { unit };
                 self.push((&name, "known at the start", &unit), source, value);
                 self.rows.len() - 1

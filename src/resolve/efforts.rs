@@ -39,7 +39,7 @@ impl Resolver<'_> {
 fn effort_of(variable: Variable) -> Option<LoadId> {
     match variable.owner {
         Owner::Load(id) if variable.quantity.class() == Class::Effort => Some(id),
-        _ => None,
+        Owner::Place(_) | Owner::Joint(_) | Owner::Driver(_) | Owner::Load(_) | Owner::System => None,
     }
 }
 

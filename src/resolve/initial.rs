@@ -82,7 +82,9 @@ impl Resolver<'_> {
             Owner::Place(Place::Centre(_)) => true,
             Owner::Joint(_) => true,
             Owner::Load(_) => self.one_dimensional(),
-            _ => false,
+            Owner::Place(Place::Origin | Place::Ground(_) | Place::Point(..)) | Owner::Driver(_) | Owner::System => {
+                false
+            }
         };
         moving && owner
     }

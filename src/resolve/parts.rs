@@ -205,7 +205,7 @@ impl<'s> Resolver<'s> {
                 let context = match reading.owner {
                     Owner::Load(load) => Context::Law(load),
                     Owner::Joint(joint) if matches!(key.form, Form::Curve(..)) => Context::Curve(joint),
-                    _ => Context::Driver,
+                    Owner::Joint(_) | Owner::Driver(_) | Owner::Place(_) | Owner::System => Context::Driver,
                 };
                 let reader = Reader { fields: &reading.fields, user: &reading.user, context };
                 self.value_of(key, node, &reader).map(|value| reading.values.push((key.name, value)))

@@ -153,7 +153,9 @@ impl Resolver<'_> {
         let words = variable.quantity.words();
         match variable.owner {
             Owner::System => words.to_string(),
-            _ => format!("{words} `{}`", name.rsplit_once('.').map_or(name, |(owner, _)| owner)),
+            Owner::Place(_) | Owner::Joint(_) | Owner::Driver(_) | Owner::Load(_) => {
+                format!("{words} `{}`", name.rsplit_once('.').map_or(name, |(owner, _)| owner))
+            }
         }
     }
 }

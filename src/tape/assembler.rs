@@ -381,7 +381,8 @@ mod tests {
         match symbol {
             Symbol::Coordinate(i, _) => COORDINATES[i],
             Symbol::Parameter(i) => PARAMETERS[i],
-            _ => f64::NAN,
+            Symbol::Time | Symbol::Input(..) | Symbol::Follower(..) => f64::NAN,
+            Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => f64::NAN,
         }
     }
 

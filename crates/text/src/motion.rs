@@ -342,7 +342,7 @@ fn laws(equations: &mut Equations) -> HashMap<Expr, String> {
             Some(Force::Line(law)) => laws.push((law, own(), Quantity::Force)),
             // Components in the axes of a body have no name: `fx` and `fy` are those in the axes of the world.
             Some(Force::World([x, y])) => laws.extend([(x, own(), Quantity::Fx), (y, own(), Quantity::Fy)]),
-            _ => {}
+            Some(Force::None | Force::Inertia(_) | Force::Resistance(_) | Force::InBody(..)) | None => {}
         }
         if let Some(Torque::Law(law)) = element.rotation.as_ref().map(|row| row.through.clone()) {
             laws.push((law, own(), Quantity::Torque));
@@ -367,7 +367,9 @@ fn weights(equations: &Equations) -> HashSet<Symbol> {
     let is_weight = |symbol: &Symbol| match symbol {
         // Initial values that can be set are parameters of the program, not of the scene.
         Symbol::Parameter(index) => parameters.get(*index).is_some_and(|own| own.unit.exponents[0] != 0),
-        symbol => matches!(symbol, Symbol::Missing(..)),
+        Symbol::Missing(..) => true,
+        Symbol::Time | Symbol::Input(..) | Symbol::Follower(..) => false,
+        Symbol::Coordinate(..) | Symbol::Reaction(_) | Symbol::Argument => false,
     };
     let all = equations.system.arena.all().filter_map(|expr| match equations.system.arena.node(expr) {
         Node::Symbol(symbol) => Some(symbol),

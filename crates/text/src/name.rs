@@ -158,7 +158,10 @@ impl<'a> Names<'a> {
                 let own = self.equations.coordinates[index].name.position.strip_prefix("theta_");
                 own.map_or(Some(index + 1), |number| number.parse().ok())
             }
-            _ => None,
+            Symbol::Coordinate(..) | Symbol::Time | Symbol::Parameter(_) | Symbol::Input(..) | Symbol::Follower(..) => {
+                None
+            }
+            Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => None,
         }
     }
 

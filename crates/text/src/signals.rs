@@ -15,7 +15,8 @@ pub fn signals(equations: &Equations, formulas: &[Expr]) -> Vec<Vec<Piece>> {
         let words = match symbol {
             Symbol::Input(input, order) => input_words(equations, input, order),
             Symbol::Follower(follower, order) => follower_words(equations, follower, order),
-            _ => return None,
+            Symbol::Time | Symbol::Parameter(_) | Symbol::Coordinate(..) => return None,
+            Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => return None,
         };
         Some(std::iter::once(Piece::Math(Tree::Name(symbol_name(equations, symbol)))).chain(words).collect())
     };

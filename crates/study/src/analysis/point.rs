@@ -69,7 +69,13 @@ impl Values for Point {
         match symbol {
             // Only kinematic scenes lack masses, and then nothing that was asked for needs them.
             Symbol::Missing(..) => 0.0,
-            symbol => self.registers[symbol_register(&self.layout, symbol)],
+            Symbol::Time
+            | Symbol::Parameter(_)
+            | Symbol::Input(..)
+            | Symbol::Follower(..)
+            | Symbol::Coordinate(..)
+            | Symbol::Reaction(_)
+            | Symbol::Argument => self.registers[symbol_register(&self.layout, symbol)],
         }
     }
 }

@@ -3,7 +3,6 @@
 use cotree::expr::Order;
 use cotree::model::{Formula, Mechanism, Motion, Value};
 use cotree::network::System;
-use cotree::program::order_of;
 
 /// The same mechanism with its drivers constant at their start values, and without initial velocities. Bodies that nothing turns are particles: they would rest at any angle.
 pub fn at_rest(mechanism: &Mechanism) -> Mechanism {
@@ -17,7 +16,7 @@ pub fn at_rest(mechanism: &Mechanism) -> Mechanism {
             _ => {}
         }
     }
-    resting.initial.retain(|initial| order_of(initial.variable.quantity) == Order::Position);
+    resting.initial.retain(|initial| initial.variable.quantity.order() == Some(Order::Position));
     for body in System::new(&resting).unturned() {
         resting.bodies[body.0].inertia = Some(Formula::Number(0.0));
     }

@@ -245,8 +245,14 @@ impl Basis {
         match state {
             Symbol::Coordinate(index, Order::Position) => motion.rates.row(index).into_owned(),
             Symbol::Coordinate(index, _) => motion.accelerations.row(index).into_owned(),
-            other => {
-                let wanted = derivative(formulated, other);
+            Symbol::Time
+            | Symbol::Parameter(_)
+            | Symbol::Input(..)
+            | Symbol::Follower(..)
+            | Symbol::Reaction(_)
+            | Symbol::Missing(..)
+            | Symbol::Argument => {
+                let wanted = derivative(formulated, state);
                 let columns = self.states.iter().chain(&self.inputs);
                 let entries = columns.map(|&column| f64::from(u8::from(column == wanted)));
                 nalgebra::RowDVector::from_iterator(self.signals.ncols(), entries)

@@ -133,7 +133,12 @@ impl Profile {
         let known = |symbol: Symbol| match symbol {
             Symbol::Argument => angle,
             Symbol::Parameter(index) => self.values[index],
-            _ => 0.0,
+            Symbol::Time
+            | Symbol::Input(..)
+            | Symbol::Follower(..)
+            | Symbol::Coordinate(..)
+            | Symbol::Reaction(_)
+            | Symbol::Missing(..) => 0.0,
         };
         let found = self.arena.evaluate_in(&self.order, &self.roots, &known);
         Sample {

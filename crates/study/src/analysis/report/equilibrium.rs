@@ -136,7 +136,14 @@ impl Reader<'_> {
         let symbols = self.formulated.equations.system.arena.symbols(exprs);
         symbols.into_iter().find_map(|symbol| match symbol {
             Symbol::Missing(body, cotree::expr::Property::Mass) => Some(mechanism.bodies[body].name.clone()),
-            _ => None,
+            Symbol::Missing(..) => None,
+            Symbol::Time
+            | Symbol::Parameter(_)
+            | Symbol::Input(..)
+            | Symbol::Follower(..)
+            | Symbol::Coordinate(..)
+            | Symbol::Reaction(_)
+            | Symbol::Argument => None,
         })
     }
 

@@ -1,8 +1,9 @@
 //! Laws of loads as they stand in the scene: in terms of the load's own across variables.
 
 use cotree::equations::Equations;
+use cotree::expr::Order;
 use cotree::expr::{Binary, Function, Unary};
-use cotree::model::{Comparison, Formula, Owner, Quantity, Variable};
+use cotree::model::{Aspect, Comparison, Formula, Owner, Variable};
 use cotree::network::Origin;
 
 use crate::name::{Name, symbol_name};
@@ -38,22 +39,24 @@ pub fn tree(equations: &Equations, letters: Letters, formula: &Formula) -> Tree 
 fn variable(equations: &Equations, letters: Letters, own: Variable) -> Tree {
     let label = match own.owner {
         Owner::Load(load) => equations.system.find(Origin::Load(load)),
-        _ => None,
+        Owner::Place(_) | Owner::Joint(_) | Owner::Driver(_) | Owner::System => None,
     };
     let plane = letters.has_two_components();
     let named = || Tree::Name(Name::variable(&equations.system.mechanism.variable_name(own)));
     let Some(label) = label.map(|id| equations.system.element(id).label.as_str()) else { return named() };
-    match (own.quantity, plane) {
-        (Quantity::Length, true) => Tree::Call("abs", vec![letters.displacement(label)]),
-        (Quantity::Length, false) => letters.displacement(label),
-        (Quantity::Rate, true) => {
+    match (own.quantity.aspect(), plane) {
+        (Aspect::Length(Order::Position), true) => Tree::Call("abs", vec![letters.displacement(label)]),
+        (Aspect::Length(Order::Position), false) => letters.displacement(label),
+        (Aspect::Length(Order::Velocity), true) => {
             let name = Name::edge("r", label, false);
             Tree::Name(Name { plain: format!("abs({})'", name.plain), dots: 1, ..name })
         }
-        (Quantity::Rate, false) => letters.velocity(label),
-        (Quantity::Angle, _) => letters.angle(label),
-        (Quantity::Omega, _) => letters.omega(label),
-        _ => named(),
+        (Aspect::Length(Order::Velocity), false) => letters.velocity(label),
+        (Aspect::Angle(Order::Position), _) => letters.angle(label),
+        (Aspect::Angle(Order::Velocity), _) => letters.omega(label),
+        (Aspect::Length(Order::Acceleration) | Aspect::Angle(Order::Acceleration), _) => named(),
+        (Aspect::Along(..) | Aspect::Slide(_) | Aspect::PressureAngle | Aspect::Curvature, _) => named(),
+        (Aspect::Effort(_) | Aspect::Whole(_), _) => named(),
     }
 }
 
