@@ -144,6 +144,40 @@ fn the_pages_that_follow_the_code_name_places_that_are_there() {
     }
 }
 
+/// `docs/words.md` gives each word a type and the file that defines it; no two words share a type, and no word stands twice.
+#[test]
+fn words_have_the_types_that_their_page_names() {
+    let text = read(&root().join("docs/words.md"));
+    let rows: Vec<Vec<&str>> = text
+        .lines()
+        .filter(|line| line.starts_with("| ") && !line.starts_with("| word "))
+        .map(|line| line.trim_matches('|').split('|').map(str::trim).collect())
+        .collect();
+    assert!(rows.len() >= 40, "{rows:?}");
+    let (mut words, mut types) = (std::collections::BTreeSet::new(), std::collections::BTreeSet::new());
+    for row in rows {
+        let [word, meaning, carrier] = row[..] else { panic!("three columns: {row:?}") };
+        let codes: Vec<&str> = carrier.split('`').skip(1).step_by(2).collect();
+        let [name, file] = codes[..] else { panic!("a type in a file: {carrier}") };
+        let source = read(&root().join(file));
+        let defines = |kind: &&str| source.lines().any(|line| defined(line, kind) == Some(name));
+        assert!(["struct", "enum", "trait"].iter().any(|kind| defines(&kind)), "{word}: {file} does not define {name}");
+        assert!(
+            !meaning.is_empty() && words.insert(word) && types.insert((name, file)),
+            "{word} or {name} stands twice"
+        );
+    }
+}
+
+/// The type that a line defines: `pub struct Body {`.
+fn defined<'a>(line: &'a str, kind: &str) -> Option<&'a str> {
+    let rest = line.split_once(&format!("{kind} "))?;
+    let public = rest.0.trim_end();
+    let is_item = public.is_empty() || public == "pub" || public.starts_with("pub(") && public.ends_with(')');
+    let end = rest.1.find(|letter: char| !letter.is_alphanumeric()).unwrap_or(rest.1.len());
+    is_item.then_some(&rest.1[..end])
+}
+
 #[test]
 fn what_the_map_lists_is_there_and_nothing_is_missing() {
     let text = read(&root().join("CONTRIBUTING.md"));
