@@ -37,10 +37,9 @@ fn cost(system: &System, trees: &Trees) -> Option<f64> {
     let (positions, followers) = (state.positions().to_vec(), state.follower_positions().to_vec());
     let pose = Pose { time: state.time(), positions, followers };
     let equations = &mut formulated.equations;
-    let active: Vec<bool> = (0..equations.constraints.len()).map(|i| !formulated.redundant.contains(&i)).collect();
-    let system = MotionSystem::in_branch_coordinates(equations, &active, formulated.lowered.program.length);
+    let system = MotionSystem::in_branch_coordinates(equations, formulated.lowered.program.length);
     let solver = system.factorise(equations, &pose).ok()?;
-    let results = solver.motion(&mut equations.system.arena, active.len());
+    let results = solver.motion(&mut equations.system.arena, equations.constraints.len());
     Some(kernel_cost(equations, &results).nanoseconds())
 }
 

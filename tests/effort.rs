@@ -57,23 +57,22 @@ fn check_solve_trees(mechanism: &Mechanism) {
     }
     let pose = pose(&formulated);
     let length = formulated.lowered.program.length;
-    let active: Vec<bool> =
-        (0..formulated.equations.constraints.len()).map(|i| !formulated.redundant.contains(&i)).collect();
+    let rows = formulated.equations.constraints.len();
     let residuals: Vec<Expr> =
-        (0..active.len()).map(|i| formulated.equations.system.arena.constant(1e-3 * (1.0 + i as f64))).collect();
+        (0..rows).map(|i| formulated.equations.system.arena.constant(1e-3 * (1.0 + i as f64))).collect();
     let mut solutions = Vec::new();
     for stride in [None, Some(1), Some(2), Some(3)] {
         let equations = &mut formulated.equations;
         let system = match stride {
-            None => MotionSystem::in_branch_coordinates(equations, &active, length),
+            None => MotionSystem::in_branch_coordinates(equations, length),
             Some(stride) => {
                 let chosen = |body: BodyId| equations.depth(body).is_multiple_of(stride);
                 let trees = equations.trees.with_bodies(&equations.system, chosen);
-                in_solve_tree(equations, trees, &active, length)
+                in_solve_tree(equations, trees, length)
             }
         };
         let solver = system.factorise(equations, &pose).unwrap();
-        let motion = solver.motion(&mut equations.system.arena, active.len());
+        let motion = solver.motion(&mut equations.system.arena, rows);
         let projection = solver.projection(&mut equations.system.arena, &residuals);
         solutions.push([values(&formulated, &motion, &[]), values(&formulated, &projection, &[])]);
     }

@@ -160,8 +160,8 @@ fn words_have_the_types_that_their_page_names() {
         let codes: Vec<&str> = carrier.split('`').skip(1).step_by(2).collect();
         let [name, file] = codes[..] else { panic!("a type in a file: {carrier}") };
         let source = read(&root().join(file));
-        let defines = |kind: &&str| source.lines().any(|line| defined(line, kind) == Some(name));
-        assert!(["struct", "enum", "trait"].iter().any(|kind| defines(&kind)), "{word}: {file} does not define {name}");
+        let defines = |kind: &str| source.lines().any(|line| defined(line, kind) == Some(name));
+        assert!(["struct", "enum", "trait"].into_iter().any(defines), "{word}: {file} does not define {name}");
         assert!(
             !meaning.is_empty() && words.insert(word) && types.insert((name, file)),
             "{word} or {name} stands twice"
@@ -292,4 +292,32 @@ fn every_constant_of_the_runtime_has_its_measurement() {
     let rows = text.lines().filter(|line| line.starts_with("| `"));
     let gone: Vec<&str> = rows.filter(|line| !known.iter().any(|row| line.starts_with(row.as_str()))).collect();
     assert!(gone.is_empty(), "docs/constants.md has rows of what is no more: {gone:#?}");
+}
+
+/// The first paragraph of a module's documentation, as one line.
+fn purpose(path: &Path) -> String {
+    let text = read(path);
+    let lines = text.lines().map_while(|line| line.strip_prefix("//!")).map(str::trim);
+    lines.take_while(|line| !line.is_empty()).collect::<Vec<_>>().join(" ")
+}
+
+/// `tests/README.md` lists the modules of the tests with what each is about; `COTREE_WRITE_REFERENCE=1` writes it.
+#[test]
+fn the_list_of_tests_is_that_of_their_modules() {
+    let folder = root().join("tests");
+    let mut modules: Vec<PathBuf> = folder.read_dir().unwrap().map(|entry| entry.unwrap().path()).collect();
+    modules.retain(|path| path.extension().is_some_and(|extension| extension == "rs") && !path.ends_with("main.rs"));
+    modules.sort();
+    let mut list = "# Tests\n\nMade from the modules; `cargo test --test all house::` compares. One program holds them all.\n\n| module | what it tests |\n|---|---|\n".to_owned();
+    for path in &modules {
+        let purpose = purpose(path);
+        assert!(!purpose.is_empty(), "{} does not say what it tests", path.display());
+        let name = path.file_stem().unwrap().to_string_lossy();
+        list += &format!("| [{name}]({name}.rs) | {} |\n", purpose.replace('|', "\\|"));
+    }
+    let page = folder.join("README.md");
+    if std::env::var_os("COTREE_WRITE_REFERENCE").is_some() {
+        std::fs::write(&page, &list).unwrap();
+    }
+    assert_eq!(read(&page), list, "tests/README.md: COTREE_WRITE_REFERENCE=1 writes it");
 }

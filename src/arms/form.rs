@@ -26,31 +26,25 @@ const ORDINARY: f64 = 20.0;
 ///
 /// # Errors
 /// Why there is none, as a clause.
-pub fn arm_form(
-    equations: &mut Equations,
-    (length, active): (f64, &[bool]),
-    values: &impl Values,
-) -> Result<(ArmForm, Vec<Expr>), Reason> {
-    let driven = is_driven(equations, active);
-    let formulate = |equations: &mut Equations, rows: &[bool]| match driven {
-        true => equations.arms_of_loops(rows, length),
-        false => equations.arms(rows),
+pub fn arm_form(equations: &mut Equations, length: f64, values: &impl Values) -> Result<(ArmForm, Vec<Expr>), Reason> {
+    let driven = is_driven(equations);
+    let formulate = |equations: &mut Equations, counts: fn(&Constraint) -> bool| match driven {
+        true => equations.arms_of_loops(counts, length),
+        false => equations.arms(counts),
     };
     if repeat_exactly(equations, length, values) {
-        let rows = equations.constraints.iter().zip(active);
-        let all: Vec<bool> = rows.map(|(row, active)| *active || row.repeats).collect();
-        let arms = formulate(equations, &all)?;
+        let arms = formulate(equations, |row| row.is_imposed() || row.repeats())?;
         if may_choose(equations, &arms, values) {
             return lower(equations, &arms, values);
         }
     }
-    let arms = formulate(equations, active)?;
+    let arms = formulate(equations, Constraint::is_imposed)?;
     lower(equations, &arms, values)
 }
 
 /// Do loop equations repeat others, and do all of them hold in this pose?
 pub(crate) fn repeat_exactly(equations: &Equations, length: f64, values: &impl Values) -> bool {
-    let repeating: Vec<&Constraint> = equations.constraints.iter().filter(|row| row.repeats).collect();
+    let repeating: Vec<&Constraint> = equations.constraints.iter().filter(|row| row.repeats()).collect();
     let gaps: Vec<Expr> = repeating.iter().map(|row| row.value).collect();
     let gaps = equations.system.arena.evaluate(&gaps, values);
     let hold = repeating.iter().zip(gaps).all(|(row, gap)| gap.abs() < EXACTLY * row.scale(length));
@@ -93,19 +87,15 @@ fn unit_of_mass(equations: &Equations, arms: &ArmEquations, values: &impl Values
 ///
 /// # Errors
 /// As [`arm_form`].
-pub fn mass_form(
-    equations: &mut Equations,
-    active: &[bool],
-    values: &impl Values,
-) -> Result<(ArmForm, Vec<Expr>), Reason> {
-    let arms = equations.arms_without_loads(active)?;
+pub fn mass_form(equations: &mut Equations, values: &impl Values) -> Result<(ArmForm, Vec<Expr>), Reason> {
+    let arms = equations.arms_without_loads(Constraint::is_imposed)?;
     lower(equations, &arms, values)
 }
 
 fn lower(equations: &mut Equations, arms: &ArmEquations, values: &impl Values) -> Result<(ArmForm, Vec<Expr>), Reason> {
     let unit_of_mass = unit_of_mass(equations, arms, values);
     let angular: Vec<bool> = equations.coordinates.iter().map(|coordinate| coordinate.angular).collect();
-    let repeats: Vec<bool> = equations.constraints.iter().map(|row| row.repeats).collect();
+    let repeats: Vec<bool> = equations.constraints.iter().map(Constraint::repeats).collect();
     let per_unit = equations.system.arena.constant(1.0 / unit_of_mass);
     let mut lowering = Lowering {
         per_unit,

@@ -13,8 +13,8 @@ mod tree;
 
 use std::collections::BTreeMap;
 
-use crate::equations::Equations;
 use crate::equations::vector::FrameId;
+use crate::equations::{Constraint, Equations};
 use crate::expr::Expr;
 use crate::model::BodyId;
 use crate::network::ElementId;
@@ -138,12 +138,12 @@ impl ArmEquations {
 }
 
 impl Equations {
-    /// The arm form; only the `active` loop equations enter.
+    /// The arm form of the loop equations that count.
     ///
     /// # Errors
     /// A displacement that is no constant combination of arms, or too many masses between arms.
-    pub fn arms(&mut self, active: &[bool]) -> Result<ArmEquations, Reason> {
-        let mut arms = self.arms_without_loads(active)?;
+    pub fn arms(&mut self, counts: fn(&Constraint) -> bool) -> Result<ArmEquations, Reason> {
+        let mut arms = self.arms_without_loads(counts)?;
         self.weights(&mut arms);
         for index in 0..self.system.elements.len() {
             self.force(ElementId(index), &mut arms)?;
@@ -152,34 +152,34 @@ impl Equations {
         Ok(arms)
     }
 
-    /// The same without loads: masses, and the `active` loop equations.
+    /// Masses, and the loop equations that count.
     ///
     /// # Errors
     /// As [`Equations::arms`].
-    pub fn arms_without_loads(&mut self, active: &[bool]) -> Result<ArmEquations, Reason> {
+    pub fn arms_without_loads(&mut self, counts: fn(&Constraint) -> bool) -> Result<ArmEquations, Reason> {
         let mut arms = ArmEquations { frames: self.turning()?, ..ArmEquations::default() };
-        if !active.contains(&true) {
+        if !self.constraints.iter().any(counts) {
             self.tree(&mut arms)?;
         }
         if arms.links.is_empty() {
             self.are_few()?;
             self.masses(&mut arms)?;
         }
-        self.active_rows(active, &mut arms)?;
+        self.rows(counts, &mut arms)?;
         Ok(arms)
     }
 
-    /// Those of a driven mechanism with unit masses on its unknowns, and no loads: no mass matters where the `active` loop equations determine
+    /// The arm form of a driven mechanism with unit masses on its unknowns, and no loads: no mass matters where loop equations determine
     /// the motion. `length`: the natural size of a displacement.
     ///
     /// # Errors
     /// As [`Equations::arms`].
-    pub fn arms_of_loops(&mut self, active: &[bool], length: f64) -> Result<ArmEquations, Reason> {
+    pub fn arms_of_loops(&mut self, counts: fn(&Constraint) -> bool, length: f64) -> Result<ArmEquations, Reason> {
         let mut arms = ArmEquations { frames: self.turning()?, ..ArmEquations::default() };
         for turning in arms.frames.iter_mut().filter(|turning| !turning.coordinates.is_empty()) {
             turning.inertia = Expr::ONE;
         }
-        self.active_rows(active, &mut arms)?;
+        self.rows(counts, &mut arms)?;
         // Each displacement along the arm that it has in the loop equations.
         let used: BTreeMap<Factor, Arm> =
             arms.rows.iter().flat_map(|row| row.arms.keys()).map(|arm| (arm.factor, *arm)).collect();
@@ -192,9 +192,9 @@ impl Equations {
         Ok(arms)
     }
 
-    fn active_rows(&mut self, active: &[bool], arms: &mut ArmEquations) -> Result<(), Reason> {
-        let mut active = active.iter().enumerate().filter(|(_, active)| **active);
-        active.try_for_each(|(index, _)| self.row(index, arms))
+    fn rows(&mut self, counts: fn(&Constraint) -> bool, arms: &mut ArmEquations) -> Result<(), Reason> {
+        let rows: Vec<usize> = (0..self.constraints.len()).filter(|&row| counts(&self.constraints[row])).collect();
+        rows.into_iter().try_for_each(|row| self.row(row, arms))
     }
 
     /// Are the masses between every two arms few enough?

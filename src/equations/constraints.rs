@@ -31,14 +31,38 @@ pub struct Constraint {
     pub followers: Vec<(usize, Expr)>,
     /// Does it hold where its value is whole turns, too? See [`Constraint::gap`].
     pub repeats_every_turn: bool,
-    /// Is it dependent on others in every pose, though it has coordinates? Known once the mechanism has been assembled.
-    pub repeats: bool,
+    pub standing: Standing,
+}
+
+/// What a loop equation does for the motion, which is known once the mechanism has been assembled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Standing {
+    /// It is imposed; before the mechanism has been assembled, all are that have coordinates.
+    Imposed,
+    /// It follows from those that are imposed, in every pose of the motion.
+    Repeats,
+    /// It restricts in second order only: an implied relation stands for it.
+    SecondOrder,
+    /// No coordinate occurs in it: an identity, or a contradiction between two elements.
+    Trivial,
 }
 
 impl Constraint {
     /// A row without coordinates: an identity, or a contradiction between two parts of the scene.
     pub fn is_trivial(&self) -> bool {
         self.jacobian.is_empty()
+    }
+
+    pub fn is_imposed(&self) -> bool {
+        self.standing == Standing::Imposed
+    }
+
+    /// True for a row with coordinates that is left out, because others stand for it.
+    pub fn repeats(&self) -> bool {
+        match self.standing {
+            Standing::Repeats | Standing::SecondOrder => true,
+            Standing::Imposed | Standing::Trivial => false,
+        }
     }
 
     /// The natural size of its value: 1 for an angle, the mechanism's own for a length.
@@ -134,6 +158,7 @@ pub(super) fn assemble(
     let (_, rest) = split(arena, kinematics, acceleration, Order::Acceleration);
     let gamma = arena.negate(rest);
     let followers = follower_rates(arena, kinematics, velocity);
+    let standing = if rates.is_empty() { Standing::Trivial } else { Standing::Imposed };
     Constraint {
         element,
         held,
@@ -144,7 +169,7 @@ pub(super) fn assemble(
         gamma,
         followers,
         repeats_every_turn: false,
-        repeats: false,
+        standing,
     }
 }
 

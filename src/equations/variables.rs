@@ -4,7 +4,7 @@ use super::form::{Coefficient, Form};
 use super::inertias::{inertia, mass};
 use super::kinematics::{Kinematics, PointMotion, ScalarMotion};
 use super::vector::Vector;
-use super::{Constraint, Equations};
+use super::{Constraint, Equations, Standing};
 use crate::expr::{Binary, Expr, Order, Symbol, Unary};
 use crate::model::{
     Aspect, Axis, BodyId, Dimension, DriverId, Effort, JointId, LoadId, Owner, Place, Quantity, Variable, Whole,
@@ -39,9 +39,9 @@ impl Equations {
         let trivial: Vec<usize> =
             (0..self.constraints.len()).filter(|&row| self.constraints[row].is_trivial()).collect();
         let before = (self.dynamics.take(), self.through.take(), std::mem::take(&mut self.known));
-        trivial.iter().for_each(|&row| self.constraints[row].repeats = true);
+        trivial.iter().for_each(|&row| self.constraints[row].standing = Standing::Repeats);
         let values = variables.iter().map(|&variable| self.variable(variable)).collect();
-        trivial.iter().for_each(|&row| self.constraints[row].repeats = false);
+        trivial.iter().for_each(|&row| self.constraints[row].standing = Standing::Trivial);
         (self.dynamics, self.through, self.known) = before;
         values
     }

@@ -8,16 +8,18 @@ use super::explain::assembly::{circuit_names, owner_span, show};
 use super::restrictions::{Restrictions, owners};
 use crate::diagnostic::Fault;
 use crate::diagnostic::suggest::list;
+use crate::equations::Standing;
 use crate::network::Held;
 use crate::typeset::rounded;
 
 /// Loop equations that were left out because they repeat others at the start must hold along the motion, too.
 pub(super) fn contradiction(found: &Restrictions) -> Option<Fault> {
-    let Restrictions { equations, model, state, active, restricting, .. } = found;
-    let rows = 0..active.len();
-    let kept: Vec<usize> = rows.clone().filter(|&row| active[row]).collect();
-    let counts = |row: &usize| !equations.constraints[*row].is_trivial() && !restricting.contains(row);
-    let all: Vec<usize> = rows.filter(counts).collect();
+    let Restrictions { equations, model, state, .. } = found;
+    let of = |standings: &[Standing]| {
+        let rows = equations.constraints.iter().enumerate().filter(|(_, row)| standings.contains(&row.standing));
+        rows.map(|(index, _)| index).collect::<Vec<usize>>()
+    };
+    let (kept, all) = (of(&[Standing::Imposed]), of(&[Standing::Imposed, Standing::Repeats]));
     let open = first_contradiction(model, state, &kept, &all)?;
     let involved: BTreeSet<String> =
         open.rows.iter().flat_map(|&row| circuit_names(equations, &equations.constraints[row])).collect();

@@ -20,7 +20,7 @@ use crate::equations::{Constraint, Equations};
 use crate::expr::{Expr, Property, Symbol};
 use crate::formulate::explain::assembly::{circuit_names, explain, show, span_of, without_rate};
 use crate::formulate::explain::suspect::suspect;
-use crate::formulate::restrictions::{Restrictions, restrictions};
+use crate::formulate::restrictions::{Restrictions, judge, restrictions};
 use crate::formulate::start::Start;
 use crate::laws::Jump;
 use crate::model::{BodyId, Coordinates, Formula, Mechanism, Output, Owner, Variable};
@@ -81,18 +81,15 @@ pub fn formulate_with(mut equations: Equations) -> Result<Formulated, Vec<Fault>
     if faults.is_empty() {
         faults.extend(contradiction::contradiction(&found));
     }
-    let Restrictions { mut equations, state, generic, active, restricting, .. } = found;
-    let redundant: Vec<usize> = (0..active.len()).filter(|&index| !active[index]).collect();
-    for &index in &redundant {
-        equations.constraints[index].repeats = !equations.constraints[index].is_trivial();
-    }
+    let Restrictions { mut equations, state, generic, .. } = found;
+    let rows = equations.constraints.iter().enumerate();
+    let redundant: Vec<usize> = rows.filter(|(_, row)| !row.is_imposed()).map(|(index, _)| index).collect();
     let [pose, generic] = [&state, &generic].map(|state| Pose {
         time: state.time(),
         positions: state.positions().to_vec(),
         followers: state.follower_positions().to_vec(),
     });
-    let mut lowered = match crate::program::program(&mut equations, length, (&active, &restricting), [&pose, &generic])
-    {
+    let mut lowered = match crate::program::program(&mut equations, length, [&pose, &generic]) {
         Ok(lowered) => lowered,
         // Where the loops do not close, this may have no other cause.
         Err(_) if !faults.is_empty() => return Err(faults),
@@ -174,11 +171,11 @@ fn first_state(
 }
 
 /// Where no pose closes the loops: at least so many loop equations are needed to find missing masses.
-fn unclosed(equations: Equations, (model, state): (Model, State)) -> Restrictions {
-    let some: BTreeSet<usize> = equations.loops().map(|(index, _)| index).take(equations.coordinates.len()).collect();
-    let active = (0..equations.constraints.len()).map(|index| some.contains(&index)).collect();
+fn unclosed(mut equations: Equations, (model, state): (Model, State)) -> Restrictions {
+    let some: Vec<usize> = equations.loops().map(|(index, _)| index).take(equations.coordinates.len()).collect();
+    judge(&mut equations, &some, &[]);
     let generic = state.clone();
-    Restrictions { equations, model, state, generic, active, restricting: Vec::new() }
+    Restrictions { equations, model, state, generic }
 }
 
 /// Where the recommended trees start, for other trees.
@@ -485,7 +482,7 @@ pub fn undetermined(mechanism: &Mechanism) -> Result<Vec<Variable>, Vec<Fault>> 
 /// Which loop equations a mechanism imposes, and what its joints imply in second order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pattern {
-    active: Vec<bool>,
+    imposed: Vec<bool>,
     implied: Vec<String>,
 }
 
@@ -498,7 +495,8 @@ pub fn pattern(mechanism: &Mechanism) -> Option<Pattern> {
     let (model, state) = first_state(&mut equations, length, start.as_ref(), &mut faults).ok()?;
     let found = faults.is_empty().then(|| restrictions(equations, (model, state), length, start.as_ref()))?.ok()?;
     let implied = found.equations.system.implied.iter().map(|relation| relation.name.clone()).collect();
-    Some(Pattern { active: found.active, implied })
+    let imposed = found.equations.constraints.iter().map(Constraint::is_imposed).collect();
+    Some(Pattern { imposed, implied })
 }
 
 /// An internal error, which no scene should cause.

@@ -13,7 +13,7 @@ use super::first_state;
 use super::start::{Start, evaluate_at};
 use crate::diagnostic::Fault;
 use crate::diagnostic::suggest::list;
-use crate::equations::Equations;
+use crate::equations::{Equations, Standing};
 use crate::expr::Expr;
 use crate::model::{BodyId, Dimension, Owner, Place, Quantity, Variable};
 use crate::network::{Implied, Measured, System};
@@ -32,16 +32,12 @@ pub(super) struct Restrictions {
     pub state: State,
     /// Another one, where loop equations depend on each other only if they do in every pose of the motion.
     pub generic: State,
-    /// By loop equation: is it imposed?
-    pub active: Vec<bool>,
-    /// Loop equations that restrict in second order.
-    pub restricting: Vec<usize>,
 }
 
 impl Restrictions {
     /// Directions of motion.
     pub fn mobility(&self) -> usize {
-        let imposed = self.active.iter().filter(|active| **active).count();
+        let imposed = self.equations.constraints.iter().filter(|row| row.is_imposed()).count();
         self.equations.coordinates.len().saturating_sub(imposed)
     }
 }
@@ -59,9 +55,9 @@ pub(super) fn restrictions(
     let found = independence(&model, &state, || ahead(&mut equations, &model, &state), &[]);
     let found = found.map_err(|undecided| vec![undecided_fault(&equations, &undecided.rows)])?;
     if found.forbidden.is_empty() {
-        let active = imposed(&equations, &found);
+        judge(&mut equations, &found.independent, &[]);
         let generic = generic(found, &state);
-        return Ok(Restrictions { equations, model, state, generic, active, restricting: Vec::new() });
+        return Ok(Restrictions { equations, model, state, generic });
     }
     let implied = implied(&mut equations, &model, &found).ok_or_else(|| vec![turns(&equations, &found.restricting)])?;
     let first = equations.constraints.len();
@@ -79,9 +75,9 @@ pub(super) fn restrictions(
     if !again.forbidden.is_empty() || again.mobility != found.mobility {
         return Err(vec![turns(&equations, &restricting)]);
     }
-    let active = imposed(&equations, &again);
+    judge(&mut equations, &again.independent, &restricting);
     let generic = generic(again, &state);
-    Ok(Restrictions { equations, model, state, generic, active, restricting })
+    Ok(Restrictions { equations, model, state, generic })
 }
 
 /// Where the rows were counted.
@@ -89,8 +85,19 @@ fn generic(found: Independence, state: &State) -> State {
     found.poses.into_iter().next().unwrap_or_else(|| state.clone())
 }
 
-fn imposed(equations: &Equations, found: &Independence) -> Vec<bool> {
-    (0..equations.constraints.len()).map(|row| found.independent.binary_search(&row).is_ok()).collect()
+/// Gives each loop equation its standing: `independent` ones, in ascending order, are imposed, and `restricting` ones restrict in second order only.
+pub(super) fn judge(equations: &mut Equations, independent: &[usize], restricting: &[usize]) {
+    for (index, row) in equations.constraints.iter_mut().enumerate() {
+        row.standing = if independent.binary_search(&index).is_ok() {
+            Standing::Imposed
+        } else if row.is_trivial() {
+            Standing::Trivial
+        } else if restricting.contains(&index) {
+            Standing::SecondOrder
+        } else {
+            Standing::Repeats
+        };
+    }
 }
 
 /// Where the mechanism will move first: as it does already, as its loads push, and all coordinates alike. In units of the scales.

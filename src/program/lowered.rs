@@ -14,7 +14,7 @@ use super::dependencies::Moving;
 use super::initial::{Conditions, Settable, conditions, settable};
 use super::table::Table;
 use crate::arms::{TOO_MANY, arm_form, mass_form, repeat_exactly};
-use crate::equations::{Constraint as Row, Equations};
+use crate::equations::{Constraint as Row, Equations, Standing};
 use crate::expr::{Expr, Order, Symbol};
 use crate::laws::{domains, motion_indicators, ranges, steep};
 use crate::model::Method;
@@ -78,29 +78,23 @@ pub fn positions(equations: &mut Equations, length: f64) -> Program {
     assemble(equations, (length, &roles), &kernels, &MotionKernels::default(), &Table::default())
 }
 
-/// The whole program. `active`: the independent loop equations; as many as coordinates determine the motion. `restricting`: those that others stand for, because they restrict in
-/// second order only. The poses are the start, and one where loop equations depend on each other only if they do in every pose.
+/// The whole program; as many imposed loop equations as coordinates determine the motion. The poses are the start, and one where loop equations depend on each other only if they do in every pose.
 ///
 /// # Errors
 /// A coordinate that moves no mass and is not constrained.
-pub fn program(
-    equations: &mut Equations,
-    length: f64,
-    (active, restricting): (&[bool], &[usize]),
-    [pose, generic]: [&Pose; 2],
-) -> Result<Lowered, Obstacle> {
-    let driven = is_driven(equations, active);
-    let roles = roles(equations, length, (active, restricting), pose);
+pub fn program(equations: &mut Equations, length: f64, [pose, generic]: [&Pose; 2]) -> Result<Lowered, Obstacle> {
+    let driven = is_driven(equations);
+    let roles = roles(equations, length, pose);
     let kernels = PositionKernels::new(equations, length);
     let mut moving = MotionKernels::default();
     let blocks = if driven { solution_order(equations, &roles) } else { Vec::new() };
     if !driven {
-        let (solver, solve_tree) = solve_tree::solver(equations, active, length, pose)?;
+        let (solver, solve_tree) = solve_tree::solver(equations, length, pose)?;
         moving.solve_tree = solve_tree;
-        moving.solved = solver.motion(&mut equations.system.arena, active.len());
+        moving.solved = solver.motion(&mut equations.system.arena, equations.constraints.len());
         let arena = &mut equations.system.arena;
         moving.reciprocal_pivots = solver.reciprocal_pivots(arena);
-        if active.contains(&true) {
+        if equations.constraints.iter().any(|row| row.is_imposed()) {
             moving.project(&kernels, |residuals| solver.projection(arena, residuals));
         }
     }
@@ -115,7 +109,7 @@ pub fn program(
     };
     let shared = match shared {
         Some(shared) => shared,
-        None => least_norm::impose(equations, (active, restricting), length, [pose, generic])?,
+        None => least_norm::impose(equations, length, [pose, generic])?,
     };
     let table = Table::new(equations, driven, &Moving { solved: &moving.solved, blocks: &blocks });
     moving.outputs.clone_from(&table.results);
@@ -123,12 +117,12 @@ pub fn program(
         moving.drive(equations, (&kernels, &blocks), length, pose)?;
     }
     let mut no_series = None;
-    match series(equations, (length, active), pose) {
+    match series(equations, length, pose) {
         Ok(arms) => moving.arms = Some(arms),
         Err(reason) => {
             no_series = Some(reason);
             if !driven {
-                moving.masses = mass_form(equations, active, &typical(&equations.system.mechanism, pose)).ok();
+                moving.masses = mass_form(equations, &typical(&equations.system.mechanism, pose)).ok();
             }
         }
     }
@@ -143,14 +137,10 @@ pub fn program(
 
 /// The arm form with the expressions of its coefficients, or why there is none: the scene asks for another method, or it is hopeless, because
 /// many bodies move with many angles each.
-fn series(
-    equations: &mut Equations,
-    (length, active): (f64, &[bool]),
-    pose: &Pose,
-) -> Result<(ArmForm, Vec<Expr>), String> {
+fn series(equations: &mut Equations, length: f64, pose: &Pose) -> Result<(ArmForm, Vec<Expr>), String> {
     let values = typical(&equations.system.mechanism, pose);
     match equations.system.mechanism.solver.method {
-        Method::Auto => arm_form(equations, (length, active), &values),
+        Method::Auto => arm_form(equations, length, &values),
         Method::Explicit => Err("the scene asks for `method = \"explicit\"`".into()),
         Method::Implicit => Err("the scene asks for `method = \"implicit\"`".into()),
     }
@@ -356,16 +346,16 @@ fn assemble(
 }
 
 /// What the motion has to do with each loop equation. Those that repeat others but nearly are left out: each choice of them is another motion.
-fn roles(equations: &Equations, length: f64, (active, restricting): (&[bool], &[usize]), pose: &Pose) -> Vec<Role> {
-    let chosen = is_driven(equations, active)
-        && restricting.is_empty()
+fn roles(equations: &Equations, length: f64, pose: &Pose) -> Vec<Role> {
+    let chosen = is_driven(equations)
+        && equations.constraints.iter().all(|row| row.standing != Standing::SecondOrder)
         && repeat_exactly(equations, length, &typical(&equations.system.mechanism, pose));
-    let role = |(own, &active): (&Row, &bool)| match active {
-        true => Role::Imposed,
-        false if chosen && own.repeats => Role::Repeating,
-        false => Role::LeftOut,
+    let role = |row: &Row| match row.standing {
+        Standing::Imposed => Role::Imposed,
+        Standing::Repeats if chosen => Role::Repeating,
+        Standing::Repeats | Standing::SecondOrder | Standing::Trivial => Role::LeftOut,
     };
-    equations.constraints.iter().zip(active).map(role).collect()
+    equations.constraints.iter().map(role).collect()
 }
 
 /// The blocks of the loop equations that determine the motion.

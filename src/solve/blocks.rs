@@ -265,6 +265,6 @@ mod tests {
 }
 
 /// Do drivers determine the motion: are there as many independent loop equations as coordinates?
-pub(crate) fn is_driven(equations: &Equations, active: &[bool]) -> bool {
-    active.iter().filter(|active| **active).count() == equations.coordinates.len()
+pub(crate) fn is_driven(equations: &Equations) -> bool {
+    equations.constraints.iter().filter(|row| row.is_imposed()).count() == equations.coordinates.len()
 }

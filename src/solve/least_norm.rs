@@ -12,7 +12,7 @@ use nalgebra::DMatrix;
 use super::blocks::{Block, transposed};
 use super::eliminate::{Factor, Obstacle, System};
 use super::motion::{scales, typical, unit_masses};
-use crate::equations::Equations;
+use crate::equations::{Constraint, Equations, Standing};
 use crate::expr::{Arena, Expr, Symbol};
 use crate::model::{Owner, Quantity, Variable};
 use crate::solve::Pose;
@@ -37,27 +37,22 @@ pub struct Shared {
     pub undetermined: Vec<Variable>,
 }
 
-/// Makes the reactions of joints and drivers those of least norm. `active`: the independent loop equations; `restricting`: those of the others that restrict in second order.
+/// Makes the reactions of joints and drivers those of least norm.
 ///
 /// # Errors
 /// The elimination takes too many operations.
-pub fn impose(
-    equations: &mut Equations,
-    (active, restricting): (&[bool], &[usize]),
-    length: f64,
-    [pose, generic]: [&Pose; 2],
-) -> Result<Shared, Obstacle> {
-    if active.iter().all(|&active| active) {
+pub fn impose(equations: &mut Equations, length: f64, [pose, generic]: [&Pose; 2]) -> Result<Shared, Obstacle> {
+    if equations.constraints.iter().all(Constraint::is_imposed) {
         return Ok(Shared::default());
     }
-    let stresses = self_stresses(equations, active, length, pose)?;
+    let stresses = self_stresses(equations, length, pose)?;
     let mut reactions = reactions(equations, &stresses, length);
     let values = stress_values(equations, &reactions, stresses.len(), generic);
     let largest = values.iter().flatten().fold(0.0, |largest: f64, value| largest.max(value.abs()));
     let shares = |row: &[f64], states: &[usize]| states.iter().any(|&state| row[state].abs() > NONE * largest);
-    let dropped = (0..active.len()).filter(|&row| !active[row]);
-    let unbounded: Vec<usize> =
-        dropped.enumerate().filter(|(_, row)| restricting.contains(row)).map(|(state, _)| state).collect();
+    let dropped = equations.constraints.iter().filter(|row| !row.is_imposed());
+    let unbounded = dropped.enumerate().filter(|(_, row)| row.standing == Standing::SecondOrder);
+    let unbounded: Vec<usize> = unbounded.map(|(state, _)| state).collect();
     let undetermined = reactions.iter().zip(&values).filter(|(_, row)| shares(row, &unbounded));
     let undetermined = undetermined.map(|(reaction, _)| reaction.variable).collect();
     let independent = independent(&values);
@@ -187,18 +182,14 @@ fn least_change(
 
 /// For each redundant loop equation, multipliers of it and of the independent ones in equilibrium: J_a^T y = J_d^T. A diagonal matrix
 /// replaces the masses, which do not matter.
-fn self_stresses(
-    equations: &mut Equations,
-    active: &[bool],
-    length: f64,
-    pose: &Pose,
-) -> Result<Vec<BTreeMap<usize, Expr>>, Obstacle> {
+fn self_stresses(equations: &mut Equations, length: f64, pose: &Pose) -> Result<Vec<BTreeMap<usize, Expr>>, Obstacle> {
     let scales = scales(equations, length);
     let values = typical(&equations.system.mechanism, pose);
-    let rows: Vec<usize> = (0..active.len()).filter(|&row| active[row]).collect();
+    let (rows, dropped): (Vec<usize>, Vec<usize>) =
+        (0..equations.constraints.len()).partition(|&row| equations.constraints[row].is_imposed());
     let jacobian: Vec<_> = rows.iter().map(|&row| equations.constraints[row].jacobian.clone()).collect();
-    let dropped = equations.constraints.iter().enumerate().filter(|(row, _)| !active[*row]);
-    let dropped: Vec<_> = dropped.map(|(row, constraint)| (row, constraint.jacobian.clone())).collect();
+    let dropped = dropped.into_iter().map(|row| (row, equations.constraints[row].jacobian.clone()));
+    let dropped: Vec<_> = dropped.collect();
     let arena = &mut equations.system.arena;
     let mass = unit_masses(arena, &scales);
     let factor = Factor::new(arena, &System { mass: &mass, jacobian: &jacobian, scales: &scales, values: &values })?;

@@ -47,13 +47,14 @@ pub struct Solver {
 
 impl MotionSystem {
     /// The equations in branch coordinates themselves (Eq. 22).
-    pub fn in_branch_coordinates(equations: &mut Equations, active: &[bool], length: f64) -> Self {
+    pub fn in_branch_coordinates(equations: &mut Equations, length: f64) -> Self {
         let dynamics = equations.dynamics();
         let (mass, load) = (dynamics.mass.clone(), dynamics.load.clone());
-        let rows = (0..active.len()).filter(|&row| active[row]).map(|row| LoopRow {
-            jacobian: equations.constraints[row].jacobian.clone(),
-            gamma: equations.constraints[row].gamma,
-            branch: Some(row),
+        let imposed = equations.constraints.iter().enumerate().filter(|(_, row)| row.is_imposed());
+        let rows = imposed.map(|(index, row)| LoopRow {
+            jacobian: row.jacobian.clone(),
+            gamma: row.gamma,
+            branch: Some(index),
         });
         let itself = |index: usize| Branch { terms: vec![(index, Expr::ONE)], rest: Expr::ZERO };
         MotionSystem {

@@ -44,34 +44,29 @@ pub struct SolveTree {
 ///
 /// # Errors
 /// A branch coordinate that moves no mass and is not constrained.
-pub fn solver(
-    equations: &mut Equations,
-    active: &[bool],
-    length: f64,
-    pose: &Pose,
-) -> Result<(Solver, Option<SolveTree>), Obstacle> {
+pub fn solver(equations: &mut Equations, length: f64, pose: &Pose) -> Result<(Solver, Option<SolveTree>), Obstacle> {
     let bodies = equations.system.mechanism.bodies.len();
     let deepest = (0..bodies).map(|body| equations.depth(BodyId(body))).max().unwrap_or(0);
     let many = bodies > COUNTED && (0..bodies).any(|body| equations.moving(BodyId(body)) >= DEEP);
     if !many && deepest < DEEP && equations.largest_loop() < LONG {
-        let system = MotionSystem::in_branch_coordinates(equations, active, length);
+        let system = MotionSystem::in_branch_coordinates(equations, length);
         return Ok((system.factorise(equations, pose)?, None));
     }
     if bodies > COUNTED {
         let arm = longest_arm(equations, length, pose);
-        match with_stride(equations, 1, active, arm, pose) {
+        match with_stride(equations, 1, arm, pose) {
             Ok((solver, tree)) => return Ok((solver, Some(tree))),
             Err(obstacle) if bodies > FULL => return Err(obstacle),
             Err(_) => {}
         }
     }
-    let system = MotionSystem::in_branch_coordinates(equations, active, length).factorise(equations, pose)?;
-    let branch_cost = cost_of(equations, &system, active.len());
+    let system = MotionSystem::in_branch_coordinates(equations, length).factorise(equations, pose)?;
+    let branch_cost = cost_of(equations, &system);
     let mut best: Option<(Solver, SolveTree)> = None;
     let mut least = branch_cost.nanoseconds();
     for stride in STRIDES {
         // A body without mass may leave the order without a pivot that the branch coordinates have.
-        let Ok((solver, tree)) = with_stride(equations, stride, active, length, pose) else { continue };
+        let Ok((solver, tree)) = with_stride(equations, stride, length, pose) else { continue };
         if tree.cost.nanoseconds() < least {
             least = tree.cost.nanoseconds();
             best = Some((solver, SolveTree { branch_cost: Some(branch_cost), ..tree }));
@@ -95,38 +90,37 @@ fn longest_arm(equations: &mut Equations, length: f64, pose: &Pose) -> f64 {
 fn with_stride(
     equations: &mut Equations,
     stride: usize,
-    active: &[bool],
     length: f64,
     pose: &Pose,
 ) -> Result<(Solver, SolveTree), Obstacle> {
     let chosen = |body: BodyId| equations.depth(body).is_multiple_of(stride);
     let trees = equations.trees.with_bodies(&equations.system, chosen);
     let mut other = Equations::new(equations.system.anew(), trees.clone());
-    let system = in_other_trees(equations, &mut other, active, length);
+    let system = in_other_trees(equations, &mut other, length);
     let solver = system.factorise(equations, pose).map_err(|obstacle| match obstacle {
         Obstacle::Undetermined(index) => Obstacle::Undetermined(equations.counterpart(&other.coordinates[index])),
         Obstacle::TooLarge => obstacle,
     })?;
-    let cost = cost_of(equations, &solver, active.len());
+    let cost = cost_of(equations, &solver);
     Ok((solver, SolveTree { trees, cost, branch_cost: None }))
 }
 
-fn cost_of(equations: &mut Equations, solver: &Solver, constraints: usize) -> Cost {
-    let results = solver.motion(&mut equations.system.arena, constraints);
+fn cost_of(equations: &mut Equations, solver: &Solver) -> Cost {
+    let results = solver.motion(&mut equations.system.arena, equations.constraints.len());
     kernel_cost(equations, &results)
 }
 
 /// Formulates the equations for `trees` and expresses them in the branch coordinates, their rates, and the symbols of the
 /// mechanism.
-pub fn in_solve_tree(equations: &mut Equations, trees: Trees, active: &[bool], length: f64) -> MotionSystem {
+pub fn in_solve_tree(equations: &mut Equations, trees: Trees, length: f64) -> MotionSystem {
     let mut other = Equations::new(equations.system.anew(), trees);
-    in_other_trees(equations, &mut other, active, length)
+    in_other_trees(equations, &mut other, length)
 }
 
-fn in_other_trees(equations: &mut Equations, other: &mut Equations, active: &[bool], length: f64) -> MotionSystem {
+fn in_other_trees(equations: &mut Equations, other: &mut Equations, length: f64) -> MotionSystem {
     let dynamics = other.dynamics();
     let (mass, load) = (dynamics.mass.clone(), dynamics.load.clone());
-    let rows = active_rows(equations, other, active);
+    let rows = imposed_rows(equations, other);
     let branches: Vec<Branch> = (equations.coordinates.iter())
         .map(|coordinate| other.acceleration_of(coordinate))
         .map(|(terms, rest)| Branch { terms, rest })
@@ -136,8 +130,8 @@ fn in_other_trees(equations: &mut Equations, other: &mut Equations, active: &[bo
     system
 }
 
-/// The other trees' loop equations, without those that are not active in branch coordinates.
-fn active_rows(equations: &Equations, other: &Equations, active: &[bool]) -> Vec<LoopRow> {
+/// The other trees' loop equations, without those that are not imposed in branch coordinates.
+fn imposed_rows(equations: &Equations, other: &Equations) -> Vec<LoopRow> {
     // The equations of one chord in one graph have the same order for all trees; those of its coupling are separate.
     let kind = |row: &Constraint| (row.element, row.held == Held::Angle, row.coupled.is_empty());
     let mut own: HashMap<(ElementId, bool, bool), Vec<usize>> = HashMap::new();
@@ -147,7 +141,7 @@ fn active_rows(equations: &Equations, other: &Equations, active: &[bool]) -> Vec
     let mut rows = Vec::new();
     for constraint in &other.constraints {
         let branch = own.get_mut(&kind(constraint)).and_then(Vec::pop);
-        if branch.is_none_or(|index| active[index]) && !constraint.is_trivial() {
+        if branch.is_none_or(|index| equations.constraints[index].is_imposed()) && !constraint.is_trivial() {
             rows.push(LoopRow { jacobian: constraint.jacobian.clone(), gamma: constraint.gamma, branch });
         }
     }

@@ -69,7 +69,7 @@ fn reduced(
 
 impl Minimal {
     fn new(equations: &mut Equations, start: &Values) -> Result<Minimal, String> {
-        let rows: Vec<usize> = equations.loops().filter(|(_, row)| !row.repeats).map(|(index, _)| index).collect();
+        let rows: Vec<usize> = equations.loops().filter(|(_, row)| !row.repeats()).map(|(index, _)| index).collect();
         let solved = solve(equations, start, &rows)?;
         let dynamic = has_masses(equations);
         let mut groups = Vec::new();

@@ -412,7 +412,7 @@ fn reactions(equations: &Equations) -> Vec<Vec<Piece>> {
         let name = Tree::Name(super::name::symbol_name(equations, Symbol::Reaction(index)));
         let owner = equations.system.element(constraint.element).name.clone();
         let along =
-            if constraint.repeats { format!("{along}; this loop equation repeats others") } else { along.into() };
+            if constraint.repeats() { format!("{along}; this loop equation repeats others") } else { along.into() };
         vec![Piece::Math(name), Piece::Code(owner), Piece::words(along)]
     };
     equations.loops().map(row).collect()

@@ -38,7 +38,7 @@ pub fn with_names(equations: &Equations, symbolic: &Symbolic) -> Equations {
     let mut renamed =
         Equations::new(System::new(&symbolic.mechanism).implying(&equations.system.implied), equations.trees.clone());
     for (own, other) in renamed.constraints.iter_mut().zip(&equations.constraints) {
-        own.repeats = other.repeats;
+        own.standing = other.standing;
     }
     renamed.symbolic = true;
     renamed

@@ -66,7 +66,7 @@ impl Values {
     /// Accelerations and multipliers of \[M Phi_q^T; Phi_q 0\], without loop equations that repeat others; none where it is singular.
     pub fn solve(&mut self, equations: &mut Equations) -> Option<()> {
         let (n, dynamics) = (equations.coordinates.len(), equations.dynamics().clone());
-        let rows: Vec<usize> = equations.loops().filter(|(_, row)| !row.repeats).map(|(index, _)| index).collect();
+        let rows: Vec<usize> = equations.loops().filter(|(_, row)| !row.repeats()).map(|(index, _)| index).collect();
         if n + rows.len() == 0 {
             self.reactions = vec![0.0; equations.constraints.len()];
             return Some(());
