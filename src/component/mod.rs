@@ -17,9 +17,7 @@ pub(crate) use frame::{Frame, Placed, minus, sum};
 pub use icon::{Glyph, Icon, RoundGlyph, Stroke};
 pub(crate) use kinds::ALL;
 pub use kinds::{Phase, Profile};
-
 pub use reference::{examples, reference};
-
 pub use schema::schema;
 
 use std::sync::Arc;

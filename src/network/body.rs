@@ -6,6 +6,7 @@ use super::{
 };
 use crate::model::{BodyId, Dimension, Place};
 
+/// The element of a body, with its edges in both graphs.
 pub(super) fn element(system: &mut System, id: BodyId) -> Element {
     let name = &system.mechanism.clone().bodies[id.0].name;
     let plane = system.mechanism.dimension == Dimension::Two;

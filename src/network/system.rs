@@ -47,8 +47,6 @@ pub struct System {
 }
 
 impl System {
-    /// Builds both graphs.
-
     /// Both graphs of a mechanism whose elements have these rows.
     pub(crate) fn of(mechanism: Arc<Mechanism>, rows: RowsOf) -> Self {
         let mut system = System {

@@ -212,6 +212,11 @@ fn augment(equations: &[(u32, Vec<u32>)], place: usize, owner: &mut [Option<usiz
     false
 }
 
+/// Do drivers determine the motion: are there as many independent loop equations as coordinates?
+pub(crate) fn is_driven(equations: &Equations) -> bool {
+    equations.constraints.iter().filter(|row| row.is_imposed()).count() == equations.coordinates.len()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -262,9 +267,4 @@ mod tests {
     fn without_a_matching_there_is_one_block() {
         assert_eq!(found(&[&[0], &[0]]), [(vec![0, 1], vec![0, 1])]);
     }
-}
-
-/// Do drivers determine the motion: are there as many independent loop equations as coordinates?
-pub(crate) fn is_driven(equations: &Equations) -> bool {
-    equations.constraints.iter().filter(|row| row.is_imposed()).count() == equations.coordinates.len()
 }

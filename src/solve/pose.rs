@@ -1,4 +1,4 @@
-//! Where a mechanism is.
+//! The pose in which the sizes of expressions are judged.
 
 /// A consistent pose at default parameters: where the weight of pivots is judged.
 #[derive(Clone, Debug, Default)]

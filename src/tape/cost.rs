@@ -72,6 +72,24 @@ fn weigh(operation: Operation) -> (usize, usize, usize) {
     }
 }
 
+/// What a kernel with these results costs.
+pub fn kernel_cost(equations: &Equations, results: &[Expr]) -> Cost {
+    let mut assembler = Assembler::new(&equations.system.arena, layout(equations, 0), &[results]);
+    Cost::of(&assembler.tape(results))
+}
+
+/// The registers of the symbols of equations; `starts`: initial values that can be set, which are parameters of the program.
+pub(crate) fn layout(equations: &Equations, starts: usize) -> Layout {
+    let mechanism = &equations.system.mechanism;
+    Layout::new(
+        mechanism.parameters.len() + starts,
+        mechanism.inputs.len(),
+        equations.system.followers.len(),
+        equations.coordinates.len(),
+        equations.constraints.len(),
+    )
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -90,20 +108,4 @@ mod tests {
         let tape = Tape::new(instructions, vec![12, 14]);
         assert_eq!(Cost::of(&tape), Cost { operations: 4, pairs: 1, cycles: 45 + 6 + 13 });
     }
-}
-
-pub fn kernel_cost(equations: &Equations, results: &[Expr]) -> Cost {
-    let mut assembler = Assembler::new(&equations.system.arena, layout(equations, 0), &[results]);
-    Cost::of(&assembler.tape(results))
-}
-
-pub(crate) fn layout(equations: &Equations, starts: usize) -> Layout {
-    let mechanism = &equations.system.mechanism;
-    Layout::new(
-        mechanism.parameters.len() + starts,
-        mechanism.inputs.len(),
-        equations.system.followers.len(),
-        equations.coordinates.len(),
-        equations.constraints.len(),
-    )
 }
