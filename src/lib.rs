@@ -177,6 +177,7 @@ pub mod typeset;
 
 pub use compile::{Compiled, ExportFailure, compile};
 pub use diagnostic::{Fault, Faults, Severity};
+pub use run::{Column, Results, RunError, SimulateError};
 pub use scene::{
     Body, Corner, Driver, Input, InputAs, Joint, Load, Motion, Parameter, Quantity, Scene, Shape, Side, Solver, Vector,
 };
