@@ -161,7 +161,7 @@ fn words_have_the_types_that_their_page_names() {
         let [name, file] = codes[..] else { panic!("a type in a file: {carrier}") };
         let source = read(&root().join(file));
         let defines = |kind: &str| source.lines().any(|line| defined(line, kind) == Some(name));
-        assert!(["struct", "enum", "trait"].into_iter().any(defines), "{word}: {file} does not define {name}");
+        assert!(["struct", "enum", "trait", "type"].into_iter().any(defines), "{word}: {file} does not define {name}");
         assert!(
             !meaning.is_empty() && words.insert(word) && types.insert((name, file)),
             "{word} or {name} stands twice"
