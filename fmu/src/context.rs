@@ -1,5 +1,6 @@
 //! What the parts of a run work on together: the model, its machine, the settings, the counters.
 
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use crate::constraints::projection::Projection;
@@ -45,6 +46,14 @@ impl Deadline {
     }
 }
 
+/// Asked before every step, in the thread that takes it.
+static LISTENER: OnceLock<fn() -> bool> = OnceLock::new();
+
+/// Before every step of any motion in this process the listener is asked, in the thread that takes the step, whether the motion is to end. Only the first listener counts.
+pub fn listen(listener: fn() -> bool) {
+    LISTENER.get_or_init(|| listener);
+}
+
 impl Settings {
     /// Has the user named the method? By itself the program takes series, or may change to another method.
     pub(crate) fn is_named(&self) -> bool {
@@ -56,8 +65,11 @@ impl Settings {
         self.stop.unwrap_or(f64::INFINITY)
     }
 
-    /// Fails when the time that the computer may take is over; `time` is that of the motion.
-    pub(crate) fn check_deadline(&self, time: f64) -> Result<(), Failure> {
+    /// Fails when the time that the computer may take is over, or whoever waits wants the motion to end; `time` is that of the motion.
+    pub(crate) fn check_patience(&self, time: f64) -> Result<(), Failure> {
+        if LISTENER.get().is_some_and(|wants_end| wants_end()) {
+            return Err(Failure::Interrupted { time });
+        }
         match self.deadline {
             Some(Deadline { at, budget }) if Instant::now() > at => Err(Failure::OutOfTime { time, budget }),
             _ => Ok(()),

@@ -193,6 +193,12 @@ pub enum Failure {
         /// How long it may take [s].
         budget: f64,
     },
+    /// Whoever waits for the motion wants it to end.
+    #[error("at t = {time} s the motion was interrupted; it could go on from there")]
+    Interrupted {
+        /// When, in the motion [s].
+        time: f64,
+    },
     /// As much work as a communication step may take.
     #[error(
         "at t = {time} s as much work is done as one communication step may take, and t = {target} s is not reached: so many short steps are much for a mechanism of this size; look for what moves so fast, ask for a larger tolerance, or go on from there in shorter communication steps"
@@ -340,7 +346,7 @@ pub enum Failure {
 impl Failure {
     /// Has the computer only done as much as it may, and could go on from there?
     pub fn is_unfinished(&self) -> bool {
-        matches!(self, Self::TooMuchWork { .. } | Self::OutOfTime { .. })
+        matches!(self, Self::TooMuchWork { .. } | Self::OutOfTime { .. } | Self::Interrupted { .. })
     }
 }
 

@@ -30,13 +30,15 @@ Numbers are in SI units, angles in radians; wherever a number is given, a text w
 
 from ._build import Builder
 from ._cotree import __version__
-from ._faults import Fault, Place, RunError, SceneError
+from ._faults import CotreeError, Fault, Place, RunError, SceneError
 from ._model import Model, Variable, from_dict, load, loads
 from ._results import Results, ResultsList, Table
+from ._run import Run
 from ._studies import Equilibrium, Fit, Mode, Modes, Peak, Sensitivities, StateSpace
 
 __all__ = [
     "Builder",
+    "CotreeError",
     "Equilibrium",
     "Fault",
     "Fit",
@@ -47,6 +49,7 @@ __all__ = [
     "Place",
     "Results",
     "ResultsList",
+    "Run",
     "RunError",
     "SceneError",
     "Sensitivities",

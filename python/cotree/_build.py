@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import copy
+import os
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+import numpy as np
+
 from ._model import Model, Value, from_dict
 
-Vector = Sequence[Value]
+#: Components, such as `[0, "-length/2"]`.
+Vector = Sequence[Value] | np.ndarray
 
 
 class Builder:
@@ -50,7 +54,8 @@ class Builder:
         self._scene |= {key: text for key, text in about.items() if text is not None}
 
     def _table(self, name: str) -> dict[str, Any]:
-        return self._scene.setdefault(name, {})
+        table: dict[str, Any] = self._scene.setdefault(name, {})
+        return table
 
     def _add(self, table: str, name: str, value: Any) -> Builder:
         entries = self._table(table)
@@ -71,6 +76,19 @@ class Builder:
     def input(self, name: str, start: Value = 0.0, **keys: Any) -> Builder:
         """An input with its start value; keys are unit, description, min, max."""
         return self._add("inputs", name, {"start": start, **keys})
+
+    def signal(self, name: str, value: Value, **keys: Any) -> Builder:
+        """A law with a name that others use; keys are unit, description."""
+        return self._add("signals", name, {"value": value, **keys} if keys else value)
+
+    def part(self, name: str, file: str | os.PathLike[str], **keys: Any) -> Builder:
+        """A mechanism from another file; keys are parameters, on, at, angle, mirror. Its path counts from the folder of `model`."""
+        return self._add("parts", name, {"file": os.fspath(file), **keys})
+
+    def display(self, *units: str, **kinds: str) -> Builder:
+        """Units that results are shown in: one for each kind of value, such as `"deg", "mm"`, or by kind, such as `angle="deg"`."""
+        self._table("display").update({"units": list(units)} if units else {}, **kinds)
+        return self
 
     def ground_point(self, name: str, at: Vector) -> Builder:
         """A point of the ground [m]."""
@@ -169,6 +187,9 @@ class Builder:
         """The scene so far, with the keys of the scene file."""
         return copy.deepcopy(self._scene)
 
-    def model(self) -> Model:
-        """Reads the scene. Raises SceneError with everything that is wrong with its form."""
-        return from_dict(self._scene)
+    def model(self, folder: str | os.PathLike[str] | None = None) -> Model:
+        """Reads the scene; files of parts and tables are looked for in a folder [default: the current one].
+
+        Raises SceneError with everything that is wrong with it.
+        """
+        return from_dict(self._scene, folder=folder)

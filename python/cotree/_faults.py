@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
+import difflib
 import json
-from collections.abc import Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from . import _cotree
 
@@ -37,7 +37,11 @@ class Fault:
     also: tuple[Place, ...] = ()
 
 
-class SceneError(ValueError):
+class CotreeError(Exception):
+    """What this package raises beside the usual exceptions for arguments and files: SceneError and RunError."""
+
+
+class SceneError(CotreeError, ValueError):
     """A scene is at fault. Its text shows every fault with its lines; `faults` has them as objects."""
 
     faults: tuple[Fault, ...]
@@ -47,11 +51,11 @@ class SceneError(ValueError):
         super().__init__(message)
         self.faults, self.file = faults, file
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (str(self), self.faults, self.file)
 
 
-class RunError(RuntimeError):
+class RunError(CotreeError, RuntimeError):
     """The numbers do not work out; `results` has what comes before, if there is anything."""
 
     results: Results | None
@@ -60,11 +64,11 @@ class RunError(RuntimeError):
         super().__init__(message)
         self.results = results
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (str(self), self.results)
 
 
-def _place(place: dict) -> Place:
+def _place(place: dict[str, int]) -> Place:
     return Place(place["line"], place["column"], place["end_line"], place["end_column"])
 
 
@@ -86,13 +90,23 @@ def faults(text: str) -> tuple[tuple[Fault, ...], str]:
     return tuple(found), report["file"]
 
 
-@contextlib.contextmanager
-def raised() -> Iterator[None]:
+class raised:
     """Turns the exceptions of the part written in Rust into those of this package."""
-    try:
-        yield
-    except _cotree.SceneError as error:
-        text, report = error.args
-        raise SceneError(text, *faults(report)) from None
-    except _cotree.RunError as error:
-        raise RunError(str(error)) from None
+
+    def __enter__(self) -> None:
+        return None
+
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
+        if isinstance(error, _cotree.SceneError):
+            text, report = error.args
+            raise SceneError(text, *faults(report)) from None
+        if isinstance(error, _cotree.RunError):
+            raise RunError(str(error)) from None
+
+
+def unknown(name: object, known: Iterable[str], what: str) -> KeyError:
+    """That there is nothing of that name, and what may have been meant."""
+    names = list(known)
+    near = difflib.get_close_matches(str(name), names, 1)
+    meant = f"did you mean {near[0]!r}?" if near else f"there is {', '.join(names) or 'nothing'}"
+    return KeyError(f"{name!r} {what}; {meant}")

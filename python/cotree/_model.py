@@ -3,23 +3,29 @@
 from __future__ import annotations
 
 import importlib.resources
+import inspect
 import json
 import numbers
 import os
-from collections.abc import Iterable, Mapping, Sequence
+import tomllib
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, overload
 
 import numpy as np
 
 from . import _cotree
 from ._faults import Fault, RunError, faults, raised
+from ._gradient import measured, reduced
 from ._results import Results, ResultsList, Table, formulas, frame, parameters
+from ._run import Run
 from ._studies import Equilibrium, Fit, Mode, Modes, Peak, Sensitivities, StateSpace, fitted, sensitivities
 
+#: A number in SI units.
+Number = float | np.floating[Any] | np.integer[Any]
 #: A number in SI units, or a text with a unit such as "120 mm".
-Value = float | str
+Value = Number | str
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,12 +57,13 @@ def loads(text: str, name: str = "scene") -> Model:
     return Model(text, name)
 
 
-def from_dict(scene: Mapping[str, Any]) -> Model:
-    """Makes a scene of nested dictionaries with the keys of the scene file.
+def from_dict(scene: Mapping[str, Any], *, folder: str | os.PathLike[str] | None = None) -> Model:
+    """Makes a scene of nested dictionaries with the keys of the scene file; files of parts and tables are looked for in `folder` [default: the current one].
 
     Raises SceneError with everything that is wrong with the scene, TypeError for what JSON cannot hold.
     """
-    return Model(json.dumps(scene, indent=2, default=_plain), "scene.json")
+    name = "scene.json" if folder is None else os.path.join(os.fspath(folder), "scene.json")
+    return Model(json.dumps(scene, indent=2, default=_plain), name)
 
 
 def _plain(value: Any) -> Any:
@@ -68,15 +75,18 @@ def _plain(value: Any) -> Any:
 
 def _restored(text: bytes, name: str, files: list[tuple[str, str]]) -> Model:
     """The model that was read from these files, whatever became of them since."""
-    model = Model.__new__(Model)
-    model._text, model._name = text, name
     with raised():
-        model._core = _cotree.Core.restored(files)
+        return _of_core(text, name, _cotree.Core.restored(files))
+
+
+def _of_core(text: bytes, name: str, core: _cotree.Core) -> Model:
+    model = Model.__new__(Model)
+    model._text, model._name, model._core = text, name, core
     return model
 
 
 class Model:
-    """A mechanism. It does not change; settings are given with each call.
+    """A mechanism. It does not change; settings are given with each call, and `replace` gives another one.
 
     It can be pickled and sent to other processes, with all files that it was read from, and used from several threads at once: calls release the
     interpreter's lock and end with KeyboardInterrupt on Ctrl-C.
@@ -90,7 +100,7 @@ class Model:
             # What is wrong with bodies and loops, beyond the form of the text. What is compiled for it is kept for the first run.
             self._core.check()
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple[Any, ...]:
         return _restored, (self._text, self._name, self._core.files())
 
     def __repr__(self) -> str:
@@ -118,6 +128,52 @@ class Model:
             listed = json.loads(self._core.variables())
         return {variable["name"]: Variable(**variable) for variable in listed}
 
+    def to_dict(self) -> dict[str, Any]:
+        """The scene as nested dictionaries with the keys of the scene file."""
+        text = self.text.removeprefix("\ufeff")
+        is_json = self._name.lower().endswith(".json") or text.lstrip().startswith("{")
+        scene: dict[str, Any] = json.loads(text) if is_json else tomllib.loads(text)
+        return scene
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Writes the scene as it is, with the files of its parts and tables beside it; returns its path.
+
+        Raises ValueError where one of these files is not in the scene's folder, FileExistsError where another file is in its place.
+        """
+        target, folder = Path(path), Path(self._name).absolute().parent
+        beside = []
+        for name, text in self._core.files()[1:]:
+            own = Path(os.path.normpath(Path(name).absolute()))
+            if not own.is_relative_to(os.path.normpath(folder)):
+                raise ValueError(f"save: {name} is not in the folder of the scene, {folder}")
+            place = target.parent / own.relative_to(os.path.normpath(folder))
+            if not place.exists():
+                beside.append((place, text))
+            elif place.read_bytes() != text.encode():
+                raise FileExistsError(f"save: {place} is there already and has other text than {name}, which the scene uses")
+        for place, text in beside:
+            place.parent.mkdir(parents=True, exist_ok=True)
+            place.write_bytes(text.encode())
+        target.write_bytes(self._text)
+        return target
+
+    def replace(self, changes: Mapping[str, Any]) -> Model:
+        """The model with other values in its scene, whose other text stays as it is: of parameters, inputs, initial values and signals by their names, of keys of bodies,
+        joints, drivers and loads such as "rod.mass", of others by their whole path such as "experiment.stop".
+
+        Numbers are in SI units; texts are written as in the scene, `"1.2 m"`; a list is one of components.
+
+        Raises ValueError for a name that the scene does not write, SceneError with everything that is wrong with the changed scene.
+        """
+        if not (isinstance(changes, Mapping) or hasattr(changes, "items")):
+            raise TypeError(f"replace: give a mapping of names to values, not {type(changes).__name__}")
+        known = self.variables
+        written = [(str(name), _written(str(name), value, known)) for name, value in changes.items()]
+        with raised():
+            core = self._core.replaced(written)
+            core.check()
+        return _of_core(core.files()[0][1].encode(), self._name, core)
+
     def check(self) -> tuple[Fault, ...]:
         """What is odd about the scene: its warnings."""
         with raised():
@@ -139,16 +195,62 @@ class Model:
 
         `start`, `stop`, `step` [s] and `tolerance` are the scene's if not given; `set` gives parameters, constant inputs and initial values;
         `inputs` are inputs over time, a data frame with the index or column `time` [s] or a mapping with "time", linear between its rows and
-        constant outside; `outputs` are names of variables, instead of those of the scene.
+        constant outside; or a mapping of names to functions of the time, or of the time and the run (a :class:`Run`: its variables by `run[name]`), which are called at every communication point and
+        held until the next. `outputs` are names of variables, instead of those of the scene.
 
         Raises SceneError, ValueError for arguments, RunError if the motion cannot be continued: its `results` has what comes before.
         """
-        [run] = self._members(
-            _Times(start, stop, step, tolerance), _settings(set), outputs, inputs, [], np.zeros((1, 0)), 1
-        )
+        times, settings = _Times(start, stop, step, tolerance), _settings(set)
+        laws = _laws(inputs)
+        if laws is not None:
+            run = self._sampled(times, settings, outputs, laws)
+        else:
+            [run] = self._members(times, settings, outputs, inputs, [], NOTHING_VARIED, 1)
         if run.failure:
             raise RunError(run.failure, run)
         return run
+
+    def _sampled(
+        self,
+        times: _Times,
+        settings: list[tuple[str, Value]],
+        outputs: str | Sequence[str] | None,
+        laws: Mapping[str, Callable[[float, Run], float]],
+    ) -> Results:
+        """A run whose inputs are set at every communication point."""
+        with raised():
+            points = self._core.points(times)
+        run = Run(self, times, settings, None if outputs is None else _names("outputs", outputs))
+        rows: list[np.ndarray] = []
+        failure = None
+        try:
+            for time in points.tolist():
+                if time > run.time:
+                    run.step_to(time)
+                run.set({name: law(time, run) for name, law in laws.items()})
+                rows.append(run.to_numpy())
+        except RunError as error:
+            failure = str(error)
+        units = run.units
+        values = np.array(rows).reshape(len(rows), len(units))
+        return Results(points[: len(rows)], list(units), list(units.values()), values, failure)
+
+    def start(
+        self,
+        *,
+        set: Mapping[str, Value] | None = None,
+        outputs: str | Sequence[str] | None = None,
+        start: Value | None = None,
+        tolerance: float | None = None,
+    ) -> Run:
+        """Begins a run that is taken step by step, for controllers and planners: see :class:`Run`.
+
+        `set` gives parameters, inputs and initial values, `outputs` names variables to read beside parameters and inputs, instead of those of the scene.
+
+        Raises SceneError, ValueError for arguments, RunError if there is no start with these values.
+        """
+        names = None if outputs is None else _names("outputs", outputs)
+        return Run(self, _Times(start, None, None, tolerance), _settings(set), names)
 
     def simulate_many(
         self,
@@ -169,7 +271,7 @@ class Model:
         `threads` are as many as there are processors if 0; the results have the same bits whatever their number. Runs that end early do not raise:
         they have `failure`. Other arguments are those of `simulate`.
         """
-        names, values = _parameters(parameters)
+        names, values = self._varied(parameters)
         times = _Times(start, stop, step, tolerance)
         return ResultsList(self._members(times, _settings(set), outputs, inputs, names, values, _threads(threads)))
 
@@ -191,22 +293,33 @@ class Model:
         Measures are written "max(rod.angle)"; there are max, min, peak (of the magnitude), range, mean, rms, first, last, when_max, when_min, of the values
         at communication points. Runs that end early have nan, and the reason in `failures`.
         """
-        names, values = _parameters(parameters)
+        names, values = self._varied(parameters)
         times = _Times(start, stop, step, tolerance)
         with raised():
             columns, table, failures = self._core.measure(
-                times, _settings(set), _names(measures), _inputs(inputs), names, values, _threads(threads)
+                times, _settings(set), _names("measures", measures), _inputs(inputs), names, values, _threads(threads)
             )
         given = {name: values[:, place] for place, name in enumerate(names)}
         return Table(given, columns, table, failures)
 
-    def _members(self, times, settings, outputs, inputs, names, values, threads) -> list[Results]:
-        outputs = None if outputs is None else _names(outputs)
+    def _varied(self, given: Any) -> tuple[list[str], np.ndarray]:
+        """Names and a row of numbers for each run."""
+        return parameters(given, self._core.numbers)
+
+    def _members(
+        self,
+        times: _Times,
+        settings: list[tuple[str, Value]],
+        outputs: str | Sequence[str] | None,
+        inputs: Any,
+        names: list[str],
+        values: np.ndarray,
+        threads: int,
+    ) -> list[Results]:
+        asked = None if outputs is None else _names("outputs", outputs)
         with raised():
-            columns = self._core.outputs(outputs)
-            runs = self._core.simulate(
-                times, settings, outputs, _inputs(inputs), names, values, threads
-            )
+            columns = self._core.outputs(asked)
+            runs = self._core.simulate(times, settings, asked, _inputs(inputs), names, values, threads)
         labels, units = [name for name, _ in columns], [unit for _, unit in columns]
         return [
             Results(time, labels, units, matrix, failure, dict(zip(names, row.tolist(), strict=True)))
@@ -244,22 +357,31 @@ class Model:
         with raised():
             return self._core.page(module.read_bytes() if module.is_file() else None)
 
+    @overload
     def linearize(
-        self, at: float | Iterable[float] | Literal["equilibrium"] | None = None, *, set: Mapping[str, Value] | None = None
+        self, at: Value | None = None, *, set: Mapping[str, Value] | None = None, inputs: Any = None
+    ) -> StateSpace: ...
+    @overload
+    def linearize(
+        self, at: Iterable[Number], *, set: Mapping[str, Value] | None = None, inputs: Any = None
+    ) -> list[StateSpace]: ...
+    def linearize(
+        self, at: Value | Iterable[Value] | None = None, *, set: Mapping[str, Value] | None = None, inputs: Any = None
     ) -> StateSpace | list[StateSpace]:
         """A, B, C, D from the inputs of the scene to its outputs.
 
-        `at` is a time [s], "equilibrium", several times (which give a list), or the start if it is not given. Raises SceneError, and RunError if there is no
-        linear system there.
+        `at` is a time [s], "equilibrium", several times (which give a list), or the start if it is not given; `inputs` are inputs over time up to there. Raises
+        SceneError, and RunError if there is no linear system there.
         """
-        several = at is not None and not isinstance(at, str) and np.ndim(at) > 0
-        if several and len(at) == 0:
+        rests = isinstance(at, str) and at == "equilibrium"
+        if rests and inputs is not None:
+            raise ValueError("inputs: a mechanism at rest has constant inputs; give them by `set`")
+        several = at is not None and not isinstance(at, str) and np.ndim(at) > 0  # type: ignore[arg-type]
+        times = None if rests else [] if at is None else _times("at", at, 'neither "equilibrium" nor a time')
+        if several and not times:
             return []
-        if isinstance(at, str) and at != "equilibrium":
-            raise ValueError(f'at: {at!r} is neither "equilibrium" nor a time [s]')
-        times = None if isinstance(at, str) else [] if at is None else _times("at", at)
         with raised():
-            report = json.loads(self._core.linearize(times, _settings(set)))
+            report = json.loads(self._core.linearize(times, _settings(set), _inputs(inputs)))
         points = [_state_space(point) for point in report.get("points", [report])]
         return points if several else points[0]
 
@@ -275,10 +397,11 @@ class Model:
 
     def modes(
         self,
-        at: float | None = None,
+        at: Value | None = None,
         *,
         to: str | Sequence[str] | None = None,
         set: Mapping[str, Value] | None = None,
+        inputs: Any = None,
     ) -> Modes:
         """Natural frequencies, damping ratios and shapes about the equilibrium next to the start, or about the pose at a time [s].
 
@@ -288,12 +411,14 @@ class Model:
         """
         if to is not None and at is not None:
             raise ValueError("to: derivatives are those of modes about an equilibrium; leave `at` out")
+        if at is None and inputs is not None:
+            raise ValueError("inputs: a mechanism at rest has constant inputs; give them by `set`")
         time = None if at is None else _times("at", at)[0]
         with raised():
-            report = json.loads(self._core.modes(time, _settings(set)))
-            changes = [{}] * len(report["modes"])
+            report = json.loads(self._core.modes(time, _settings(set), _inputs(inputs)))
+            changes: list[dict[str, Any]] = [{}] * len(report["modes"])
             if to is not None:
-                found = json.loads(self._core.mode_sensitivities(_names(to), _settings(set)))
+                found = json.loads(self._core.mode_sensitivities(_names("to", to), _settings(set)))
                 changes = [mode["derivatives"] for mode in found["modes"]]
         return Modes(report["time"], [_mode(mode, own) for mode, own in zip(report["modes"], changes, strict=True)])
 
@@ -301,13 +426,14 @@ class Model:
         self,
         of: str | Sequence[str] | None = None,
         to: str | Sequence[str] | None = None,
-        times: float | Iterable[float] | Literal["equilibrium"] | None = None,
+        times: Value | Iterable[Value] | None = None,
         *,
         tolerance: float | None = None,
         set: Mapping[str, Value] | None = None,
+        inputs: Any = None,
     ) -> Sensitivities:
         """Derivatives of variables [default: the scene's outputs] with respect to parameters, constant inputs and initial values, at these times [s],
-        or where the mechanism rests: "equilibrium".
+        or where the mechanism rests: "equilibrium". `inputs` are inputs over time as those of `simulate`.
 
         They are integrated beside the motion (variational equations), not differenced: as accurate as the motion. Where laws switch they jump as they should.
         Raises SceneError, ValueError, and RunError where there are no derivatives: at singular poses, where a law that jumps is touched without being crossed.
@@ -316,26 +442,64 @@ class Model:
             raise ValueError("to: name what the derivatives are with respect to: parameters, constant inputs, initial values")
         if times is None:
             raise ValueError('times: give times [s], or "equilibrium"')
-        asked = None if of is None else _names(of), _names(to), _settings(set)
-        if isinstance(times, str):
-            if times != "equilibrium":
-                raise ValueError(f'times: {times!r} is neither "equilibrium" nor times')
+        asked = None if of is None else _names("of", of), _names("to", to), _settings(set)
+        if isinstance(times, str) and times == "equilibrium":
+            if inputs is not None:
+                raise ValueError("inputs: a mechanism at rest has constant inputs; give them by `set`")
             with raised():
                 return sensitivities(*self._core.equilibrium_sensitivities(*asked))
-        times = _times("times", times)
+        points = _times("times", times, 'neither "equilibrium" nor times')
         with raised():
-            return sensitivities(times, *self._core.sensitivities(times, tolerance, *asked))
+            return sensitivities(points, *self._core.sensitivities(points, tolerance, *asked, _inputs(inputs)))
+
+    def value_and_gradient(
+        self,
+        measures: str | Sequence[str],
+        at: Mapping[str, Any],
+        *,
+        stop: Value | None = None,
+        step: Value | None = None,
+        tolerance: float | None = None,
+        set: Mapping[str, Value] | None = None,
+        inputs: Any = None,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Measures of a run and their gradients, for optimisers: those of `measure` but the times of extremes.
+
+        `at` are the values of what is differentiated by, names and numbers; where they are arrays, each row is a run. The values are (run, measure) and the gradients
+        (run, measure, name in the order of `at`), without the axis of the runs where `at` has numbers, and without that of the measures where one text is given.
+        Raises as `sensitivities` does.
+        """
+        asked = [measured(text) for text in _names("measures", measures)]
+        of = list(dict.fromkeys(variable for _, variable in asked))
+        names, rows = self._varied(at)
+        with raised():
+            points = self._core.points(_Times(None, stop, step, tolerance))
+        values = np.empty((len(rows), len(asked)))
+        gradients = np.empty((*values.shape, len(names)))
+        for run, row in enumerate(rows.tolist()):
+            settings = {**dict(set or {}), **dict(zip(names, row, strict=True))}
+            found = self.sensitivities(of, names, points, tolerance=tolerance, set=settings, inputs=inputs)
+            for place, (measure, variable) in enumerate(asked):
+                column = found.of.index(variable)
+                values[run, place], gradients[run, place] = reduced(
+                    measure, found.time, found.values[:, column], found.derivatives[:, column]
+                )
+        # A row of texts, numbers or one of each is one run.
+        one_run = all(isinstance(value, str) or np.ndim(value) == 0 for value in at.values())
+        chosen = (0 if one_run else slice(None), 0 if isinstance(measures, str) else slice(None))
+        return values[chosen], gradients[chosen]
 
     def peaks(
         self,
         of: str | Sequence[str] | None = None,
         to: str | Sequence[str] = (),
         *,
-        crossing: Mapping[str, float] | None = None,
+        crossing: Mapping[str, Value] | None = None,
         stop: Value | None = None,
         step: Value | None = None,
         tolerance: float | None = None,
         set: Mapping[str, Value] | None = None,
+        inputs: Any = None,
     ) -> list[Peak]:
         """The largest and the smallest value of variables [default: the scene's outputs] and when they are reached, and the times at which variables cross given
         values (SI), with the derivatives of both with respect to parameters, constant inputs and initial values.
@@ -343,14 +507,15 @@ class Model:
         The motion is looked at every `step`: what happens between two points and is gone again is not seen. Where there are no derivatives, at a corner or of
         two equal peaks, `refused` says why. Raises as `sensitivities` does.
         """
-        levels = [(name, _times(f"crossing: {name}", level)[0]) for name, level in (crossing or {}).items()]
+        levels = _settings(crossing, "crossing")
         with raised():
             report = self._core.peaks(
                 _Times(None, stop, step, tolerance),
-                None if of is None else _names(of),
-                _names(to),
+                None if of is None else _names("of", of),
+                _names("to", to),
                 levels,
                 _settings(set),
+                _inputs(inputs),
             )
         return [Peak(**feature) for feature in json.loads(report)["features"]]
 
@@ -363,10 +528,12 @@ class Model:
         stop: Value | None = None,
         tolerance: float | None = None,
         set: Mapping[str, Value] | None = None,
+        inputs: Any = None,
     ) -> Fit:
         """Values of parameters, constant inputs and initial values with which the motion is as near as possible to what was measured.
 
-        `measured` is a data frame with the index or column `time` [s], or a mapping with "time", and columns named like variables, SI. `vary` are
+        `measured` is a data frame with the index or column `time` [s], or a mapping with "time", and columns named like variables, SI; what is not a number was not
+        measured. `inputs` are inputs over time as those of `simulate`. `vary` are
         names, or a mapping of names to their bounds (low, high), where None is the scene's; the search begins at the scene's values, or those of `set`. `sigma` are
         standard deviations of columns; those that are not given are estimated from the residuals.
 
@@ -376,17 +543,24 @@ class Model:
         if columns is None:
             raise ValueError("measured: nothing was measured")
         named = {vary: None} if isinstance(vary, str) else vary if isinstance(vary, Mapping) else dict.fromkeys(vary)
-        bounds = [(name, *(pair or (None, None))) for name, pair in named.items()]
+        bounds = [(name, *_bounds(name, pair)) for name, pair in named.items()]
+        settings = _settings(set)
         with raised():
             report = self._core.fit(
-                _Times(None, stop, None, tolerance), _settings(set), columns, bounds, _settings(sigma, "sigma")
+                _Times(None, stop, None, tolerance),
+                settings,
+                columns,
+                bounds,
+                _settings(sigma, "sigma"),
+                _inputs(inputs),
             )
-        return fitted(json.loads(report))
+        return fitted(json.loads(report), self, dict(settings))
 
     def bench(self) -> dict[str, Any]:
         """Speed against error: every method at many tolerances, on this very scene, as `cotree bench --json` gives it."""
         with raised():
-            return json.loads(self._core.bench())
+            measured: dict[str, Any] = json.loads(self._core.bench())
+        return measured
 
     def _repr_html_(self) -> str:
         return frame(self.page(), 640)
@@ -403,12 +577,15 @@ class _Times:
     def __init__(self, start: Value | None, stop: Value | None, step: Value | None, tolerance: float | None) -> None:
         for name, value in (("start", start), ("stop", stop), ("step", step)):
             _value(name, value)
+            if isinstance(value, numbers.Real) and not np.isfinite(float(value)):
+                raise ValueError(f"{name}: {value!r} is not a finite number")
         if tolerance is not None and not isinstance(tolerance, numbers.Real):
             raise TypeError(f"tolerance: {tolerance!r} is not a number")
         self.start, self.stop, self.step, self.tolerance = start, stop, step, tolerance
 
 
-_parameters = parameters
+#: The one run of `simulate` varies nothing.
+NOTHING_VARIED = np.zeros((1, 0))
 
 
 def _value(name: str, value: Any) -> None:
@@ -422,7 +599,7 @@ def _settings(given: Mapping[str, Value] | None, what: str = "set") -> list[tupl
     """Names and values; TypeError says which is none."""
     if given is None:
         return []
-    if not isinstance(given, Mapping):
+    if not (isinstance(given, Mapping) or (hasattr(given, "items") and hasattr(given, "index"))):
         raise TypeError(f"{what}: give a mapping of names to values, not {type(given).__name__}")
     for name, value in given.items():
         if value is None:
@@ -431,17 +608,86 @@ def _settings(given: Mapping[str, Value] | None, what: str = "set") -> list[tupl
     return [(str(name), value) for name, value in given.items()]
 
 
-def _names(given: str | Iterable[str]) -> list[str]:
+def _names(what: str, given: str | Iterable[str]) -> list[str]:
     """One name, or several."""
-    return [given] if isinstance(given, str) else list(given)
-
-
-def _times(name: str, given: Any) -> list[float]:
-    """One number, or several."""
     try:
-        return [float(value) for value in np.atleast_1d(np.asarray(given if np.ndim(given) else [given]))]
+        names = [given] if isinstance(given, str) else list(given)
+    except TypeError:
+        names = [given]  # type: ignore[list-item]
+    for name in names:
+        if not isinstance(name, str):
+            raise TypeError(f"{what}: {name!r} is not a name; give one or several")
+    return names
+
+
+def _times(name: str, given: Any, neither: str = "not a time") -> list[float]:
+    """One time, or several [s]."""
+    is_one = isinstance(given, str) or not isinstance(given, Iterable) or (isinstance(given, np.ndarray) and given.ndim == 0)
+    listed = [given] if is_one else list(given)
+    if any(isinstance(value, np.ndarray) and value.ndim for value in listed):
+        raise TypeError(f"{name}: {given!r} is to be one time or several")
+    return [_seconds(name, value, neither) for value in listed]
+
+
+def _seconds(name: str, value: Any, neither: str) -> float:
+    if isinstance(value, str):
+        try:
+            return _cotree.seconds(value)
+        except ValueError as error:
+            raise ValueError(f"{name}: {value!r} is {neither}: {error}") from None
+    try:
+        return float(value)
     except (TypeError, ValueError):
-        raise TypeError(f"{name}: {given!r} is to be one number or several, in SI units") from None
+        raise TypeError(f"{name}: {value!r} is {neither}; times are numbers [s] or texts such as '20 ms'") from None
+
+
+def _bounds(name: str, pair: Any) -> tuple[Value | None, Value | None]:
+    """The bounds of what is varied."""
+    if pair is None:
+        return None, None
+    if isinstance(pair, str) or not isinstance(pair, Sequence | np.ndarray) or len(pair) != 2:
+        raise TypeError(f"vary: {name}: {pair!r} is to be its bounds (low, high), where None is the scene's, or None for both")
+    for value in pair:
+        _value(f"vary: {name}", value)
+    low, high = pair
+    return low, high
+
+
+def _written(name: str, value: Any, known: Mapping[str, Variable]) -> str:
+    """A value as it stands in a scene. Numbers of variables have their SI unit: the scene may give them another one."""
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False)
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, Sequence) or (isinstance(value, np.ndarray) and value.ndim):
+        return f"[{', '.join(_written('', component, known) for component in value)}]"
+    _value(f"replace: {name}", value)
+    if value is None or not np.isfinite(float(value)):
+        raise ValueError(f"replace: {name}: {value!r} is not a finite number")
+    unit = known[name].unit if name in known else ""
+    return json.dumps(f"{float(value)!r} {unit}") if unit not in ("", "1") else repr(float(value))
+
+
+def _laws(inputs: Any) -> dict[str, Callable[[float, Run], float]] | None:
+    """Inputs that are functions, each of the time and the run; none if there is a table."""
+    if not isinstance(inputs, Mapping) or "time" in inputs or not any(map(callable, inputs.values())):
+        return None
+    for name, law in inputs.items():
+        if not callable(law):
+            raise TypeError(f"inputs: {name}: {law!r} is no function, as others are; give a constant input by `set`")
+    return {str(name): _law(law) for name, law in inputs.items()}
+
+
+def _law(law: Callable[..., Any]) -> Callable[[float, Run], float]:
+    """A function of the time, or of the time and the run."""
+    try:
+        named = inspect.signature(law).parameters.values()
+    except ValueError:  # functions of numpy have none
+        return lambda time, run: float(law(time))
+    needed = [own for own in named if own.default is own.empty and own.kind in (own.POSITIONAL_ONLY, own.POSITIONAL_OR_KEYWORD)]
+    if len(needed) > 1:
+        return lambda time, run: float(law(time, run))
+    return lambda time, run: float(law(time))
 
 
 def _threads(count: int) -> int:
@@ -458,12 +704,28 @@ def _inputs(given: Any, what: str = "inputs") -> tuple[list[float], list[str], l
         columns = {str(name): given[name] for name in given.columns}
         if "time" not in columns and hasattr(given, "index"):
             columns["time"] = given.index
+    elif isinstance(given, Mapping):
+        columns = {str(name): column for name, column in given.items()}
     else:
-        columns = dict(given)
+        raise TypeError(f"{what}: give a data frame or a mapping with a column `time`, not {type(given).__name__}")
     if "time" not in columns:
         raise ValueError(f"{what}: there is no column `time`")
-    times = np.asarray(columns.pop("time"), dtype=float).tolist()
-    return times, list(columns), [np.asarray(column, dtype=float).tolist() for column in columns.values()]
+    times = _column(what, "time", columns.pop("time"))
+    return times, list(columns), [_column(what, name, column) for name, column in columns.items()]
+
+
+def _column(what: str, name: str, column: Any) -> list[float]:
+    """Numbers over time."""
+    if callable(column):
+        raise TypeError(f"{what}: {name} is a function; functions stand in a mapping without `time`, and only `simulate` takes them")
+    try:
+        values = np.asarray(column, dtype=float)
+    except (TypeError, ValueError):
+        raise ValueError(f"{what}: {name} has values that are no numbers; give them in SI units") from None
+    if values.ndim != 1:
+        raise ValueError(f"{what}: {name} is to be a list of numbers, one for each time")
+    listed: list[float] = values.tolist()
+    return listed
 
 
 def _state_space(point: dict[str, Any]) -> StateSpace:
@@ -475,7 +737,19 @@ def _state_space(point: dict[str, Any]) -> StateSpace:
         name: np.array(point[name], dtype=float).reshape(size[rows], size[columns])
         for name, (rows, columns) in shapes.items()
     }
-    return StateSpace(point["time"], **signals, units=units, **matrices, rates=np.array(point["rates"], dtype=float))
+    rates = np.array(point["rates"], dtype=float)
+    return StateSpace(
+        point["time"],
+        signals["states"],
+        signals["inputs"],
+        signals["outputs"],
+        units,
+        matrices["A"],
+        matrices["B"],
+        matrices["C"],
+        matrices["D"],
+        rates,
+    )
 
 
 def _mode(mode: dict[str, Any], changes: dict[str, Any]) -> Mode:

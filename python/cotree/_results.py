@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import html
+import importlib
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import fields, is_dataclass
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
+
+from ._faults import unknown
 
 if TYPE_CHECKING:
     import matplotlib.axes
     import pandas
     import polars
+    import xarray
 
 #: How many variables a notebook lists, and how many points their lines have.
 MOST_ROWS, MOST_POINTS = 30, 100
@@ -22,8 +27,62 @@ def _columns(results: Results) -> dict[str, np.ndarray]:
     return {"time": results.time, **results}
 
 
-class Results(Mapping[str, np.ndarray]):
-    """The reported variables of a run: `results["rod.angle"]` is an array with a value for each of `results.time`.
+def fixed(values: np.ndarray) -> np.ndarray:
+    """An array that nobody changes, each column in one piece."""
+    kept = np.asfortranarray(values)
+    kept.setflags(write=False)
+    return kept
+
+
+def same(one: Any, other: Any) -> bool:
+    """Are two values the same, arrays and what is not a number among them?"""
+    if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
+        return bool(np.array_equal(one, other, equal_nan=np.asarray(one).dtype.kind in "fc"))
+    if isinstance(one, dict) and isinstance(other, dict):
+        return list(one) == list(other) and all(same(one[key], other[key]) for key in one)
+    if isinstance(one, float) and isinstance(other, float):
+        return one == other or (one != one and other != other)
+    if isinstance(one, tuple | list) and type(one) is type(other):
+        return len(one) == len(other) and all(map(same, one, other))
+    return bool(one == other)
+
+
+class Compared:
+    """A dataclass with arrays that `==` compares."""
+
+    def __eq__(self, other: object) -> bool:
+        if type(self) is not type(other) or not is_dataclass(self):
+            return NotImplemented
+        compared = [field.name for field in fields(self) if field.compare]
+        return all(same(getattr(self, name), getattr(other, name)) for name in compared)
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+class Mapped(Mapping[str, np.ndarray]):
+    """Columns by name that numpy, pandas and readers of Arrow take as numbers."""
+
+    def _frame(self) -> dict[str, np.ndarray]:
+        """All columns of a frame."""
+        return dict(self)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
+        raise NotImplementedError
+
+    def __arrow_c_stream__(self, requested_schema: object = None) -> object:
+        """For readers of Arrow's stream interface; needs polars or pyarrow."""
+        try:
+            import polars
+        except ModuleNotFoundError:
+            pyarrow = importlib.import_module("pyarrow")
+            return pyarrow.table(self._frame()).__arrow_c_stream__(requested_schema)
+        return polars.DataFrame(self._frame()).__arrow_c_stream__(requested_schema)
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+class Results(Mapped):
+    """The reported variables of a run: `results["rod.angle"]` is an array with a value for each of `results.time`, which cannot be changed.
 
     `units` has their SI units ("" where there is none or none is known). `parameters` is what the run was given beyond the scene's values.
     `failure` says why the run ended early, if it did; the values are those before.
@@ -38,8 +97,8 @@ class Results(Mapping[str, np.ndarray]):
         failure: str | None = None,
         parameters: Mapping[str, float] | None = None,
     ) -> None:
-        self.time = time
-        self._values = values
+        self.time = fixed(time)
+        self._values = fixed(values)
         self._places = {name: place for place, name in enumerate(names)}
         self.units: dict[str, str] = dict(zip(names, units, strict=True))
         self.failure = failure
@@ -48,11 +107,31 @@ class Results(Mapping[str, np.ndarray]):
     def __getitem__(self, name: str) -> np.ndarray:
         if name == "time" and name not in self._places:
             return self.time
-        try:
-            return self._values[:, self._places[name]]
-        except KeyError:
+        if name not in self._places:
             known = ", ".join(self._places) or "nothing"
-            raise KeyError(f"{name!r} was not reported; there is {known}") from None
+            raise KeyError(f"{name!r} was not reported; there is {known}")
+        return self._values[:, self._places[name]]
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Results):
+            return NotImplemented
+        mine, others = ((own.units, own.time, own._values, own.failure, own.parameters) for own in (self, other))
+        return same(mine, others)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
+        return np.array(self._values, dtype=dtype) if copy or dtype is not None else self._values
+
+    def _frame(self) -> dict[str, np.ndarray]:
+        return _columns(self)
+
+    def at(self, time: float) -> dict[str, float]:
+        """The values at a time [s], linear between the two communication points around it.
+
+        Raises ValueError outside the run.
+        """
+        if not (len(self.time) and self.time[0] <= time <= self.time[-1]):
+            raise ValueError(f"at: {time!r} s is outside the run: {self!r}")
+        return {name: float(np.interp(time, self.time, self[name])) for name in self}
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._places)
@@ -77,6 +156,13 @@ class Results(Mapping[str, np.ndarray]):
         import polars
 
         return polars.DataFrame(_columns(self))
+
+    def to_xarray(self) -> xarray.Dataset:
+        """A data set along `time`; each variable has its unit as the attribute `units`."""
+        import xarray
+
+        columns = {name: ("time", self[name], {"units": self.units[name]}) for name in self}
+        return xarray.Dataset(columns, coords={"time": ("time", self.time, {"units": "s"})}, attrs=dict(self.parameters))
 
     def plot(self, *names: str, x: str = "time") -> Sequence[matplotlib.axes.Axes]:
         """Draws these variables [default: all] over time, or over another one: a pair of axes for each unit, one below the other.
@@ -146,6 +232,11 @@ def _sparkline(values: np.ndarray) -> str:
     return f'<svg width="120" height="20"><polyline points="{line}" fill="none" stroke="currentColor"/></svg>'
 
 
+def _varied(run: Results) -> dict[str, float]:
+    """What a run was given, under names that no variable has."""
+    return {f"{name} (set)" if name in run else name: value for name, value in run.parameters.items()}
+
+
 class ResultsList(Sequence[Results]):
     """The results of many runs, in the order that they were asked for."""
 
@@ -164,6 +255,14 @@ class ResultsList(Sequence[Results]):
     def __len__(self) -> int:
         return len(self._members)
 
+    def __eq__(self, other: object) -> bool:
+        return self._members == other._members if isinstance(other, ResultsList) else NotImplemented
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
+        return self.to_numpy().astype(dtype or float, copy=False)
+
     @property
     def failures(self) -> dict[int, str]:
         """Which runs ended early, and why."""
@@ -179,19 +278,22 @@ class ResultsList(Sequence[Results]):
         return values
 
     def to_pandas(self) -> pandas.DataFrame:
-        """One long data frame with the index (run, time)."""
+        """One long data frame with the index (run, time); what was varied stands in columns of its own."""
         import pandas
 
         if not self._members:
             return pandas.DataFrame(index=pandas.MultiIndex.from_arrays([[], []], names=["run", "time"]))
-        return pandas.concat([run.to_pandas() for run in self._members], keys=range(len(self)), names=["run"])
+        frames = [run.to_pandas().assign(**_varied(run)) for run in self._members]
+        return pandas.concat(frames, keys=range(len(self)), names=["run"])
 
     def to_polars(self) -> polars.DataFrame:
-        """One long data frame whose first columns are `run` and `time` [s]."""
+        """One long data frame whose first columns are `run` and `time` [s]; what was varied stands in columns of its own."""
         import polars
 
         frames = [
-            run.to_polars().select(polars.lit(index, dtype=polars.Int64).alias("run"), polars.all())
+            run.to_polars()
+            .with_columns(polars.lit(value).alias(name) for name, value in _varied(run).items())
+            .select(polars.lit(index, dtype=polars.Int64).alias("run"), polars.all())
             for index, run in enumerate(self._members)
         ]
         return polars.concat(frames) if frames else polars.DataFrame(schema={"run": polars.Int64, "time": polars.Float64})
@@ -200,7 +302,7 @@ class ResultsList(Sequence[Results]):
         return f"<{len(self)} runs, {len(self.failures)} of them ended early>"
 
 
-class Table(Mapping[str, np.ndarray]):
+class Table(Mapped):
     """A number for each run and measure: `table["max(rod.angle)"]`, and the parameters of the runs by their names."""
 
     def __init__(
@@ -210,15 +312,27 @@ class Table(Mapping[str, np.ndarray]):
         values: np.ndarray,
         failures: Sequence[str | None],
     ) -> None:
+        values = fixed(values)
         measured = {name: values[:, place] for place, (name, _) in enumerate(columns)}
-        self._columns = {**parameters, **measured}
+        self._columns = {**{name: fixed(own) for name, own in parameters.items()}, **measured}
         self.units: dict[str, str] = dict(columns)
         #: Which runs ended early, and why; their measures are nan.
         self.failures: dict[int, str] = {index: failure for index, failure in enumerate(failures) if failure}
         self._length = len(failures)
 
     def __getitem__(self, name: str) -> np.ndarray:
+        if name not in self._columns:
+            raise unknown(name, self._columns, "is no column of the table")
         return self._columns[name]
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Table):
+            return NotImplemented
+        return same((self._columns, self.units, self.failures), (other._columns, other.units, other.failures))
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
+        columns = list(self._columns.values())
+        return np.array(np.stack(columns, axis=1) if columns else np.zeros((self._length, 0)), dtype=dtype)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._columns)
@@ -259,18 +373,22 @@ def formulas(document: str) -> str:
     return "\n\n".join(coordinates + re.findall(r"\\begin\{align\*\}.*?\\end\{align\*\}", document, re.DOTALL))
 
 
-def parameters(given: Any) -> tuple[list[str], np.ndarray]:
+#: Reads texts with units: the values of a name as numbers.
+Reader = Callable[[str, list[Any]], list[float]]
+
+
+def parameters(given: Any, read: Reader) -> tuple[list[str], np.ndarray]:
     """Names and a row of numbers for each run, from a data frame, a mapping of arrays, or a sequence of mappings."""
     if hasattr(given, "columns") and hasattr(given, "to_numpy"):
         names = [str(name) for name in given.columns]
         again = sorted({name for name in names if names.count(name) > 1})
         if again:
             raise ValueError(f"parameters: {', '.join(again)} given by more than one column")
-        columns = [_numbers(name, given[own]) for name, own in zip(names, given.columns, strict=True)]
+        columns = [_numbers(name, given[own], read) for name, own in zip(names, given.columns, strict=True)]
         return _table(names, columns, len(given))
     if isinstance(given, Mapping):
         names = [str(name) for name in given]
-        columns = [_numbers(name, values) for name, values in zip(names, given.values(), strict=True)]
+        columns = [_numbers(name, values, read) for name, values in zip(names, given.values(), strict=True)]
         lengths = {len(column) for column in columns} - {1} or ({1} if columns else {0})
         if len(lengths) > 1:
             each = ", ".join(f"{name!r} {len(column)}" for name, column in zip(names, columns, strict=True))
@@ -287,15 +405,21 @@ def parameters(given: Any) -> tuple[list[str], np.ndarray]:
     missing = {name for name in names if any(name not in run for run in runs)}
     if missing:
         raise ValueError(f"parameters: {', '.join(sorted(missing))} not given in every run")
-    return _table([str(name) for name in names], [_numbers(str(name), [run[name] for run in runs]) for name in names], len(runs))
+    return _table([str(name) for name in names], [_numbers(str(name), [run[name] for run in runs], read) for name in names], len(runs))
 
 
-def _numbers(name: str, values: Any) -> np.ndarray:
+def _numbers(name: str, values: Any, read: Reader) -> np.ndarray:
     """A column of finite numbers."""
+    listed = [values] if isinstance(values, str) else values if np.ndim(values) == 1 else None
+    if listed is not None and any(isinstance(value, str) for value in listed):
+        try:
+            return np.array(read(name, list(listed)))
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"parameters: {name!r} has values that are no numbers: {error}") from None
     try:
         column = np.atleast_1d(np.asarray(values, dtype=float))
     except (TypeError, ValueError):
-        raise ValueError(f"parameters: {name!r} has values that are no numbers; give them in SI units") from None
+        raise ValueError(f"parameters: {name!r} has values that are no numbers; give them in SI units, or texts with units") from None
     if column.ndim != 1:
         raise ValueError(f"parameters: {name!r} is to be one number or a list of numbers")
     for run in np.flatnonzero(~np.isfinite(column))[:1]:

@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
+from ._faults import unknown
+from ._results import Compared
 
-@dataclass(frozen=True)
-class Equilibrium:
+if TYPE_CHECKING:
+    from ._model import Model
+
+
+@dataclass(frozen=True, eq=False)
+class Equilibrium(Compared):
     """Where a mechanism rests: poses, reactions and loads by name [SI], and what a small disturbance does.
 
     `stability` is "held", "stable", "neutral", "undecided" or "unstable"; `moves_most` names the coordinate of the mode that decides.
@@ -22,11 +29,13 @@ class Equilibrium:
     groups: dict[str, dict[str, float]] = field(repr=False)
 
     def __getitem__(self, name: str) -> float:
+        if name not in self.values:
+            raise unknown(name, self.values, "is no value of the equilibrium")
         return self.values[name]
 
 
-@dataclass(frozen=True)
-class StateSpace:
+@dataclass(frozen=True, eq=False)
+class StateSpace(Compared):
     """dx/dt = A x + B u, y = C x + D u for small changes about a point of the motion, where dx/dt itself is `rates`: zero at rest."""
 
     time: float
@@ -66,7 +75,11 @@ class Modes(Sequence[Mode]):
         self.time = time
         self._modes = tuple(modes)
 
-    def __getitem__(self, index):
+    @overload
+    def __getitem__(self, index: int) -> Mode: ...
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[Mode]: ...
+    def __getitem__(self, index: int | slice) -> Mode | Sequence[Mode]:
         return self._modes[index]
 
     def __len__(self) -> int:
@@ -81,13 +94,13 @@ class Modes(Sequence[Mode]):
         return f"<{len(self)} modes: {listed}>"
 
 
-@dataclass(frozen=True)
-class Fit:
+@dataclass(frozen=True, eq=False)
+class Fit(Compared):
     """Values that fit what was measured, by name, SI: `fit["damping"]` is one of them.
 
     `errors` are standard errors and `limits` the 95 % limits, not a number where a value is at its bound; `correlation` has rows and columns in the order of
     `values`. `fitted` and `residuals` (measured less fitted) are arrays at the measured times, `deviations` the standard deviations of the columns.
-    `ended` is "minimum", or "evaluations" if no minimum was reached.
+    `ended` is "minimum", or "evaluations" if no minimum was reached. Where nothing was measured, fitted and residuals are not a number. `model` is the model with these values.
     """
 
     values: dict[str, float]
@@ -102,21 +115,35 @@ class Fit:
     deviations: dict[str, float]
     evaluations: int
     ended: str
+    _origin: Model | None = field(default=None, repr=False, compare=False)
+    _set: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
 
     def __getitem__(self, name: str) -> float:
+        if name not in self.values:
+            raise unknown(name, self.values, "was not varied")
         return self.values[name]
 
+    @property
+    def model(self) -> Model:
+        """The model with what was set and the values that fit best.
 
-def fitted(report: dict) -> Fit:
+        Raises ValueError where the scene does not write one of them.
+        """
+        if self._origin is None:
+            raise ValueError("model: the fit is not one of a model")
+        return self._origin.replace({**self._set, **self.values})
+
+
+def fitted(report: dict[str, Any], origin: Model, settings: dict[str, Any]) -> Fit:
     """From what the program hands over."""
     quantities, columns = ({own["name"]: own for own in report[kind]} for kind in ("quantities", "columns"))
     nan = float("nan")
 
-    def each(key: str) -> dict:
+    def each(key: str) -> dict[str, Any]:
         return {name: own[key] for name, own in quantities.items()}
 
-    def arrays(key: str) -> dict:
-        return {name: np.array(own[key]) for name, own in columns.items()}
+    def arrays(key: str) -> dict[str, np.ndarray]:
+        return {name: np.array(own[key], dtype=float) for name, own in columns.items()}
 
     return Fit(
         values=each("value"),
@@ -131,6 +158,8 @@ def fitted(report: dict) -> Fit:
         deviations={name: own["deviation"] for name, own in columns.items()},
         evaluations=report["evaluations"],
         ended=report["ended"],
+        _origin=origin,
+        _set=settings,
     )
 
 
@@ -148,8 +177,8 @@ class Peak:
     refused: str | None
 
 
-@dataclass(frozen=True)
-class Sensitivities:
+@dataclass(frozen=True, eq=False)
+class Sensitivities(Compared):
     """Derivatives of outputs at fixed time: `values` (time, of) and `derivatives` (time, of, to), SI.
 
     `sensitivities["rod.angle", "rod_length"]` is one of them over time; `units` has their units by the same pair.
@@ -168,7 +197,7 @@ class Sensitivities:
             raise KeyError(f"{pair!r}: there are derivatives of {', '.join(self.of)} with respect to {', '.join(self.to)}")
         return self.derivatives[:, self.of.index(of), self.to.index(to)]
 
-    def __array__(self, dtype=None, copy=None) -> np.ndarray:
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
         return np.array(self.derivatives, dtype=dtype)
 
 
@@ -179,8 +208,14 @@ def _quotient(of: str, to: str) -> str:
     return "1" if of == to else f"{of}/({to})" if any(sign in to for sign in "./") else f"{of}/{to}"
 
 
-def sensitivities(times, outputs, parameters, values, derivatives) -> Sensitivities:
+def sensitivities(
+    times: Iterable[float],
+    outputs: Sequence[tuple[str, str]],
+    parameters: Sequence[tuple[str, str]],
+    values: np.ndarray,
+    derivatives: np.ndarray,
+) -> Sensitivities:
     """From what the program hands over."""
     units = {(of, to): _quotient(unit, per) for of, unit in outputs for to, per in parameters}
-    names = [tuple(name for name, _ in signals) for signals in (outputs, parameters)]
-    return Sensitivities(np.array(times), *names, units, values, derivatives)
+    of, to = (tuple(name for name, _ in signals) for signals in (outputs, parameters))
+    return Sensitivities(np.array(list(times)), of, to, units, values, derivatives)

@@ -1,10 +1,15 @@
 //! What a call ends with: exceptions, and columns of numbers.
 
-use cotree::Faults;
+use std::ffi::CString;
+
+use cotree::{Faults, Severity};
+use cotree_fmu::instance::Inaccuracy;
 use cotree_study::analysis::{Failure, StudyError};
 use pyo3::create_exception;
-use pyo3::exceptions::{PyException, PyKeyboardInterrupt, PyOSError, PyValueError};
+use pyo3::exceptions::{PyException, PyKeyboardInterrupt, PyOSError, PyRuntimeWarning, PyValueError};
 use pyo3::prelude::*;
+
+use crate::request::Value;
 
 create_exception!(
     cotree._cotree,
@@ -34,12 +39,20 @@ pub fn file_error(error: impl ToString) -> PyErr {
     PyOSError::new_err(error.to_string())
 }
 
-pub fn study_error(error: StudyError) -> PyErr {
+/// Why a study has no result. The scene has none of these faults by itself: it was compiled when it was read. With values that were set they are those of the run.
+pub fn study_error(error: StudyError, settings: &[(String, Value)]) -> PyErr {
     match error {
-        StudyError::Scene(faults) => scene_error(&faults),
+        StudyError::Scene(faults) => unlike_the_scene(&faults, settings).unwrap_or_else(|| scene_error(&faults)),
         StudyError::Analysis(error @ Failure::Unknown(_)) => wrong(error.to_string()),
         StudyError::Analysis(error) => RunError::new_err(error.to_string()),
     }
+}
+
+/// Faults that a scene has with other values than its own; none where nothing was set.
+pub fn unlike_the_scene(faults: &Faults, settings: &[(String, Value)]) -> Option<PyErr> {
+    let set: Vec<String> = settings.iter().map(|(name, value)| format!("`{name}` is {value}")).collect();
+    let told: Vec<&str> = faults.list.iter().filter(|own| own.severity == Severity::Error).map(|own| own.message.as_str()).collect();
+    (!set.is_empty()).then(|| RunError::new_err(format!("{}; {}", told.join("; "), set.join(", "))))
 }
 
 /// Why a run ended early; `None` if the user wants to stop.
@@ -48,6 +61,12 @@ pub fn run_error(error: cotree::run::RunError) -> Option<String> {
         cotree::run::RunError::Output(_) => None,
         other => Some(other.to_string()),
     }
+}
+
+/// That rounding errors are larger than the tolerance; `of` says in which runs.
+pub fn warn(py: Python<'_>, of: &str, inaccuracy: &Inaccuracy) -> PyResult<()> {
+    let text = CString::new(format!("{of}{inaccuracy}; {}", inaccuracy.help())).map_err(|error| wrong(error.to_string()))?;
+    PyErr::warn(py, &py.get_type::<PyRuntimeWarning>(), &text, 1)
 }
 
 pub fn interrupted() -> PyErr {

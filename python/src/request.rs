@@ -1,5 +1,7 @@
 //! What is asked of a run: values by name, times, inputs over time.
 
+use std::fmt;
+
 use cotree::compile::quantity;
 use cotree::diagnostic::every;
 use cotree::export::description::Description;
@@ -18,15 +20,16 @@ pub enum Value {
     Text(String),
 }
 
-impl Value {
-    /// As it is written in a command; numbers are SI.
-    pub fn into_text(self) -> String {
+impl fmt::Display for Value {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Value::Number(value) => format!("{value:?}"),
-            Value::Text(text) => text,
+            Value::Number(value) => write!(formatter, "{value:?}"),
+            Value::Text(text) => formatter.write_str(text),
         }
     }
+}
 
+impl Value {
     /// In SI units.
     pub fn read(&self, unit: &Unit) -> Result<f64, String> {
         match self {
@@ -100,6 +103,10 @@ pub fn inputs(description: &Description, columns: Option<Columns>) -> PyResult<O
     let known = settings::Inputs::new(description);
     let variables: Result<Vec<usize>, String> = names.iter().map(|name| known.find(name)).collect();
     let variables = variables.map_err(|message| wrong(format!("inputs: {message}")))?;
-    let table = Table::new(names, times, columns).map_err(|message| wrong(format!("inputs: {message}")))?;
-    Ok(Some((table, variables)))
+    Ok(Some((table(names, times, columns)?, variables)))
+}
+
+/// Inputs over time as a table.
+pub fn table(names: Vec<String>, times: Vec<f64>, columns: Vec<Vec<f64>>) -> PyResult<Table> {
+    Table::new(names, times, columns).map_err(|message| wrong(format!("inputs: {message}")))
 }

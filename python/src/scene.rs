@@ -1,15 +1,14 @@
 //! A scene and everything that can be asked of it.
 
-use std::ffi::CString;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
-use std::time::Duration;
 
+use cotree::diagnostic::every;
 use cotree::export::FmiVersion;
 use cotree::report::csv::Table;
 use cotree::report::statistics::Accumulator;
-use cotree::scene::Text;
+use cotree::scene::{EditError, Text};
 use cotree::run::{Ended, Ensemble, Measure, Run, points};
 use cotree::{Compiled, Scene};
 use cotree_fmu::model::Model;
@@ -19,28 +18,36 @@ use cotree_study::fit::{FitError, Request, Vary, fit};
 use cotree_text::Prose;
 use cotree_text::written::Notation;
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
-use pyo3::exceptions::PyRuntimeWarning;
 use pyo3::prelude::*;
 use serde_json::json;
 
-use crate::outcome::{RunError, file_error, interrupted, run_error, scene_error, study_error, wrong};
+use crate::listening::{self, PATIENCE, interruptible};
+use crate::outcome::{RunError, file_error, interrupted, run_error, scene_error, study_error, unlike_the_scene, warn, wrong};
 use crate::request::{self, Columns, Times, Value};
+use crate::running::Running;
 
-/// How often a running call asks whether the user has pressed Ctrl-C.
-const PATIENCE: Duration = Duration::from_millis(50);
+/// So many variants of a scene are kept compiled: other outputs, other known values at the start.
+const MOST_KEPT: usize = 8;
 
 /// A scene, with its text: that is what is pickled.
 #[pyclass(frozen, module = "cotree._cotree")]
 pub struct Core {
     scene: Scene,
-    /// What was compiled last, for these additional outputs.
-    compiled: Mutex<Option<(Vec<String>, Arc<Ready>)>>,
+    /// What was compiled, the last first.
+    compiled: Mutex<Vec<(Variant, Arc<Ready>)>>,
+}
+
+/// What is compiled of a scene: these outputs in place of its own, if any are given, and variables that are known at the start although `[initial]` leaves them out.
+#[derive(Clone, Default, PartialEq)]
+struct Variant {
+    outputs: Vec<String>,
+    known: Vec<String>,
 }
 
 /// A scene that can run.
-struct Ready {
-    compiled: Compiled,
-    model: Arc<Model>,
+pub struct Ready {
+    pub compiled: Compiled,
+    pub model: Arc<Model>,
 }
 
 /// A member's values: a row for each time, and why there are no more.
@@ -70,6 +77,15 @@ impl Core {
         Ok(Core { scene: scene.map_err(|faults| scene_error(&faults))?, compiled: Mutex::default() })
     }
 
+    /// The scene with other values: names, and what is written in their place.
+    fn replaced(&self, py: Python<'_>, changes: Vec<(String, String)>) -> PyResult<Self> {
+        let scene = py.detach(|| self.scene.replaced(&changes)).map_err(|error| match error {
+            EditError::Name(message) => wrong(message),
+            EditError::Scene(faults) => scene_error(&faults),
+        })?;
+        Ok(Core { scene, compiled: Mutex::default() })
+    }
+
     /// The files that it was read from.
     fn files(&self) -> Vec<(String, String)> {
         self.scene.source.files().map(|(name, text)| (name.to_owned(), text.to_owned())).collect()
@@ -81,13 +97,13 @@ impl Core {
 
     /// Warnings as JSON; the scene's faults are raised.
     fn check(&self, py: Python<'_>) -> PyResult<Option<String>> {
-        let ready = self.ready(py, None)?;
+        let ready = self.ready(py, Variant::default())?;
         Ok(ready.compiled.warnings.as_ref().map(|faults| faults.to_json().to_string()))
     }
 
     /// Every variable as JSON.
     fn variables(&self, py: Python<'_>) -> PyResult<String> {
-        let ready = self.ready(py, None)?;
+        let ready = self.ready(py, Variant::default())?;
         let variable = |variable: &cotree::export::description::ScalarVariable| {
             let range = variable.causality.range();
             let (start, [min, max]) = range.map_or_else(Default::default, |(start, bounds)| (Some(start), bounds));
@@ -99,7 +115,7 @@ impl Core {
 
     /// Names and units of the outputs.
     fn outputs(&self, py: Python<'_>, outputs: Option<Vec<String>>) -> PyResult<Vec<(String, String)>> {
-        let ready = self.ready(py, outputs)?;
+        let ready = self.ready(py, Variant::of(outputs))?;
         let variables = &ready.compiled.description.variables;
         let named = |index: usize| (variables[index].name.clone(), variables[index].unit.si.clone());
         Ok(ready.compiled.reported().into_iter().map(named).collect())
@@ -118,7 +134,7 @@ impl Core {
         values: PyReadonlyArray2<'py, f64>,
         threads: usize,
     ) -> PyResult<Vec<Rows<'py>>> {
-        let ready = self.ready(py, outputs)?;
+        let ready = self.ready_for(py, outputs, &settings)?;
         let reported = ready.compiled.reported();
         let width = reported.len();
         let all: Vec<f64> = points(times.experiment(ready.compiled.description.experiment)?).collect();
@@ -152,7 +168,8 @@ impl Core {
     ) -> PyResult<(Vec<(String, String)>, Bound<'py, PyArray2<f64>>, Vec<Option<String>>)> {
         let measures: Result<Vec<Measure>, String> = measures.iter().map(|text| text.parse()).collect();
         let measures = measures.map_err(wrong)?;
-        let ready = self.ready(py, Some(measures.iter().map(|measure| measure.variable.clone()).collect()))?;
+        let variables = measures.iter().map(|measure| measure.variable.clone()).collect();
+        let ready = self.ready_for(py, Some(variables), &settings)?;
         let variables = &ready.compiled.description.variables;
         let place = |name: &String| variables.iter().position(|variable| variable.name == *name);
         let reported: Option<Vec<usize>> = measures.iter().map(|measure| place(&measure.variable)).collect();
@@ -178,6 +195,33 @@ impl Core {
         }
         let table = PyArray1::from_vec(py, table).reshape([failures.len(), measures.len()])?;
         Ok((columns, table, failures))
+    }
+
+    /// Begins a run that is taken step by step.
+    fn start(
+        &self,
+        py: Python<'_>,
+        times: Times,
+        settings: Vec<(String, Value)>,
+        outputs: Option<Vec<String>>,
+    ) -> PyResult<Running> {
+        let ready = self.ready_for(py, outputs, &settings)?;
+        let experiment = times.experiment(ready.compiled.description.experiment)?;
+        Running::start(py, ready, experiment, &settings)
+    }
+
+    /// Texts with units as numbers, in the SI unit of what can be set by this name.
+    fn numbers(&self, py: Python<'_>, name: String, values: Vec<Value>) -> PyResult<Vec<f64>> {
+        let settings: Vec<(String, Value)> = values.into_iter().map(|value| (name.clone(), value)).collect();
+        let ready = self.ready_for(py, None, &settings)?;
+        let numbers = request::settings(&ready.compiled.description, &settings)?;
+        Ok(numbers.into_iter().map(|(_, value)| value).collect())
+    }
+
+    /// The communication points of a run.
+    fn points<'py>(&self, py: Python<'py>, times: Times) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let ready = self.ready(py, Variant::default())?;
+        Ok(PyArray1::from_iter(py, points(times.experiment(ready.compiled.description.experiment)?)))
     }
 
     /// Writes the FMU.
@@ -223,14 +267,20 @@ impl Core {
 
     /// Where the mechanism rests, as JSON.
     fn equilibrium(&self, py: Python<'_>, settings: Vec<(String, Value)>) -> PyResult<String> {
-        let mut study = self.study(&settings)?;
-        let found = py.detach(|| study.equilibrium()).map_err(study_error)?;
+        let mut study = self.study(None, &settings, None)?;
+        let found = interruptible(py, || study.equilibrium())?.map_err(|error| study_error(error, &settings))?;
         Ok(found.report().data.to_string())
     }
 
     /// Linear systems as JSON: at the equilibrium, or at these times.
-    fn linearize(&self, py: Python<'_>, times: Option<Vec<f64>>, settings: Vec<(String, Value)>) -> PyResult<String> {
-        let mut study = self.study(&settings)?;
+    fn linearize(
+        &self,
+        py: Python<'_>,
+        times: Option<Vec<f64>>,
+        settings: Vec<(String, Value)>,
+        inputs: Option<Columns>,
+    ) -> PyResult<String> {
+        let mut study = self.study(None, &settings, inputs)?;
         let start = study.experiment().start;
         let at = match times {
             None => At::Equilibrium,
@@ -242,18 +292,24 @@ impl Core {
                 At::Times(times)
             }
         };
-        let found = py.detach(|| study.linearize(&at)).map_err(study_error)?;
+        let found = interruptible(py, || study.linearize(&at))?.map_err(|error| study_error(error, &settings))?;
         Ok(found.report().data.to_string())
     }
 
     /// Vibrations as JSON.
-    fn modes(&self, py: Python<'_>, at: Option<f64>, settings: Vec<(String, Value)>) -> PyResult<String> {
-        let mut study = self.study(&settings)?;
+    fn modes(
+        &self,
+        py: Python<'_>,
+        at: Option<f64>,
+        settings: Vec<(String, Value)>,
+        inputs: Option<Columns>,
+    ) -> PyResult<String> {
+        let mut study = self.study(None, &settings, inputs)?;
         let start = study.experiment().start;
         if at.is_some_and(|at| !at.is_finite() || at < start) {
             return Err(wrong(format!("at: is before the start, {start:?} s")));
         }
-        let found = py.detach(|| study.modes(at)).map_err(study_error)?;
+        let found = interruptible(py, || study.modes(at))?.map_err(|error| study_error(error, &settings))?;
         Ok(found.report().data.to_string())
     }
 
@@ -266,15 +322,16 @@ impl Core {
         of: Option<Vec<String>>,
         to: Vec<String>,
         settings: Vec<(String, Value)>,
+        inputs: Option<Columns>,
     ) -> PyResult<Derivatives<'py>> {
-        let mut study = Self::study_of(&self.reporting(of), &settings)?;
+        let mut study = self.study(of, &settings, inputs)?;
         let mut experiment = study.experiment();
         if times.iter().any(|time| !time.is_finite() || *time < experiment.start) || !times.is_sorted() {
             return Err(wrong(format!("times are to be ascending, from the start, {:?} s, on", experiment.start)));
         }
         experiment.tolerance = tolerance.unwrap_or(experiment.tolerance);
         study.set_experiment(request::possible(experiment)?);
-        derivatives(py, py.detach(|| study.sensitivities(&to, &times)).map_err(study_error)?)
+        derivatives(py, interruptible(py, || study.sensitivities(&to, &times))?.map_err(|error| study_error(error, &settings))?)
     }
 
     /// The same where the mechanism rests, with the time that this stands for.
@@ -285,8 +342,8 @@ impl Core {
         to: Vec<String>,
         settings: Vec<(String, Value)>,
     ) -> PyResult<AtRest<'py>> {
-        let mut study = Self::study_of(&self.reporting(of), &settings)?;
-        let found = py.detach(|| study.equilibrium_sensitivities(&to)).map_err(study_error)?;
+        let mut study = self.study(of, &settings, None)?;
+        let found = interruptible(py, || study.equilibrium_sensitivities(&to))?.map_err(|error| study_error(error, &settings))?;
         let times = found.times.clone();
         let (outputs, parameters, values, derivatives) = derivatives(py, found)?;
         Ok((times, outputs, parameters, values, derivatives))
@@ -294,20 +351,22 @@ impl Core {
 
     /// Derivatives of eigenvalues, as JSON.
     fn mode_sensitivities(&self, py: Python<'_>, to: Vec<String>, settings: Vec<(String, Value)>) -> PyResult<String> {
-        let mut study = self.study(&settings)?;
-        let found = py.detach(|| study.mode_sensitivities(&to)).map_err(study_error)?;
+        let mut study = self.study(None, &settings, None)?;
+        let found = interruptible(py, || study.mode_sensitivities(&to))?.map_err(|error| study_error(error, &settings))?;
         Ok(found.report().data.to_string())
     }
 
     /// Peaks and crossings with their derivatives, as JSON.
+    #[allow(clippy::too_many_arguments, reason = "keywords in Python")]
     fn peaks(
         &self,
         py: Python<'_>,
         times: Times,
         of: Option<Vec<String>>,
         to: Vec<String>,
-        levels: Vec<(String, f64)>,
+        levels: Vec<(String, Value)>,
         settings: Vec<(String, Value)>,
+        inputs: Option<Columns>,
     ) -> PyResult<String> {
         let mut scene = self.reporting(of);
         for (name, _) in &levels {
@@ -316,11 +375,17 @@ impl Core {
                 scene.outputs.variables.push(Text::from(name.as_str()));
             }
         }
-        let mut study = Self::study_of(&scene, &settings)?;
+        let mut study = self.study_of(scene, &settings, inputs)?;
+        let level = |(name, value): &(String, Value)| {
+            let unit = study.output_unit(name).cloned().unwrap_or_default();
+            let value = value.read(&unit).map_err(|message| wrong(format!("crossing: {name}: {message}")))?;
+            Ok((name.clone(), value))
+        };
+        let levels = levels.iter().map(level).collect::<PyResult<Vec<_>>>()?;
         let experiment = times.experiment(study.experiment())?;
         study.set_experiment(experiment);
         let at: Vec<f64> = points(experiment).collect();
-        let found = py.detach(|| study.features(&to, &at, &levels)).map_err(study_error)?;
+        let found = interruptible(py, || study.features(&to, &at, &levels))?.map_err(|error| study_error(error, &settings))?;
         Ok(found.report().data.to_string())
     }
 
@@ -334,19 +399,20 @@ impl Core {
         measured: Columns,
         vary: Vec<(String, Option<Value>, Option<Value>)>,
         deviations: Vec<(String, Value)>,
+        inputs: Option<Columns>,
     ) -> PyResult<String> {
         let (at, names, columns) = measured;
         let scene = self.scene.reporting(names.iter().map(String::as_str));
-        let table = Table::new(names, at, columns).map_err(|message| wrong(format!("measured: {message}")))?;
+        let table = Table::with_gaps(names, at, columns).map_err(|message| wrong(format!("measured: {message}")))?;
         let vary = vary
             .into_iter()
-            .map(|(name, low, high)| Vary { name, bounds: [low, high].map(|own| own.map(Value::into_text)) });
-        let deviations = deviations.into_iter().map(|(name, value)| (name, value.into_text())).collect();
+            .map(|(name, low, high)| Vary { name, bounds: [low, high].map(|own| own.map(|value| value.to_string())) });
+        let deviations = deviations.into_iter().map(|(name, value)| (name, value.to_string())).collect();
         let request = Request { table, vary: vary.collect(), deviations };
-        let mut study = Self::study_of(&scene, &settings)?;
+        let mut study = self.study_of(scene, &settings, inputs)?;
         study.set_experiment(times.experiment(study.experiment())?);
-        let found = py.detach(|| fit(&mut study, &request)).map_err(|error| match error {
-            FitError::Study(error) => study_error(error),
+        let found = interruptible(py, || fit(&mut study, &request))?.map_err(|error| match error {
+            FitError::Study(error) => study_error(error, &settings),
             FitError::Request(faults) => wrong(faults.join("\n")),
             FitError::Undetermined(message) => RunError::new_err(message),
         })?;
@@ -355,26 +421,74 @@ impl Core {
 
     /// Speed against error, as JSON.
     fn bench(&self, py: Python<'_>) -> PyResult<String> {
-        let ready = self.ready(py, None)?;
-        let measured = py
-            .detach(|| bench::measure(&ready.model, &ready.compiled.reported(), ready.compiled.description.experiment));
+        let ready = self.ready(py, Variant::default())?;
+        let experiment = ready.compiled.description.experiment;
+        let measured =
+            interruptible(py, || bench::measure(&ready.model, &ready.compiled.reported(), experiment))?;
         let measured = measured.map_err(RunError::new_err)?;
         serde_json::to_string(&measured).map_err(file_error)
     }
 }
 
+impl Variant {
+    /// With these outputs, if any are given.
+    fn of(outputs: Option<Vec<String>>) -> Self {
+        Variant { outputs: outputs.unwrap_or_default(), known: Vec::new() }
+    }
+}
+
 impl Core {
-    /// The compiled scene; with these outputs in place of its own, if any are given.
-    fn ready(&self, py: Python<'_>, outputs: Option<Vec<String>>) -> PyResult<Arc<Ready>> {
-        let key = outputs.clone().unwrap_or_default();
-        if let Some((known, ready)) = &*self.compiled.lock().unwrap_or_else(PoisonError::into_inner)
-            && *known == key
-        {
+    /// The compiled scene.
+    fn ready(&self, py: Python<'_>, variant: Variant) -> PyResult<Arc<Ready>> {
+        let kept = || self.compiled.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, ready)) = kept().iter().find(|(known, _)| *known == variant) {
             return Ok(Arc::clone(ready));
         }
-        let ready = Arc::new(py.detach(|| self.compile(outputs))?);
-        *self.compiled.lock().unwrap_or_else(PoisonError::into_inner) = Some((key, Arc::clone(&ready)));
+        let ready = Arc::new(py.detach(|| self.compile(&variant))?);
+        let mut kept = kept();
+        kept.insert(0, (variant, Arc::clone(&ready)));
+        kept.truncate(MOST_KEPT);
         Ok(ready)
+    }
+
+    /// The compiled scene, with what is set known at its start.
+    fn ready_for(
+        &self,
+        py: Python<'_>,
+        outputs: Option<Vec<String>>,
+        settings: &[(String, Value)],
+    ) -> PyResult<Arc<Ready>> {
+        let variant = Variant { known: self.known(settings), ..Variant::of(outputs) };
+        let without = variant.known.is_empty();
+        self.ready(py, variant.clone()).map_err(|error| {
+            // The scene is right by itself: what was set does not fit.
+            let alone = Variant { outputs: Vec::new(), ..variant };
+            let faults = if without { None } else { cotree::compile(&self.scene_of(&alone)).err() };
+            faults.and_then(|faults| unlike_the_scene(&faults, settings)).unwrap_or(error)
+        })
+    }
+
+    /// Variables among the names that are set, but neither parameters nor inputs nor in `[initial]`: positions and velocities that the scene leaves open.
+    fn known(&self, settings: &[(String, Value)]) -> Vec<String> {
+        let scene = &self.scene;
+        let is_written = |name: &str| {
+            let parameters = scene.parameters.iter().map(|own| &own.name.text);
+            let inputs = scene.inputs.iter().map(|own| &own.name.text);
+            let initial = scene.initial.iter().map(|own| &own.variable.text);
+            parameters.chain(inputs).chain(initial).any(|own| own == name)
+        };
+        let left: Vec<&str> = settings.iter().map(|(name, _)| name.as_str()).filter(|name| !is_written(name)).collect();
+        if left.is_empty() {
+            return Vec::new();
+        }
+        let variables = scene.variables().unwrap_or_default();
+        left.into_iter().filter(|name| variables.contains_key(*name)).map(str::to_owned).collect()
+    }
+
+    /// The scene with these outputs and with what is known at its start.
+    fn scene_of(&self, variant: &Variant) -> Scene {
+        let scene = self.reporting(Some(variant.outputs.clone()));
+        variant.known.iter().fold(scene, |scene, name| scene.initial(name, 0.0))
     }
 
     /// The scene; with these outputs in place of its own, if any are given.
@@ -385,26 +499,36 @@ impl Core {
         }
     }
 
-    fn compile(&self, outputs: Option<Vec<String>>) -> PyResult<Ready> {
-        let scene = self.reporting(outputs);
-        let compiled = cotree::compile(&scene).map_err(|faults| scene_error(&faults))?;
+    fn compile(&self, variant: &Variant) -> PyResult<Ready> {
+        let compiled = cotree::compile(&self.scene_of(variant)).map_err(|faults| scene_error(&faults))?;
         let model = Model::new(compiled.program.clone()).map_err(|error| RunError::new_err(error.to_string()))?;
         Ok(Ready { compiled, model: Arc::new(model) })
     }
 
-    fn study(&self, settings: &[(String, Value)]) -> PyResult<Study> {
-        Self::study_of(&self.scene, settings)
+    fn study(
+        &self,
+        outputs: Option<Vec<String>>,
+        settings: &[(String, Value)],
+        inputs: Option<Columns>,
+    ) -> PyResult<Study> {
+        self.study_of(self.reporting(outputs), settings, inputs)
     }
 
-    fn study_of(scene: &Scene, settings: &[(String, Value)]) -> PyResult<Study> {
-        let mut study = Study::new(scene).map_err(|faults| scene_error(&faults))?;
-        for (name, value) in settings {
-            study.set(name, |unit| value.read(unit)).map_err(|message| wrong(format!("{name}: {message}")))?;
+    fn study_of(&self, scene: Scene, settings: &[(String, Value)], inputs: Option<Columns>) -> PyResult<Study> {
+        let scene = self.known(settings).iter().fold(scene, |scene, name| scene.initial(name, 0.0));
+        let mut study = Study::new(&scene).map_err(|faults| scene_error(&faults))?;
+        let wrongs = settings.iter().map(|(name, value)| {
+            study.set(name, |unit| value.read(unit)).map_err(|message| format!("{name}: {message}"))
+        });
+        every(wrongs).map_err(|faults: Vec<String>| wrong(faults.join("\n")))?;
+        if let Some((times, names, columns)) = inputs {
+            let table = request::table(names, times, columns)?;
+            study.set_inputs(table).map_err(|message| wrong(format!("inputs: {message}")))?;
         }
         Ok(study)
     }
 
-    /// Runs members in threads, while this one listens for Ctrl-C.
+    /// Runs members: one thread listens for Ctrl-C, the calling one; it runs them itself if it is to be the only one.
     fn members<C: Send>(
         &self,
         py: Python<'_>,
@@ -418,28 +542,20 @@ impl Core {
         let settings = request::settings(description, settings)?;
         let inputs = request::inputs(description, inputs)?;
         let members = members(description, &names, &values)?;
-        let stop = AtomicBool::new(false);
+        let stop = Arc::new(AtomicBool::new(false));
+        let threads = if members.len() == 1 { 1 } else { threads };
         let table = inputs.as_ref().map(|(table, variables)| (table, variables.clone()));
         let run = Run { description, experiment, settings, inputs: table, reported };
         let ensemble = Ensemble::new(run, Arc::clone(&ready.model), threads, &stop).map_err(file_error)?;
-        let ended = py.detach(|| {
-            std::thread::scope(|scope| {
-                let (send, receive) = mpsc::channel();
-                scope.spawn(move || send.send(ensemble.run(&members, begin, point)));
-                loop {
-                    match receive.recv_timeout(PATIENCE) {
-                        Ok(ended) => return Ok(ended),
-                        Err(mpsc::RecvTimeoutError::Disconnected) => return Err(wrong("a run has panicked")),
-                        Err(mpsc::RecvTimeoutError::Timeout) => {
-                            if let Err(signal) = Python::attach(|py| py.check_signals()) {
-                                stop.store(true, Ordering::Relaxed);
-                                return Err(signal);
-                            }
-                        }
-                    }
-                }
-            })
-        })?;
+        let ended = if ensemble.threads() == 1 {
+            interruptible(py, || ensemble.run(&members, begin, watched(&stop, point)))?
+        } else {
+            let begin = || {
+                listening::follow(&stop);
+                begin()
+            };
+            py.detach(|| listened(&stop, || ensemble.run(&members, begin, point)))?
+        };
         warn_of(py, &ended)?;
         let outcome = |(collected, ended): (C, Ended)| match ended {
             Ok(_) => Ok((collected, None)),
@@ -449,13 +565,45 @@ impl Core {
     }
 }
 
+/// What is done at each communication point, where the run also ends if the user wants it: most points need no step of their own.
+fn watched<C>(
+    stop: &AtomicBool,
+    point: impl Fn(&mut C, f64, &[f64]) + Send + Sync,
+) -> impl Fn(&mut C, f64, &[f64]) + Send + Sync {
+    move |collected, time, values| {
+        if listening::wants_end() {
+            stop.store(true, Ordering::Relaxed);
+        }
+        point(collected, time, values);
+    }
+}
+
+/// Computes in other threads, while this one listens.
+fn listened<T: Send>(stop: &AtomicBool, compute: impl FnOnce() -> T + Send) -> PyResult<T> {
+    std::thread::scope(|scope| {
+        let (send, receive) = mpsc::channel();
+        scope.spawn(move || send.send(compute()));
+        loop {
+            match receive.recv_timeout(PATIENCE) {
+                Ok(computed) => return Ok(computed),
+                Err(mpsc::RecvTimeoutError::Disconnected) => return Err(wrong("a run has panicked")),
+                Err(mpsc::RecvTimeoutError::Timeout) => {
+                    if let Err(signal) = Python::attach(|py| py.check_signals()) {
+                        stop.store(true, Ordering::Relaxed);
+                        return Err(signal);
+                    }
+                }
+            }
+        }
+    })
+}
+
 /// That rounding errors are larger than the tolerance in some runs.
 fn warn_of<C>(py: Python<'_>, ended: &[(C, Ended)]) -> PyResult<()> {
     let mut found = ended.iter().filter_map(|(_, ended)| ended.as_ref().ok()?.as_ref());
     let Some(first) = found.next() else { return Ok(()) };
     let of = if ended.len() > 1 { format!("{} of {} runs: ", 1 + found.count(), ended.len()) } else { String::new() };
-    let text = CString::new(format!("{of}{first}; {}", first.help())).map_err(|error| wrong(error.to_string()))?;
-    PyErr::warn(py, &py.get_type::<PyRuntimeWarning>(), &text, 1)
+    warn(py, &of, first)
 }
 
 /// As arrays: the outputs (time, output), and their derivatives (time, output, parameter).

@@ -20,7 +20,8 @@ const MOST_THREADS: usize = 256;
 pub struct Ensemble<'a> {
     run: Run<'a>,
     model: Arc<Model>,
-    threads: ThreadPool,
+    /// None for the calling thread.
+    threads: Option<ThreadPool>,
     stop: &'a AtomicBool,
 }
 
@@ -31,7 +32,7 @@ pub type Settings = Vec<(usize, f64)>;
 pub type Ended = Result<Option<Inaccuracy>, RunError>;
 
 impl<'a> Ensemble<'a> {
-    /// `threads`: 0 for one a processor; 256 at most. Once `stop` is set, members end at their next communication point.
+    /// `threads`: 0 for one a processor, 1 for the calling one; 256 at most. Once `stop` is set, members end at their next communication point.
     ///
     /// # Errors
     /// The operating system gives no threads.
@@ -41,13 +42,14 @@ impl<'a> Ensemble<'a> {
         threads: usize,
         stop: &'a AtomicBool,
     ) -> Result<Self, ThreadPoolBuildError> {
-        let threads = ThreadPoolBuilder::new().num_threads(threads.min(MOST_THREADS)).build()?;
+        let pool = || ThreadPoolBuilder::new().num_threads(threads.min(MOST_THREADS)).build();
+        let threads = (threads != 1).then(pool).transpose()?;
         Ok(Self { run, model, threads, stop })
     }
 
     /// How many threads run.
     pub fn threads(&self) -> usize {
-        self.threads.current_num_threads()
+        self.threads.as_ref().map_or(1, ThreadPool::current_num_threads)
     }
 
     /// Is the ensemble to end?
@@ -64,7 +66,10 @@ impl<'a> Ensemble<'a> {
         point: impl Fn(&mut C, f64, &[f64]) + Sync,
     ) -> Vec<(C, Ended)> {
         let one = |settings: &Settings| self.run_one(settings, begin(), &point);
-        self.threads.install(|| members.par_iter().map(one).collect())
+        match &self.threads {
+            Some(threads) => threads.install(|| members.par_iter().map(one).collect()),
+            None => members.iter().map(one).collect(),
+        }
     }
 
     fn run_one<C>(&self, settings: &Settings, mut collected: C, point: &impl Fn(&mut C, f64, &[f64])) -> (C, Ended) {

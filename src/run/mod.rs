@@ -60,7 +60,9 @@ impl Run<'_> {
         mut report: impl FnMut(f64, &[f64]) -> std::io::Result<()>,
     ) -> Result<Option<Inaccuracy>, RunError> {
         let mut instance = self.begin(model)?;
-        let (mut knots, mut values) = (self.knots().into_iter().peekable(), vec![0.0; self.reported.len()]);
+        let Experiment { start, stop, .. } = self.experiment;
+        let knots = self.inputs.iter().flat_map(|(table, _)| knots(table, [start, stop]));
+        let (mut knots, mut values) = (knots.peekable(), vec![0.0; self.reported.len()]);
         for time in points(self.experiment) {
             while let Some(knot) = knots.next_if(|knot| *knot <= time) {
                 instance.step_to(knot)?;
@@ -90,30 +92,39 @@ impl Run<'_> {
         Ok(instance)
     }
 
-    /// Sets the inputs and their rates to the table's. They are constant until the next row, so this is done at the rows only
-    /// and the result does not depend on how often it is reported. Where the run stops nothing follows: the rates are those of the way there.
+    /// Sets the inputs as [`set_inputs`] does, if there are any.
     fn set_inputs(&self, instance: &mut Instance, time: f64) -> Result<(), RunError> {
-        let Some((table, variables)) = &self.inputs else {
-            return Ok(());
-        };
-        for (column, &variable) in variables.iter().enumerate() {
-            let (value, after) = table.at(column, time);
-            let stops = time > self.experiment.start && time == self.experiment.stop;
-            let rate = if stops { table.rate_before(column, time) } else { after };
-            instance.set(variable, value)?;
-            instance.set_derivative(variable, 1, rate)?;
-        }
-        Ok(())
-    }
-
-    /// Times of the table's rows within the run, each once.
-    fn knots(&self) -> Vec<f64> {
-        let times = self.inputs.iter().flat_map(|(table, _)| table.times().iter().copied());
         let Experiment { start, stop, .. } = self.experiment;
-        let mut knots: Vec<f64> = times.filter(|&time| time > start && time <= stop).collect();
-        knots.dedup();
-        knots
+        let Some((table, variables)) = &self.inputs else { return Ok(()) };
+        Ok(set_inputs(instance, (table, variables), time, time > start && time == stop)?)
     }
+}
+
+/// Sets inputs and their rates to the table's: of each column one variable. They are constant until the next row, so this is done at the rows only
+/// and the result does not depend on how often it is reported. Where the run stops nothing follows: the rates are those of the way there.
+///
+/// # Errors
+/// A value that cannot be set.
+pub fn set_inputs(
+    instance: &mut Instance,
+    (table, variables): (&Table, &[usize]),
+    time: f64,
+    stops: bool,
+) -> Result<(), InstanceError> {
+    for (column, &variable) in variables.iter().enumerate() {
+        let (value, after) = table.at(column, time);
+        let rate = if stops { table.rate_before(column, time) } else { after };
+        instance.set(variable, value)?;
+        instance.set_derivative(variable, 1, rate)?;
+    }
+    Ok(())
+}
+
+/// Times of a table's rows after the start of a run and up to its end, each once.
+pub fn knots(table: &Table, [start, stop]: [f64; 2]) -> Vec<f64> {
+    let mut knots: Vec<f64> = table.times().iter().copied().filter(|&time| time > start && time <= stop).collect();
+    knots.dedup();
+    knots
 }
 
 /// More values than this at one go are a mistake in the step or the stop.

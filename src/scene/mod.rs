@@ -9,6 +9,7 @@ pub mod constant;
 pub(crate) mod decode;
 pub(crate) mod dimension;
 pub(crate) mod document;
+mod edit;
 pub(crate) mod expression;
 mod json;
 pub mod key;
@@ -21,6 +22,7 @@ pub(crate) mod tables;
 pub(crate) mod unit;
 
 pub use crate::diagnostic::{Fault, Faults, Severity, Source, Span, Text};
+pub use edit::EditError;
 pub use model::{
     Coordinates, Experiment, Initial, Input, InputAs, Motion, Outputs, Parameter, Point, Scene, Signal, Solver, Vector,
 };

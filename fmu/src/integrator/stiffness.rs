@@ -250,7 +250,7 @@ impl Engines<'_> {
                 .map_err(|too_many| end_of_reach(context, run).unwrap_or_else(|| because(context, run, too_many)))?;
             let is_implicit = context.settings.engine == Engine::Radau || self.memory.choice.stiff;
             pace.spend(context, [run.last.end_time, horizon.target], if is_implicit { implicit } else { other })?;
-            context.settings.check_deadline(run.last.end_time)?;
+            context.settings.check_patience(run.last.end_time)?;
             if context.settings.engine == Engine::Radau {
                 if self.implicit_step(context, run, horizon)? == Progress::Declined {
                     return Err(singular_ahead(context, run));

@@ -63,6 +63,7 @@ pub fn explain(equations: &mut Equations, model: &Model, failure: &Failure, leng
         | Failure::TooManySteps { .. }
         | Failure::TooMuchWork { .. }
         | Failure::OutOfTime { .. }
+        | Failure::Interrupted { .. }
         | Failure::Boundless { .. }
         | Failure::SlidingMode { .. } => Fault::new("assembly::not_finite", failure.to_string(), Span::default()),
     }

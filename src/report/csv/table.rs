@@ -105,6 +105,18 @@ impl Table {
     /// # Errors
     /// Columns of other lengths than `time`, no rows, numbers that are not finite, times that decrease.
     pub fn new(names: Vec<String>, time: Vec<f64>, columns: Vec<Vec<f64>>) -> Result<Self, String> {
+        let finite = |column: &Vec<f64>| column.iter().all(|value| value.is_finite());
+        if let Some(name) = names.iter().zip(&columns).find(|(_, column)| !finite(column)).map(|(name, _)| name) {
+            return Err(format!("`{name}` has a value that is not finite"));
+        }
+        Table::with_gaps(names, time, columns)
+    }
+
+    /// The same, where a value that is not a number is one that was not measured.
+    ///
+    /// # Errors
+    /// Columns of other lengths than `time`, no rows, infinite numbers, times that decrease.
+    pub fn with_gaps(names: Vec<String>, time: Vec<f64>, columns: Vec<Vec<f64>>) -> Result<Self, String> {
         if time.is_empty() {
             return Err("the table has no rows".to_owned());
         }
@@ -115,11 +127,11 @@ impl Table {
             if column.len() != time.len() {
                 return Err(format!("`{name}` has {} values at {} times", column.len(), time.len()));
             }
+            if column.iter().any(|value| value.is_infinite()) {
+                return Err(format!("`{name}` has a value that is infinite"));
+            }
         }
         let finite = |column: &Vec<f64>| column.iter().all(|value| value.is_finite());
-        if let Some(name) = names.iter().zip(&columns).find(|(_, column)| !finite(column)).map(|(name, _)| name) {
-            return Err(format!("`{name}` has a value that is not finite"));
-        }
         if !finite(&time) || time.windows(2).any(|pair| pair[1] < pair[0]) {
             return Err("the times are not finite and ascending".to_owned());
         }

@@ -80,20 +80,12 @@ impl Scene {
     /// goes to `faults`. A part needs no name.
     pub(crate) fn decode(text: &str, json: bool, start: usize, is_part: bool, faults: &mut Sink) -> Option<Scene> {
         let mut of_form = Sink::default();
-        let (text, start) = match text.strip_prefix(MARK) {
-            Some(rest) => (rest, start + MARK.len_utf8()),
-            None => (text, start),
-        };
-        let json = json || text.trim_start().starts_with('{');
-        let document = if json {
-            document::from_json(text, &mut of_form)
-        } else {
-            document::from_toml(text, &names(SCENE), &mut of_form)
-        };
-        faults.take(of_form, start);
+        let begin = start + if text.starts_with(MARK) { MARK.len_utf8() } else { 0 };
+        let document = read(text.strip_prefix(MARK).unwrap_or(text), json, &mut of_form);
+        faults.take(of_form, begin);
         let mut document = document?;
-        if start > 0 {
-            document.shift(start);
+        if begin > 0 {
+            document.shift(begin);
         }
         let mut decoder = Decoder { faults: std::mem::take(faults), is_part, ..Decoder::default() };
         let mut scene = decoder.scene(&document);
@@ -101,6 +93,23 @@ impl Scene {
         *faults = decoder.faults;
         Some(scene)
     }
+}
+
+/// Reads TOML, or JSON where that is said or the text begins with `{`.
+fn read(text: &str, json: bool, faults: &mut Sink) -> Option<Node> {
+    if json || text.trim_start().starts_with('{') {
+        document::from_json(text, faults)
+    } else {
+        document::from_toml(text, &names(SCENE), faults)
+    }
+}
+
+/// The tree of a text, with its places in it; none if its form cannot be trusted.
+pub(crate) fn tree(text: &str, json: bool) -> Option<Node> {
+    let begin = if text.starts_with(MARK) { MARK.len_utf8() } else { 0 };
+    let mut tree = read(&text[begin..], json, &mut Sink::default())?;
+    tree.shift(begin);
+    Some(tree)
 }
 
 /// What some editors begin a file with (byte order mark).

@@ -2,6 +2,7 @@
 //! differentiated symbolically.
 
 pub(crate) mod decompose;
+mod driven;
 mod equilibrium;
 mod independent;
 mod matrix;

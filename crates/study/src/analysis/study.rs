@@ -5,11 +5,13 @@ use std::sync::Arc;
 use cotree::diagnostic::suggest;
 use cotree::formulate::{Formulated, formulate_written, pattern};
 use cotree::model::{Experiment, Formula, Mechanism, Unit, Units};
+use cotree::report::csv::Table;
 use cotree::scene::{Fault, Faults, Scene, Source};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::{Model, State};
 use thiserror::Error;
 
+use super::driven::Driven;
 use super::report::{Linearization, Statics, Vibration};
 use super::{Equilibrium, Failure, Point, StateSpace, Variation, at_rest, modes};
 
@@ -17,6 +19,7 @@ use super::{Equilibrium, Failure, Point, StateSpace, Variation, at_rest, modes};
 #[derive(Clone, Debug)]
 pub struct Study {
     mechanism: Mechanism,
+    driven: Driven,
     source: Source,
     warnings: Vec<Fault>,
 }
@@ -46,7 +49,8 @@ impl Study {
     /// Everything that is wrong with it.
     pub fn new(scene: &Scene) -> Result<Self, Faults> {
         let resolved = scene.resolve()?;
-        Ok(Study { mechanism: resolved.mechanism, source: scene.source.clone(), warnings: resolved.warnings })
+        let driven = Driven::default();
+        Ok(Study { mechanism: resolved.mechanism, driven, source: scene.source.clone(), warnings: resolved.warnings })
     }
 
     pub fn name(&self) -> &str {
@@ -74,6 +78,19 @@ impl Study {
     /// Other times and another tolerance than those of the scene.
     pub fn set_experiment(&mut self, experiment: Experiment) {
         self.mechanism.experiment = experiment;
+    }
+
+    /// Inputs over time, for every analysis of a motion: columns named like inputs.
+    ///
+    /// # Errors
+    /// A column that is no input.
+    pub fn set_inputs(&mut self, table: Table) -> Result<(), String> {
+        self.driven = Driven::new(&self.mechanism, table)?;
+        Ok(())
+    }
+
+    pub(super) fn driven(&self) -> &Driven {
+        &self.driven
     }
 
     /// What is odd but no error, so far; each is given once.
@@ -143,7 +160,10 @@ impl Study {
             At::Equilibrium => self.rest(|formulated, variation, equilibrium| {
                 Ok(vec![StateSpace::new(formulated, variation, &equilibrium.point, None)?.with_outputs()?])
             })?,
-            At::Times(times) => self.formulated(&self.mechanism.clone(), |formulated| along(formulated, times))?,
+            At::Times(times) => {
+                let driven = self.driven.clone();
+                self.formulated(&self.mechanism.clone(), |formulated| along(formulated, driven, times))?
+            }
         };
         Ok(Linearization { name, points, step: None })
     }
@@ -157,9 +177,10 @@ impl Study {
             return self
                 .rest(|formulated, variation, equilibrium| vibration(formulated, variation, &equilibrium.point, true));
         };
+        let driven = self.driven.clone();
         self.formulated(&self.mechanism.clone(), |formulated| {
             let variation = Variation::new(formulated);
-            let point = Followed::new(formulated)?.point(time)?;
+            let point = Followed::new(formulated, driven)?.point(time)?;
             vibration(formulated, &variation, &point, false)
         })
     }
@@ -189,9 +210,9 @@ impl Study {
 }
 
 /// The linear systems at these times of the motion.
-fn along(formulated: &mut Formulated, times: &[f64]) -> Result<Vec<StateSpace>, Failure> {
+fn along(formulated: &mut Formulated, driven: Driven, times: &[f64]) -> Result<Vec<StateSpace>, Failure> {
     let variation = Variation::new(formulated);
-    let mut motion = Followed::new(formulated)?;
+    let mut motion = Followed::new(formulated, driven)?;
     let mut systems: Vec<StateSpace> = Vec::with_capacity(times.len());
     for &time in times {
         systems.push(StateSpace::new(formulated, &variation, &motion.point(time)?, systems.last())?.with_outputs()?);
@@ -220,29 +241,35 @@ fn vibration(
 /// # Errors
 /// The motion cannot be continued until then.
 pub fn state_at(formulated: &Formulated, time: f64) -> Result<State, Failure> {
-    Followed::new(formulated)?.state(time)
+    Followed::new(formulated, Driven::default())?.state(time)
 }
 
 /// A motion from its start on.
 struct Followed {
     model: Arc<Model>,
     instance: Instance,
+    driven: Driven,
 }
 
 impl Followed {
     /// Assembles the mechanism at the start of its experiment.
-    fn new(formulated: &Formulated) -> Result<Self, Failure> {
+    fn new(formulated: &Formulated, driven: Driven) -> Result<Self, Failure> {
         let program = formulated.lowered.program.clone();
         let experiment = program.experiment;
         let model = Arc::new(Model::new(program)?);
         let mut instance = Instance::new(Arc::clone(&model));
         instance.setup(experiment.start, None, Some(experiment.tolerance))?;
+        driven.set(&mut instance, experiment.start)?;
         instance.initialise()?;
-        Ok(Followed { model, instance })
+        Ok(Followed { model, instance, driven })
     }
 
     /// Moves on to a time, not before the last one.
     fn state(&mut self, time: f64) -> Result<State, Failure> {
+        for knot in self.driven.knots([self.instance.time(), time]) {
+            self.instance.step_to(knot)?;
+            self.driven.set(&mut self.instance, knot)?;
+        }
         if time > self.instance.time() {
             self.instance.step_to(time)?;
         }

@@ -77,7 +77,7 @@ pub struct Quantity {
 pub struct Column {
     pub name: String,
     pub unit: String,
-    /// What was measured, one value for each time.
+    /// What was measured, one value for each time; not a number where nothing was.
     pub measured: Vec<f64>,
     /// The same as simulated with the values that fit best.
     pub fitted: Vec<f64>,
@@ -88,10 +88,16 @@ pub struct Column {
 }
 
 impl Column {
+    /// How many values were measured.
+    pub fn count(&self) -> usize {
+        self.measured.iter().filter(|value| !value.is_nan()).count()
+    }
+
     /// Root of the mean square of the residuals.
     pub fn rms(&self) -> f64 {
-        let squares = self.measured.iter().zip(&self.fitted).map(|(measured, fitted)| (measured - fitted).powi(2));
-        (squares.sum::<f64>() / self.measured.len().max(1) as f64).sqrt()
+        let residuals = self.measured.iter().zip(&self.fitted).map(|(measured, fitted)| measured - fitted);
+        let squares = residuals.filter(|left| !left.is_nan()).map(|left| left.powi(2));
+        (squares.sum::<f64>() / self.count().max(1) as f64).sqrt()
     }
 }
 
@@ -189,35 +195,34 @@ impl Problem<'_, '_> {
         Ok(Err(FitError::Undetermined(message.to_owned())))
     }
 
-    /// Simulated less measured values, SI: column by column at each time; and how the motion starts. It starts on the branch on which another one does: where lengths move far
+    /// Simulated less measured values, SI: of each value that was measured, row by row; and how the motion starts. It starts on the branch on which another one does: where lengths move far
     /// the guesses of the scene are near no branch, or another one.
     fn residuals(&self, values: &[f64], from: Option<&State>) -> Result<(Residuals, State), Failure> {
         let times = self.table.times();
         let most = self.first.get().map_or(u64::MAX, |first| DEAREST.saturating_mul(*first));
         let Along { rows: found, start, work, .. } = self.varying.along(values, times, from, most)?;
         self.first.get_or_init(|| work);
-        let (columns, count) = (self.weighed.places.len(), times.len());
-        let mut residuals = Residuals {
-            values: DVector::zeros(count * columns),
-            derivatives: DMatrix::zeros(count * columns, values.len()),
-        };
-        for (row, (outputs, derivatives)) in found.iter().enumerate() {
-            for (column, &place) in self.weighed.places.iter().enumerate() {
-                let index = row * columns + column;
-                residuals.values[index] = outputs[place] - self.table.column(column)[row];
-                residuals.derivatives.row_mut(index).copy_from(&derivatives.row(place));
-            }
+        let count = self.weighed.measured.len();
+        let mut residuals =
+            Residuals { values: DVector::zeros(count), derivatives: DMatrix::zeros(count, values.len()) };
+        for (index, &(row, column)) in self.weighed.measured.iter().enumerate() {
+            let ((outputs, derivatives), place) = (&found[row], self.weighed.places[column]);
+            residuals.values[index] = outputs[place] - self.table.column(column)[row];
+            residuals.derivatives.row_mut(index).copy_from(&derivatives.row(place));
         }
         Ok((residuals, start))
     }
 
     fn columns(&self, residuals: &Residuals) -> Vec<Column> {
         let units: Vec<String> = self.varying.outputs().map(|(_, unit)| unit.si.clone()).collect();
-        let count = self.weighed.places.len();
         let column = |(index, name): (usize, &String)| {
             let measured = self.table.column(index).to_vec();
-            let at = |(row, value): (usize, &f64)| value + residuals.values[row * count + index];
-            let fitted = measured.iter().enumerate().map(at).collect();
+            let mut fitted = vec![f64::NAN; measured.len()];
+            for (&(row, _), left) in
+                self.weighed.measured.iter().zip(&residuals.values).filter(|((_, own), _)| *own == index)
+            {
+                fitted[row] = measured[row] + left;
+            }
             let (deviation, is_given) = self.weighed.deviations[index];
             let unit = units[self.weighed.places[index]].clone();
             Column { name: name.clone(), unit, measured, fitted, deviation, is_given }
@@ -231,7 +236,7 @@ impl Residuals {
     fn by(&self, weighed: &Weighed) -> Residuals {
         let mut scaled = self.clone();
         for row in 0..scaled.values.len() {
-            let (deviation, _) = weighed.deviations[row % weighed.deviations.len()];
+            let (deviation, _) = weighed.deviations[weighed.measured[row].1];
             scaled.values[row] /= deviation;
             scaled.derivatives.row_mut(row).scale_mut(1.0 / deviation);
         }

@@ -13,7 +13,7 @@ const CORRELATION: f64 = 0.01;
 
 impl Fit {
     pub fn report(&self) -> Report {
-        let (quantities, values) = (self.quantities.len(), self.times.len() * self.columns.len());
+        let (quantities, values) = (self.quantities.len(), self.columns.iter().map(Column::count).sum::<usize>());
         let ended = match self.ended {
             Ended::Settled => "at a minimum: no step makes the residuals smaller",
             Ended::Exhausted => "without a minimum: as many motions as are permitted were computed",
@@ -57,7 +57,7 @@ impl Fit {
         let row = |own: &Column| {
             let [rms, deviation] = [own.rms(), own.deviation].map(|value| number(value, &own.unit));
             let given = if own.is_given { " (given)" } else { "" };
-            row![own.name, own.measured.len(), rms, deviation, line![unit(&own.unit), given]]
+            row![own.name, own.count(), rms, deviation, line![unit(&own.unit), given]]
         };
         let columns = row!["measured", "values", "residual RMS", "std. deviation", "unit"];
         Table::new(columns, self.columns.iter().map(row))

@@ -52,6 +52,8 @@ pub(super) struct Weighed {
     pub bounds: Vec<[f64; 2]>,
     /// The output of each column.
     pub places: Vec<usize>,
+    /// Row and column of each value that was measured, row by row.
+    pub measured: Vec<(usize, usize)>,
     /// The standard deviation of each column \[SI\], and whether it was given.
     pub deviations: Vec<(f64, bool)>,
     /// The extent of each column, SI.
@@ -65,7 +67,10 @@ impl Request {
         let bounds = self.bounds(varying.parameters(), &mut faults);
         let places = self.places(varying, &mut faults);
         self.check_times(experiment, &mut faults);
-        let (values, quantities) = (self.table.times().len() * self.table.names().len(), self.vary.len());
+        let measured = measured(&self.table);
+        let empty = (0..self.table.names().len()).filter(|column| measured.iter().all(|(_, own)| own != column));
+        faults.extend(empty.map(|column| format!("the column `{}` has no value", self.table.names()[column])));
+        let (values, quantities) = (measured.len(), self.vary.len());
         if values <= quantities && !self.table.names().is_empty() {
             faults.push(format!("{values} measured values cannot determine {quantities} quantities and their errors"));
         }
@@ -77,7 +82,7 @@ impl Request {
                 Err(message) => faults.push(message),
             }
         }
-        if faults.is_empty() { Ok(Weighed { bounds, places, deviations, extents }) } else { Err(faults) }
+        if faults.is_empty() { Ok(Weighed { bounds, places, measured, deviations, extents }) } else { Err(faults) }
     }
 
     fn bounds(&self, parameters: &[Varied], faults: &mut Vec<String>) -> Vec<[f64; 2]> {
@@ -161,20 +166,27 @@ impl Request {
 impl Weighed {
     /// Estimates the standard deviations that were not given from the residuals; the largest change, as a share.
     pub fn estimate(&mut self, residuals: &Residuals, quantities: usize) -> f64 {
-        let (columns, all) = (self.deviations.len(), residuals.values.len());
-        let degrees = (all / columns) as f64 * (1.0 - quantities as f64 / all as f64);
+        let all = self.measured.len();
         let mut change: f64 = 0.0;
         for (column, (deviation, is_given)) in self.deviations.iter_mut().enumerate() {
             if *is_given {
                 continue;
             }
-            let squares: f64 = residuals.values.iter().skip(column).step_by(columns).map(|value| value * value).sum();
+            let own = residuals.values.iter().zip(&self.measured).filter(|(_, (_, place))| *place == column);
+            let (count, squares) = own.fold((0, 0.0), |(count, sum), (value, _)| (count + 1, sum + value * value));
+            let degrees = f64::from(count) * (1.0 - quantities as f64 / all as f64);
             let estimated = (squares / degrees).sqrt().max(LEAST * self.extents[column]);
             change = change.max((estimated / *deviation - 1.0).abs());
             *deviation = estimated;
         }
         change
     }
+}
+
+/// Row and column of each value that was measured, row by row.
+fn measured(table: &Table) -> Vec<(usize, usize)> {
+    let places = (0..table.times().len()).flat_map(|row| (0..table.names().len()).map(move |column| (row, column)));
+    places.filter(|&(row, column)| !table.column(column)[row].is_nan()).collect()
 }
 
 /// How far apart values are; their size if they are all the same.

@@ -1,7 +1,8 @@
 //! Where laws switch: v_p jumps by (a(-) - a(+)) t_s,p, where a does (Aizerman and Gantmakher 1958).
 
 use cotree::expr::Order;
-use nalgebra::DVector;
+use cotree_fmu::model::State;
+use nalgebra::{DVector, RowDVector};
 
 use super::super::Failure;
 use super::super::variation::{Column, RowBlock};
@@ -101,12 +102,18 @@ impl Course<'_> {
         Ok(longest)
     }
 
+    /// How fast a switching function changes with time and with the inputs that follow it; `own` are its derivatives by the signals.
+    fn by_time(&self, own: &RowDVector<f64>, state: &State) -> f64 {
+        let moving = self.driven.inputs().iter().zip(own.iter().skip(self.parameters + 1));
+        own[self.parameters] + moving.map(|(&input, by)| by * state.input_polynomial(input)[1]).sum::<f64>()
+    }
+
     /// Goes over a crossing; the motion and its derivatives are those just before it.
     pub(super) fn cross(&mut self, crossing: &Crossing) -> Result<(), Failure> {
         let Crossing { switch, time, beside, interval, reached } = *crossing;
         let mut motion = self.motion.clone();
         let (before, numbers) = self.at(&mut motion, time)?;
-        let beginning = motion.clone();
+        let (beginning, state) = (motion.clone(), motion.state());
         let old = sides(&numbers.values(RowBlock::Switches));
         let (rates, accelerations) = (self.values(&before, Order::Velocity), self.values(&before, Order::Acceleration));
         // How a switching function changes with the parameters, and how fast.
@@ -116,8 +123,9 @@ impl Course<'_> {
             let change = row(Column::Positions) * &self.positions
                 + row(Column::Rates) * &self.rates
                 + own.columns(0, self.parameters);
-            let speed =
-                (row(Column::Positions) * &rates)[0] + (row(Column::Rates) * &accelerations)[0] + own[self.parameters];
+            let speed = (row(Column::Positions) * &rates)[0]
+                + (row(Column::Rates) * &accelerations)[0]
+                + self.by_time(&own, &state);
             (change, speed)
         };
         let (change, speed) = of(switch);

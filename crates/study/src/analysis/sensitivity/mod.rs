@@ -27,6 +27,7 @@ use cotree_fmu::model::{Model, State};
 use cotree_fmu::program::Condition;
 use nalgebra::{DMatrix, DVector};
 
+use super::driven::Driven;
 use super::variation::Variation;
 use super::{Failure, Study, StudyError};
 use corner::Switched;
@@ -85,6 +86,7 @@ pub struct Varying<'f> {
     formulated: &'f Formulated,
     variation: Variation,
     parameters: Vec<Varied>,
+    driven: Driven,
 }
 
 /// What a motion is differentiated with respect to.
@@ -103,17 +105,35 @@ pub struct Varied {
 }
 
 impl<'f> Varying<'f> {
-    fn new(formulated: &'f mut Formulated, to: &[String]) -> Result<Self, Failure> {
+    fn new(formulated: &'f mut Formulated, driven: Driven, to: &[String]) -> Result<Self, Failure> {
         let parameters = varied(formulated, to)?;
         let program = &formulated.lowered.program;
-        if !program.followers.is_empty() {
-            let what = "a driver integrates an input: derivatives of such motions are not computed".to_owned();
-            return Err(Failure::NoDerivative { time: program.experiment.start, what });
+        let refused = |what: String| Failure::NoDerivative { time: program.experiment.start, what };
+        let given =
+            |own: &&Varied| matches!(own.place, instance::Varied::Input(index) if driven.inputs().contains(&index));
+        if let Some(own) = parameters.iter().find(given) {
+            return Err(refused(format!(
+                "`{}` is an input over time: it has no single value that could change",
+                own.name
+            )));
         }
-        // Time is a column of its own: switching functions may depend on it.
-        let signals = parameters.iter().map(|own| own.symbol).chain([Symbol::Time]).collect();
+        let with_rates = program.inputs_with_rates();
+        if let Some(&input) = driven.inputs().iter().find(|input| !program.is_driven() && with_rates.contains(input)) {
+            let name = &program.inputs[input].name;
+            return Err(refused(format!(
+                "a driver follows `{name}`, and speeds jump with its rate: derivatives of such motions are computed with a constant input only"
+            )));
+        }
+        if !program.followers.is_empty() {
+            return Err(refused(
+                "a driver integrates an input: derivatives of such motions are not computed".to_owned(),
+            ));
+        }
+        // Time is a column of its own, and so are the inputs that change with it: switching functions may depend on them.
+        let moving = driven.inputs().iter().map(|&input| Symbol::Input(input, Order::Position));
+        let signals = parameters.iter().map(|own| own.symbol).chain([Symbol::Time]).chain(moving).collect();
         let variation = Variation::of_constraints(formulated, signals);
-        Ok(Varying { formulated, variation, parameters })
+        Ok(Varying { formulated, variation, parameters, driven })
     }
 
     /// What is varied.
@@ -141,7 +161,8 @@ impl<'f> Varying<'f> {
     pub fn along(&self, values: &[f64], times: &[f64], from: Option<&State>, most: u64) -> Result<Along, Failure> {
         let changed = self.parameters.iter().zip(values).filter(|(own, value)| own.start != **value);
         let changed: Vec<(&str, f64)> = changed.map(|(own, &value)| (own.name.as_str(), value)).collect();
-        let mut course = Course::new(self.formulated, &self.variation, &self.parameters, &changed, from)?;
+        let mut course =
+            Course::new(self.formulated, &self.variation, (&self.parameters, &self.driven), &changed, from)?;
         let start = course.motion.state();
         let mut rows = Vec::with_capacity(times.len());
         course.run(times, most, |outputs| rows.push(outputs))?;
@@ -206,8 +227,8 @@ impl Study {
         to: &[String],
         then: impl FnOnce(&Varying) -> Result<T, Failure>,
     ) -> Result<T, StudyError> {
-        let mechanism = self.mechanism().clone();
-        self.formulated(&mechanism, |formulated| then(&Varying::new(formulated, to)?))
+        let (mechanism, driven) = (self.mechanism().clone(), self.driven().clone());
+        self.formulated(&mechanism, |formulated| then(&Varying::new(formulated, driven, to)?))
     }
 }
 

@@ -8,6 +8,7 @@ use cotree_fmu::instance::{self, Instance, Snapshot, Variational};
 use cotree_fmu::model::{Model, State};
 use nalgebra::{DMatrix, DVector};
 
+use super::super::driven::Driven;
 use super::super::point::Point;
 use super::super::variation::{Column, Numbers, RowBlock, Variation};
 use super::super::{Failure, decompose};
@@ -48,6 +49,7 @@ pub type At = (DVector<f64>, DMatrix<f64>);
 pub struct Course<'f> {
     pub(super) formulated: &'f Formulated,
     pub(super) variation: &'f Variation,
+    pub(super) driven: &'f Driven,
     pub(super) model: Arc<Model>,
     /// The motion at the time that the derivatives belong to.
     pub(super) motion: Instance,
@@ -97,7 +99,7 @@ impl<'f> Course<'f> {
     pub fn new(
         formulated: &'f Formulated,
         variation: &'f Variation,
-        varied: &[Varied],
+        (varied, driven): (&[Varied], &'f Driven),
         changed: &[(&str, f64)],
         from: Option<&State>,
     ) -> Result<Self, Failure> {
@@ -115,6 +117,7 @@ impl<'f> Course<'f> {
         if let Some(pose) = from {
             motion.start_from(pose.clone())?;
         }
+        driven.set(&mut motion, experiment.start)?;
         motion.initialise()?;
         let empty = DMatrix::zeros(formulated.equations.coordinates.len(), varied.len());
         let scale = model.program().coordinates.iter().fold(0.0, |most: f64, own| most.max(own.scale));
@@ -125,6 +128,7 @@ impl<'f> Course<'f> {
         let mut course = Course {
             formulated,
             variation,
+            driven,
             before: Before { motion: motion.save(), positions: empty.clone(), rates: empty.clone() },
             begun: None,
             motion,
@@ -197,13 +201,44 @@ impl<'f> Course<'f> {
     pub fn run(&mut self, times: &[f64], most: u64, mut report: impl FnMut(At)) -> Result<(), Failure> {
         let begin = self.motion.time();
         let end = times.last().copied().unwrap_or(begin);
+        let mut due = times;
+        for knot in self.driven.knots([begin, end]) {
+            let (now, later) = due.split_at(due.partition_point(|&time| time < knot));
+            self.run_smoothly(now, [knot, end - begin], most, &mut report)?;
+            self.pass_knot(knot)?;
+            due = later;
+        }
+        self.run_smoothly(due, [end, end - begin], most, &mut report)
+    }
+
+    /// Sets the inputs anew where they bend or jump. That happens at the same time for all parameters: q_p and v_p go on as they are.
+    fn pass_knot(&mut self, time: f64) -> Result<(), Failure> {
+        self.driven.set(&mut self.motion, time)?;
+        self.begun = None;
+        if !self.sides.is_empty() {
+            self.sides = sides(&switches(&mut self.motion)?);
+        }
+        Ok(())
+    }
+
+    /// The same up to the end of a motion without knots; `span` is how long all of it is.
+    fn run_smoothly(
+        &mut self,
+        times: &[f64],
+        [end, span]: [f64; 2],
+        most: u64,
+        mut report: impl FnMut(At),
+    ) -> Result<(), Failure> {
+        let begin = self.motion.time();
         let (begun, mut due) = times.split_at(if self.kinematic { times.len() } else { until(times, begin) });
         for &time in begun {
             move_on(&mut self.motion, time)?;
             let state = [&self.positions, &self.rates];
             report(read(&mut self.variational, &mut self.motion, &self.outputs, state)?);
         }
-        let span = end - begin;
+        if self.kinematic {
+            return move_on(&mut self.motion, end);
+        }
         let mut length = span * FIRST;
         loop {
             let time = self.motion.time();

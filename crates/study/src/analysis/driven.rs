@@ -1,0 +1,54 @@
+//! Inputs over time in motions that are analysed.
+
+use cotree::diagnostic::suggest;
+use cotree::model::Mechanism;
+use cotree::report::csv::Table;
+use cotree::run::{knots, set_inputs};
+use cotree_fmu::instance::{Instance, InstanceError};
+
+/// Inputs over time: linear between the rows of a table, constant before and after it. Without columns all inputs stay as they are.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Driven {
+    table: Option<Table>,
+    /// The input of each column.
+    inputs: Vec<usize>,
+}
+
+impl Driven {
+    /// # Errors
+    /// A column that is no input.
+    pub fn new(mechanism: &Mechanism, table: Table) -> Result<Self, String> {
+        let names = || mechanism.inputs.iter().map(|own| own.name.as_str());
+        let place = |name: &String| {
+            let unknown = || format!("the scene has no input `{name}`; {}", suggest::known(name, names()));
+            names().position(|own| own == name).ok_or_else(unknown)
+        };
+        let inputs = table.names().iter().map(place).collect::<Result<_, _>>()?;
+        Ok(Self { inputs, table: Some(table) })
+    }
+
+    /// The inputs that are given over time.
+    pub fn inputs(&self) -> &[usize] {
+        &self.inputs
+    }
+
+    /// When they bend or jump: after the start of a motion and up to its end \[s\].
+    pub fn knots(&self, span: [f64; 2]) -> Vec<f64> {
+        self.table.as_ref().map_or_else(Vec::new, |table| knots(table, span))
+    }
+
+    /// Sets them at the start of a motion or at one of their knots.
+    ///
+    /// # Errors
+    /// A value that is out of bounds.
+    pub fn set(&self, motion: &mut Instance, time: f64) -> Result<(), InstanceError> {
+        let Some(table) = &self.table else { return Ok(()) };
+        let program = motion.model().program();
+        let variable = |&input: &usize| {
+            let name = &program.inputs[input].name;
+            program.variables.iter().position(|own| own.name == *name).unwrap_or(program.variables.len())
+        };
+        let variables: Vec<usize> = self.inputs.iter().map(variable).collect();
+        set_inputs(motion, (table, &variables), time, false)
+    }
+}

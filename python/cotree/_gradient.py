@@ -1,0 +1,41 @@
+"""Measures of a run and their derivatives, for optimisers."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+#: What has a derivative; `when_max` and `when_min` are communication points and have none.
+MEASURES = ("max", "min", "peak", "range", "mean", "rms", "first", "last")
+
+
+def measured(text: str) -> tuple[str, str]:
+    """The measure and the variable of a text such as "max(rod.angle)"; a variable alone is its last value."""
+    found = re.fullmatch(r"\s*(\w+)\s*\(\s*(.+?)\s*\)\s*", text)
+    if found is None:
+        return "last", text.strip()
+    if found[1] not in MEASURES:
+        raise ValueError(f"measures: {text!r}: {found[1]!r} is none of {', '.join(MEASURES)}, which have derivatives")
+    return found[1], found[2]
+
+
+def reduced(measure: str, time: np.ndarray, values: np.ndarray, derivatives: np.ndarray) -> tuple[float, np.ndarray]:
+    """A measure of values over time, straight in between, and its derivatives; those of the values are (time, parameter)."""
+    ends = {"first": 0, "last": -1, "max": values.argmax(), "min": values.argmin(), "peak": np.abs(values).argmax()}
+    if measure in ends:
+        place = ends[measure]
+        sign = -1.0 if measure == "peak" and values[place] < 0 else 1.0
+        return float(sign * values[place]), sign * derivatives[place]
+    if measure == "range":
+        high, low = values.argmax(), values.argmin()
+        return float(values[high] - values[low]), derivatives[high] - derivatives[low]
+    step, (old, new) = np.diff(time), (values[:-1], values[1:])
+    span, by = step.sum(), (derivatives[:-1], derivatives[1:])
+    if span == 0:
+        return reduced("last" if measure == "mean" else "peak", time, values, derivatives)
+    if measure == "mean":
+        return float(step @ (old + new) / (2 * span)), step @ (by[0] + by[1]) / (2 * span)
+    rms = np.sqrt(step @ (old**2 + old * new + new**2) / (3 * span))
+    change = (step * (2 * old + new)) @ by[0] + (step * (old + 2 * new)) @ by[1]
+    return float(rms), change / (6 * span * rms)

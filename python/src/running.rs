@@ -1,0 +1,168 @@
+//! A run that is taken step by step.
+
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use cotree::diagnostic::suggest;
+use cotree::model::{Experiment, Unit};
+use cotree_fmu::instance::{Instance, InstanceError, Snapshot};
+use numpy::PyArray1;
+use pyo3::exceptions::PyKeyError;
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+
+use crate::listening::interruptible;
+use crate::outcome::{RunError, warn, wrong};
+use crate::request::{self, Value};
+use crate::scene::Ready;
+
+/// A motion at a time, and the way on.
+#[pyclass(frozen, module = "cotree._cotree")]
+pub struct Running {
+    ready: Arc<Ready>,
+    places: Arc<HashMap<String, usize>>,
+    instance: Mutex<Box<Instance>>,
+}
+
+impl Running {
+    /// Begins where these settings let it begin; `experiment` says when and how accurately.
+    pub fn start(py: Python<'_>, ready: Arc<Ready>, experiment: Experiment, settings: &[(String, Value)]) -> PyResult<Self> {
+        let description = &ready.compiled.description;
+        let settings = request::settings(description, settings)?;
+        let places = description.variables.iter().enumerate().map(|(place, own)| (own.name.clone(), place)).collect();
+        let model = Arc::clone(&ready.model);
+        let begun = interruptible(py, move || {
+            let mut instance = Instance::boxed(model);
+            instance.setup(experiment.start, None, Some(experiment.tolerance))?;
+            for (variable, value) in settings {
+                instance.set(variable, value)?;
+            }
+            instance.initialise()?;
+            Ok(instance)
+        })?;
+        let instance = begun.map_err(refused)?;
+        Ok(Running { ready, places: Arc::new(places), instance: Mutex::new(instance) })
+    }
+
+    fn instance(&self) -> MutexGuard<'_, Box<Instance>> {
+        self.instance.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn place(&self, name: &str) -> PyResult<usize> {
+        self.places.get(name).copied().ok_or_else(|| {
+            let known = suggest::known(name, self.ready.compiled.description.variables.iter().map(|own| own.name.as_str()));
+            PyKeyError::new_err(format!("the run has no variable `{name}`; {known}; `outputs` of `start` names others"))
+        })
+    }
+
+    /// A value that is given, in SI units.
+    fn value(&self, place: usize, name: &str, value: &Value) -> PyResult<f64> {
+        let unit = &self.ready.compiled.description.variables[place].unit;
+        value.read(unit).map_err(|message| wrong(format!("{name}: {message}")))
+    }
+}
+
+#[pymethods]
+impl Running {
+    #[getter]
+    fn time(&self) -> f64 {
+        self.instance().time()
+    }
+
+    /// The names and units of the outputs.
+    fn outputs(&self) -> Vec<(String, String)> {
+        let variables = &self.ready.compiled.description.variables;
+        let named = |index: usize| (variables[index].name.clone(), variables[index].unit.si.clone());
+        self.ready.compiled.reported().into_iter().map(named).collect()
+    }
+
+    /// The outputs now.
+    fn values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let mut instance = self.instance();
+        let values: Result<Vec<f64>, _> =
+            self.ready.compiled.reported().into_iter().map(|variable| instance.reading(variable)).collect();
+        Ok(PyArray1::from_vec(py, values.map_err(refused)?))
+    }
+
+    fn get(&self, name: &str) -> PyResult<f64> {
+        let place = self.place(name)?;
+        self.instance().reading(place).map_err(refused)
+    }
+
+    /// Sets inputs and tunable parameters: all of them, or none if one cannot be set.
+    fn set(&self, values: Vec<(String, Value)>) -> PyResult<()> {
+        if values.is_empty() {
+            return Ok(());
+        }
+        let mut instance = self.instance();
+        let mut checked = Vec::with_capacity(values.len());
+        for (name, value) in &values {
+            let place = self.place(name).map_err(|error| wrong(error.to_string()))?;
+            let value = self.value(place, name, value)?;
+            instance.check_set(place, value).map_err(refused)?;
+            checked.push((place, value));
+        }
+        checked.into_iter().try_for_each(|(place, value)| instance.set(place, value)).map_err(refused)
+    }
+
+    /// Moves on by a duration, or to a time. Where that is more work than one step may take, or is interrupted, it stays where it has come to.
+    fn step(&self, py: Python<'_>, duration: Value, absolute: bool) -> PyResult<()> {
+        let given = duration.read(&Unit::time()).map_err(|message| wrong(format!("step: {message}")))?;
+        let moved = interruptible(py, || {
+            let mut instance = self.instance();
+            let from = instance.time();
+            let target = if absolute { given } else { from + given };
+            if !(target.is_finite() && target >= from) {
+                return Err(wrong(format!("step: {target:?} s is not after the present time, {from:?} s")));
+            }
+            if target > from {
+                instance.step_to(target).map_err(refused)?;
+            }
+            Ok(instance.take_inaccuracy())
+        })?;
+        moved?.map_or(Ok(()), |inaccuracy| warn(py, "", &inaccuracy))
+    }
+
+    /// The same run once more, from here on for itself.
+    fn copy(&self) -> Self {
+        Running {
+            ready: Arc::clone(&self.ready),
+            places: Arc::clone(&self.places),
+            instance: Mutex::new(self.instance().clone()),
+        }
+    }
+
+    /// All that the future depends on.
+    fn save<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        Ok(PyBytes::new(py, &self.instance().save().to_bytes().map_err(refused)?))
+    }
+
+    fn restore(&self, state: Vec<u8>) -> PyResult<()> {
+        let mut instance = self.instance();
+        let snapshot = Snapshot::from_bytes(instance.model(), &state).map_err(|error| wrong(format!("state: {error}")))?;
+        instance.restore(&snapshot).map_err(refused)
+    }
+
+    /// How variables change now along a direction of inputs, parameters and states.
+    fn directional(&self, of: Vec<String>, along: Vec<(String, f64)>) -> PyResult<Vec<f64>> {
+        let mut instance = self.instance();
+        instance.begin_direction();
+        for (name, change) in &along {
+            instance.add_direction(self.place(name)?, *change).map_err(|error| wrong(error.to_string()))?;
+        }
+        instance.differentiate().map_err(refused)?;
+        of.iter().map(|name| instance.derivative(self.place(name)?).map_err(|error| wrong(error.to_string()))).collect()
+    }
+}
+
+/// What is given is at fault, or the motion.
+fn refused(error: InstanceError) -> PyErr {
+    match error {
+        InstanceError::OutOfRange { .. }
+        | InstanceError::NotANumber { .. }
+        | InstanceError::Fixed { .. }
+        | InstanceError::Calculated { .. }
+        | InstanceError::UnknownVariable { .. } => wrong(error.to_string()),
+        other => RunError::new_err(other.to_string()),
+    }
+}

@@ -1,0 +1,117 @@
+"""Studies of motions that inputs drive."""
+
+import numpy as np
+import pytest
+
+import cotree
+
+
+def cart(law, more=""):
+    """A mass on a line, pushed by an input through a law."""
+    return cotree.loads(
+        "name='cart'\ndimension=1\n[parameters]\nm={value=2.0,unit='kg'}\nlevel={value=0.5,unit='N'}\n[inputs]\npush={start=0.0,unit='N'}\n[bodies.c]\nmass='m'\n"
+        f"[loads.f]\ntype='force'\non='c'\nvector=['{law}']\n[initial]\n'c.x'=0.0\n[outputs]\nvariables=['c.x']\n[experiment]\nstop=2.0\nstep=0.1\ntolerance=1e-9\n{more}"
+    )
+
+
+#: Bends at 0.5 s, jumps at 1 s, begins late and ends early.
+PUSH = {"time": [0.2, 0.5, 1.0, 1.0, 1.6], "push": [1.0, 3.0, 2.0, -1.0, 4.0]}
+
+
+def test_derivatives_of_a_pushed_mass():
+    model = cart("push")
+    times = np.linspace(0, 2, 21)
+    found = model.sensitivities("c.x", ["m"], times, inputs=PUSH)
+    x = model.simulate(inputs=PUSH)["c.x"]
+    assert np.allclose(found.values[:, 0], x, atol=1e-8)
+    # x is the second integral of push/m.
+    assert np.allclose(found["c.x", "m"], -x / 2.0, atol=1e-8)
+    fine = np.linspace(0, 2, 200_001)
+    force = np.where(fine < 1, np.interp(fine, [0.2, 0.5, 1.0], [1, 3, 2]), np.interp(fine, [1.0, 1.6], [-1, 4]))
+    speed = np.concatenate([[0], np.cumsum((force[1:] + force[:-1]) / 2)]) * 1e-5 / 2
+    assert x[-1] == pytest.approx(np.trapezoid(speed, fine), abs=1e-4)
+
+
+def test_a_law_that_an_input_switches_moves_with_its_level():
+    model = cart("if(push > level, 6, 0)")
+    ramp = {"time": [0.0, 4.0], "push": [0.0, 4.0]}
+    found = model.sensitivities("c.x", "level", [0.4, 1.0, 2.0], inputs=ramp)
+    # It pushes with 6 N from t = level on: x = 1.5 (t - level)^2.
+    assert found.values[:, 0] == pytest.approx([0, 1.5 * 0.25, 1.5 * 2.25], abs=1e-7)
+    assert found["c.x", "level"] == pytest.approx([0, -3 * 0.5, -3 * 1.5], abs=1e-6)
+    # One that jumps over the level switches it then, whatever the level is.
+    jump = {"time": [0.0, 1.0, 1.0], "push": [0.0, 0.0, 1.0]}
+    found = model.sensitivities("c.x", "level", [2.0], inputs=jump)
+    assert (found.values.item(), found.derivatives.item()) == (pytest.approx(1.5, abs=1e-7), pytest.approx(0, abs=1e-7))
+
+
+def test_a_driven_system_is_identified_from_values_with_gaps():
+    model = cart("push - 3*c.x")
+    seen = model.simulate(inputs=PUSH, set={"m": 1.7}, outputs=["c.x", "c.vx"], step=0.02)
+    x, v = seen["c.x"].copy(), seen["c.vx"].copy()
+    x[::2], v[np.arange(len(v)) % 3 != 0] = np.nan, np.nan
+    found = model.fit({"time": seen.time, "c.x": x, "c.vx": v}, "m", inputs=PUSH)
+    assert found["m"] == pytest.approx(1.7, abs=1e-6)
+    assert np.isnan(found.residuals["c.x"][0]) and np.allclose(found.fitted["c.x"][1::2], seen["c.x"][1::2], atol=1e-6)
+    still = model.fit({"time": seen.time, "c.x": seen["c.x"]}, "m", inputs=PUSH)
+    kept = ~np.isnan(x)
+    without = model.fit({"time": seen.time[kept], "c.x": seen["c.x"][kept]}, "m", inputs=PUSH)
+    gaps = model.fit({"time": seen.time, "c.x": x}, "m", inputs=PUSH)
+    # What was not measured counts as if its rows were not there.
+    assert gaps["m"] == without["m"] and gaps.errors == without.errors and still["m"] == pytest.approx(gaps["m"], abs=1e-6)
+    with pytest.raises(ValueError, match=r"c\.vx.*no value"):
+        model.fit({"time": seen.time, "c.x": x, "c.vx": v * np.nan}, "m", inputs=PUSH)
+
+
+def test_peaks_and_linear_systems_along_a_driven_motion():
+    model = cart("push - 8*c.x*push")
+    for time, push in ((0.1, 1.0), (0.35, 2.0), (1.0, -1.0), (2.0, 4.0)):
+        system = model.linearize(time, inputs=PUSH)
+        assert system.A[1, 0] == pytest.approx(-8 * push / 2) and system.time == time
+    [first, second] = model.linearize([0.35, 1.3], inputs=PUSH)
+    assert first.A[1, 0] == pytest.approx(-8) and second.A[1, 0] == pytest.approx(-8 * 1.5 / 2)
+    assert model.modes(2.0, inputs=PUSH)[0].frequency == pytest.approx(4 / (2 * np.pi))
+    pushed = cart("push")
+    [largest, _] = pushed.peaks("c.x", "m", inputs={"time": [0, 2], "push": [3.0, -9.0]})
+    # x = (3 t^2/2 - t^3)/m is largest after 1 s.
+    assert (largest.value, largest.time) == (pytest.approx(0.25), pytest.approx(1.0))
+    assert largest.d_value["m"] == pytest.approx(-0.125) and largest.d_time["m"] == pytest.approx(0, abs=1e-6)
+
+
+def test_what_cannot_be_driven_is_refused():
+    model = cart("push")
+    for call in (
+        lambda: model.linearize("equilibrium", inputs=PUSH),
+        lambda: model.modes(inputs=PUSH),
+        lambda: model.sensitivities("c.x", "m", "equilibrium", inputs=PUSH),
+        lambda: model.linearize(1.0, inputs={"time": [0], "pull": [1]}),
+    ):
+        with pytest.raises(ValueError, match="input"):
+            call()
+    with pytest.raises(cotree.RunError, match="`push` is an input over time"):
+        model.sensitivities("c.x", "push", 1.0, inputs=PUSH)
+
+
+def test_measures_have_gradients():
+    optimize = pytest.importorskip("scipy.optimize")
+    model = cart("push - 8*c.x")
+    asked = ["max(c.x)", "min(c.x)", "peak(c.x)", "range(c.x)", "mean(c.x)", "rms(c.x)", "first(c.vx)", "c.vx"]
+    at = {"m": [1.5, 2.0], "c.x": 0.1}
+    values, gradients = model.value_and_gradient(asked, at, inputs=PUSH)
+    table = model.measure(asked, at, inputs=PUSH)
+    assert gradients.shape == (2, 8, 2)
+    assert np.allclose(values, np.asarray(table)[:, 2:], atol=1e-8)
+    step = 1e-4
+    for place, name in enumerate(at):
+        above, below = ({**at, name: np.array(at[name]) + by} for by in (step, -step))
+        difference = (np.asarray(model.measure(asked, above, inputs=PUSH, tolerance=1e-12)) - np.asarray(model.measure(asked, below, inputs=PUSH, tolerance=1e-12)))[:, 2:]
+        assert np.allclose(gradients[:, :, place], difference / (2 * step), atol=1e-6)
+    value, gradient = model.value_and_gradient("rms(c.x)", {"m": "1500 g"}, inputs=PUSH, set={"c.x": 0.1})
+    assert value == pytest.approx(values[0, 5]) and gradient == pytest.approx(gradients[0, 5, :1])
+    with pytest.raises(ValueError, match="when_max"):
+        model.value_and_gradient("when_max(c.x)", {"m": 1.0})
+    # The mass with which the cart ends at 0.2 m.
+    target = lambda m: model.value_and_gradient("c.x", {"m": m[0]}, inputs=PUSH)  # noqa: E731
+    cost = lambda m: ((target(m)[0] - 0.2) ** 2, 2 * (target(m)[0] - 0.2) * target(m)[1])  # noqa: E731
+    found = optimize.minimize(cost, [2.0], jac=True, bounds=[(0.5, 8.0)], tol=1e-16)
+    assert model.simulate(set={"m": found.x[0]}, inputs=PUSH)["c.x"][-1] == pytest.approx(0.2, abs=1e-5)
