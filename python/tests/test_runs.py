@@ -244,7 +244,7 @@ def test_arguments_that_cannot_be_meant_are_named(pendulum):
     twice = pandas.DataFrame([[0.5, 1.0]], columns=["length", "length"])
     for wrong, message in [
         (twice, "length given by more than one column"),
-        (pandas.DataFrame({"length": ["70 mm"]}), "'length' has values that are no numbers"),
+        (pandas.DataFrame({"length": ["70 kg"]}), "'length' has values that are no numbers"),
         ({"length": [1.0, np.nan]}, "'length' of run 1 is nan"),
         ({"length": [1, 2], "bob.angle": [1, 2, 3]}, "'length' 2, 'bob.angle' 3"),
     ]:

@@ -14,7 +14,7 @@ def oscillator():
     """1 kg on a spring of 16 N/m, pushed: x'' = push - 16 x."""
     return cotree.loads(
         "name='oscillator'\ndimension=1\n[inputs]\npush={start=0.0,unit='N',min=-50}\n[parameters]\nk={value='16 N/m',tunable=true}\n[bodies.cart]\nmass=1.0\n"
-        "[loads.push]\ntype='force'\non='cart'\nvector=['push - k*cart.x']\n[initial]\n'cart.x'=0.5\n[outputs]\nvariables=['cart.x','cart.vx']\n"
+        "[loads.pull]\ntype='force'\non='cart'\nvector=['push - k*cart.x']\n[initial]\n'cart.x'=0.5\n[outputs]\nvariables=['cart.x','cart.vx']\n"
         "[experiment]\nstop=2.0\nstep=0.1\ntolerance=1e-10\n"
     )
 

@@ -127,7 +127,7 @@ def test_times_and_names_of_studies_may_be_one_or_many(pendulum):
     with pytest.raises(KeyError, match="with respect to length"):
         one["bob.angle", "mass"]
     for wrong, message in [
-        ({"at": "1 s"}, "equilibrium"),
+        ({"at": "1 kg"}, "equilibrium"),
         ({"at": "here"}, "equilibrium"),
     ]:
         with pytest.raises(ValueError, match=message):

@@ -44,7 +44,7 @@ def test_another_model_has_other_values_in_the_same_text():
     moon = model.replace({"gravity": [0, -1.6]})
     assert moon.equilibrium()["hinge.fy"] == pytest.approx(3.2)
     for of in (other.page(), other.equations(), other.steps(), other.drawing()):
-        assert len(of) > 500
+        assert len(of) > 400
     for wrong, message in [({"lenght": 1}, "did you mean `length`"), ({"bob": 1}, r"bob\.mass"), ({"bob.mass": np.nan}, "finite")]:
         with pytest.raises(ValueError, match=message):
             model.replace(wrong)
@@ -98,7 +98,7 @@ def test_results_are_read_as_numbers(pendulum):
     results = pendulum.simulate(stop=0.1)
     assert np.asarray(results).shape == (101, 2) and np.asarray(results, dtype=np.float32).dtype == np.float32
     assert pandas.DataFrame(results).shape == (101, 2)
-    assert polars.DataFrame(results.__class__.to_polars(results)).equals(polars.from_arrow(results))
+    assert results.to_polars().equals(polars.DataFrame(polars.from_arrow(results).struct.unnest()))
     with pytest.raises(ValueError, match="read-only"):
         results["bob.angle"][0] = 1.0
     assert results["bob.angle"].flags.c_contiguous and not results.time.flags.writeable
@@ -169,12 +169,12 @@ def test_texts_with_units_where_times_are_given(pendulum):
 
 
 LONG = {
-    "one long step": "m.simulate(stop=1e6, step=1e6)",
+    "one long step": "m.simulate(stop=3e5, step=3e5)",
     "a sampled run": "m.simulate(stop=1e6, step=1e4, inputs={'gas_force': lambda t: 0.0})",
     "sensitivities": "m.sensitivities('cylinder.s', 'rod_length', np.linspace(0, 20000, 20001))",
     "fit": "m.fit({'time': T, 'cylinder.s': np.cos(T) * 0.5 + 1.4}, vary=['rod_length', 'crank_length'], stop=200)",
-    "threads": "m.simulate_many({'rod_length': [1.4, 1.5, 1.6]}, stop=1e6, step=1e6, threads=2)",
-    "steps": "m.start().step(1e6)",
+    "threads": "m.simulate_many({'rod_length': [1.4, 1.5, 1.6]}, stop=3e5, step=3e5, threads=2)",
+    "steps": "m.start().step(3e5)",
 }
 
 
