@@ -417,3 +417,43 @@ fn a_motion_that_costs_more_than_it_may_is_refused() {
         })
         .unwrap();
 }
+
+/// A mass of 2 kg that a force over time pushes: where it is seen now and then, and its speed at other times, its mass comes back. Rows without a value count as if they were not there.
+#[test]
+fn a_driven_mass_is_found_from_values_with_gaps() {
+    let scene = "name = \"cart\"\ndimension = 1\n[parameters]\nm = \"3 kg\"\n[inputs]\npush = { start = 0.0, unit = \"N\" }\n[bodies.c]\nmass = \"m\"\n[loads.f]\ntype = \"force\"\non = \"c\"\n\
+                 vector = [\"push\"]\n[outputs]\nvariables = [\"c.x\"]\n[experiment]\nstop = 2\ntolerance = 1e-9\n";
+    let folder = tempfile::tempdir().unwrap();
+    let [path, input, seen] = ["cart.toml", "push.csv", "seen.csv"].map(|name| folder.path().join(name));
+    fs::write(&path, scene).unwrap();
+    // The force rises until it jumps to zero: x = t^3, and 3 t - 2 from one second on.
+    fs::write(&input, "time [ms],push [kN]\n0,0\n1000,0.012\n1000,0\n").unwrap();
+    let rows =
+        [(0.0, 0.0, 0.0), (0.5, 0.125, 0.75), (0.9, 0.729, 2.43), (1.0, 1.0, 3.0), (1.5, 2.5, 3.0), (2.0, 4.0, 3.0)];
+    let row = |(index, (time, x, v)): (usize, &(f64, f64, f64))| match index % 2 {
+        0 => format!("{time},{x},\n"),
+        _ => format!("{time},,{v}\n"),
+    };
+    let table: String = rows.iter().enumerate().map(row).collect();
+    fs::write(&seen, format!("time,c.x,c.vx\n{table}")).unwrap();
+    let run = |options: &[&str]| {
+        let arguments = ["fit", path.to_str().unwrap(), "--to", seen.to_str().unwrap(), "--vary", "m", "--input"];
+        cotree(&[&arguments[..], &[input.to_str().unwrap()], options].concat())
+    };
+    let found = run(&["--json"]);
+    assert_eq!(code(&found), 0, "{}", stderr(&found));
+    let found: serde_json::Value = serde_json::from_str(&stdout(&found)).unwrap();
+    let value = found["quantities"][0]["value"].as_f64().unwrap();
+    assert!((value - 2.0).abs() < 1e-6, "{value}");
+    assert!(found["columns"][0]["residuals"][1].is_null() && !found["columns"][0]["fitted"][1].is_null(), "{found}");
+    assert!(stdout(&run(&[])).contains("fitted to 6 measured ones"));
+    for (options, told) in
+        [(["--set", "push=3"], "given by --set and by the input table"), (["--vary", "push"], "input over time")]
+    {
+        assert!(stderr(&run(&options)).contains(told), "{}", stderr(&run(&options)));
+    }
+    fs::write(&input, "time,pull\n0,0\n").unwrap();
+    assert!(stderr(&run(&[])).contains("the scene has no input `pull`"));
+    fs::write(&input, "time,push [m]\n0,0\n").unwrap();
+    assert!(stderr(&run(&[])).contains("but the input in `N`"));
+}

@@ -100,7 +100,7 @@ class Fit(Compared):
 
     `errors` are standard errors and `limits` the 95 % limits, not a number where a value is at its bound; `correlation` has rows and columns in the order of
     `values`. `fitted` and `residuals` (measured less fitted) are arrays at the measured times, `deviations` the standard deviations of the columns.
-    `ended` is "minimum", or "evaluations" if no minimum was reached. Where nothing was measured, fitted and residuals are not a number. `model` is the model with these values.
+    `ended` is "minimum", or "evaluations" if no minimum was reached. Where nothing was measured residuals are not a number. `model` is the model with these values.
     """
 
     values: dict[str, float]

@@ -98,12 +98,25 @@ pub fn settings(description: &Description, values: &[(String, Value)]) -> PyResu
 pub type Columns = (Vec<f64>, Vec<String>, Vec<Vec<f64>>);
 
 /// The table and the variable of each column.
-pub fn inputs(description: &Description, columns: Option<Columns>) -> PyResult<Option<(Table, Vec<usize>)>> {
+pub fn inputs(
+    description: &Description,
+    columns: Option<Columns>,
+    settings: &[(String, Value)],
+) -> PyResult<Option<(Table, Vec<usize>)>> {
     let Some((times, names, columns)) = columns else { return Ok(None) };
+    apart(&names, settings)?;
     let known = settings::Inputs::new(description);
     let variables: Result<Vec<usize>, String> = names.iter().map(|name| known.find(name)).collect();
     let variables = variables.map_err(|message| wrong(format!("inputs: {message}")))?;
     Ok(Some((table(names, times, columns)?, variables)))
+}
+
+/// No input is given twice.
+pub fn apart(names: &[String], settings: &[(String, Value)]) -> PyResult<()> {
+    match names.iter().find(|name| settings.iter().any(|(set, _)| set == *name)) {
+        Some(name) => Err(wrong(format!("inputs: `{name}` is given by `set`, too"))),
+        None => Ok(()),
+    }
 }
 
 /// Inputs over time as a table.

@@ -11,6 +11,7 @@ use cotree::report::statistics::Accumulator;
 use cotree::scene::{EditError, Text};
 use cotree::run::{Ended, Ensemble, Measure, Run, points};
 use cotree::{Compiled, Scene};
+use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 use cotree_study::analysis::{At, Sensitivities, Study};
 use cotree_study::bench;
@@ -48,6 +49,8 @@ struct Variant {
 pub struct Ready {
     pub compiled: Compiled,
     pub model: Arc<Model>,
+    /// An instance that no run uses now.
+    spare: Mutex<Option<Box<Instance>>>,
 }
 
 /// A member's values: a row for each time, and why there are no more.
@@ -502,7 +505,7 @@ impl Core {
     fn compile(&self, variant: &Variant) -> PyResult<Ready> {
         let compiled = cotree::compile(&self.scene_of(variant)).map_err(|faults| scene_error(&faults))?;
         let model = Model::new(compiled.program.clone()).map_err(|error| RunError::new_err(error.to_string()))?;
-        Ok(Ready { compiled, model: Arc::new(model) })
+        Ok(Ready { compiled, model: Arc::new(model), spare: Mutex::default() })
     }
 
     fn study(
@@ -522,6 +525,7 @@ impl Core {
         });
         every(wrongs).map_err(|faults: Vec<String>| wrong(faults.join("\n")))?;
         if let Some((times, names, columns)) = inputs {
+            request::apart(&names, settings)?;
             let table = request::table(names, times, columns)?;
             study.set_inputs(table).map_err(|message| wrong(format!("inputs: {message}")))?;
         }
@@ -539,13 +543,17 @@ impl Core {
     ) -> PyResult<Vec<(C, Option<String>)>> {
         let description = &ready.compiled.description;
         let experiment = times.experiment(description.experiment)?;
+        let inputs = request::inputs(description, inputs, settings)?;
         let settings = request::settings(description, settings)?;
-        let inputs = request::inputs(description, inputs)?;
         let members = members(description, &names, &values)?;
-        let stop = Arc::new(AtomicBool::new(false));
-        let threads = if members.len() == 1 { 1 } else { threads };
         let table = inputs.as_ref().map(|(table, variables)| (table, variables.clone()));
         let run = Run { description, experiment, settings, inputs: table, reported };
+        if let [settings] = members.as_slice() {
+            let ended = [interruptible(py, || ready.alone(run, settings, begin(), point))?];
+            warn_of(py, &ended)?;
+            return ended.into_iter().map(outcome).collect();
+        }
+        let stop = Arc::new(AtomicBool::new(false));
         let ensemble = Ensemble::new(run, Arc::clone(&ready.model), threads, &stop).map_err(file_error)?;
         let ended = if ensemble.threads() == 1 {
             interruptible(py, || ensemble.run(&members, begin, watched(&stop, point)))?
@@ -557,11 +565,40 @@ impl Core {
             py.detach(|| listened(&stop, || ensemble.run(&members, begin, point)))?
         };
         warn_of(py, &ended)?;
-        let outcome = |(collected, ended): (C, Ended)| match ended {
-            Ok(_) => Ok((collected, None)),
-            Err(error) => Ok((collected, Some(run_error(error).ok_or_else(interrupted)?))),
-        };
         ended.into_iter().map(outcome).collect()
+    }
+}
+
+/// What was collected of a member, and why it ended early.
+fn outcome<C>((collected, ended): (C, Ended)) -> PyResult<(C, Option<String>)> {
+    match ended {
+        Ok(_) => Ok((collected, None)),
+        Err(error) => Ok((collected, Some(run_error(error).ok_or_else(interrupted)?))),
+    }
+}
+
+impl Ready {
+    /// One run, in this thread and in the instance that is kept for that.
+    fn alone<C>(
+        &self,
+        mut run: Run,
+        settings: &[(usize, f64)],
+        mut collected: C,
+        point: impl Fn(&mut C, f64, &[f64]),
+    ) -> (C, Ended) {
+        run.settings.extend_from_slice(settings);
+        let spare = || self.spare.lock().unwrap_or_else(PoisonError::into_inner);
+        let kept = spare().take();
+        let mut instance = kept.unwrap_or_else(|| Instance::boxed(Arc::clone(&self.model)));
+        let ended = run.start_in(&mut instance, |time, values| {
+            if listening::wants_end() {
+                return Err(std::io::ErrorKind::Interrupted.into());
+            }
+            point(&mut collected, time, values);
+            Ok(())
+        });
+        *spare() = Some(instance);
+        (collected, ended)
     }
 }
 

@@ -57,16 +57,28 @@ impl Run<'_> {
     pub fn start(
         &self,
         model: Arc<Model>,
+        report: impl FnMut(f64, &[f64]) -> std::io::Result<()>,
+    ) -> Result<Option<Inaccuracy>, RunError> {
+        self.start_in(&mut Instance::new(model), report)
+    }
+
+    /// The same in an instance of the model that may have simulated before: a new one takes as long as some steps.
+    ///
+    /// # Errors
+    /// As of [`Run::start`].
+    pub fn start_in(
+        &self,
+        instance: &mut Instance,
         mut report: impl FnMut(f64, &[f64]) -> std::io::Result<()>,
     ) -> Result<Option<Inaccuracy>, RunError> {
-        let mut instance = self.begin(model)?;
+        self.begin(instance)?;
         let Experiment { start, stop, .. } = self.experiment;
         let knots = self.inputs.iter().flat_map(|(table, _)| knots(table, [start, stop]));
         let (mut knots, mut values) = (knots.peekable(), vec![0.0; self.reported.len()]);
         for time in points(self.experiment) {
             while let Some(knot) = knots.next_if(|knot| *knot <= time) {
                 instance.step_to(knot)?;
-                self.set_inputs(&mut instance, knot)?;
+                self.set_inputs(instance, knot)?;
             }
             if time > instance.time() {
                 instance.step_to(time)?;
@@ -80,16 +92,15 @@ impl Run<'_> {
     }
 
     /// The initial state.
-    fn begin(&self, model: Arc<Model>) -> Result<Instance, RunError> {
+    fn begin(&self, instance: &mut Instance) -> Result<(), RunError> {
         let Experiment { start, stop, tolerance, .. } = self.experiment;
-        let mut instance = Instance::new(model);
+        instance.reset();
         instance.setup(start, Some(stop), Some(tolerance))?;
         for &(variable, value) in &self.settings {
             instance.set(variable, value)?;
         }
-        self.set_inputs(&mut instance, start)?;
-        instance.initialise()?;
-        Ok(instance)
+        self.set_inputs(instance, start)?;
+        Ok(instance.initialise()?)
     }
 
     /// Sets the inputs as [`set_inputs`] does, if there are any.

@@ -5,7 +5,9 @@ use std::sync::atomic::Ordering;
 
 use clap::Args;
 use cotree::model::Units;
+use cotree::report::csv::Naming;
 use cotree::scene::Scene;
+use cotree_study::analysis::Study;
 use cotree_study::fit::{self, Ended, Fit as Found, FitError, Request, Trial, Vary};
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -26,7 +28,7 @@ use super::{MessageFormat, output, stop, study};
                   cotree fit suspension.toml --to measured.csv --vary stiffness,damping --plot fit.png\n  \
                   cotree fit suspension.toml --to measured.csv --vary \"stiffness=1..50 kN/m\" --sigma \"wheel.s=0.2 mm\" -o fitted.toml\n\n\
                   The table begins with a line such as `time,wheel.s` or `time [ms]; wheel.s [mm]`: names of variables of the scene,\n\
-                  in any order.")]
+                  in any order. Where a cell is empty nothing was measured.")]
 pub struct Fit {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
@@ -41,6 +43,9 @@ pub struct Fit {
     /// Standard deviation of a column, such as "wheel.s=0.2 mm"; may be given several times [default: estimated from the residuals]
     #[arg(long = "sigma", value_name = "NAME=VALUE")]
     deviations: Vec<String>,
+    /// Inputs over time while it was measured: a CSV file with the columns `time` and inputs of the scene
+    #[arg(long, value_name = "FILE")]
+    input: Option<PathBuf>,
     /// Set a parameter or an input, also where the search begins; may be given several times
     #[arg(long = "set", value_name = "NAME=VALUE")]
     settings: Vec<String>,
@@ -65,7 +70,10 @@ pub struct Fit {
 
 impl Fit {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
-        output::apart(&[Some(&self.scene), Some(&self.measured)], &[self.plot.as_deref(), self.output.as_deref()])?;
+        output::apart(
+            &[Some(&self.scene), Some(&self.measured), self.input.as_deref()],
+            &[self.plot.as_deref(), self.output.as_deref()],
+        )?;
         output::is_written_as(self.plot.as_deref(), &["svg", "png"])?;
         let scene = output::load(&self.scene)?;
         let request = self.request(&scene)?;
@@ -73,6 +81,7 @@ impl Fit {
         let named = self.measured.display().to_string();
         let reporting = scene.reporting(request.table.names().iter().map(String::as_str));
         let mut study = study::with_settings(&reporting, &self.settings).map_err(|failure| asked(failure, &named))?;
+        self.drive(&mut study)?;
         let times = Times::of(self.stop.clone(), None, self.tolerance);
         study.set_experiment(times.experiment(study.experiment())?);
         let (stop, mut progress) = (stop::listen()?, Progress::new(&request));
@@ -101,10 +110,23 @@ impl Fit {
             pair.ok_or_else(|| wrong("sigma", text, "write name=value".to_owned()))
         };
         Ok(Request {
-            table: output::table(&self.measured, &chosen.naming(&|name| units.get(name).cloned()))?,
+            table: output::table_with_gaps(&self.measured, &chosen.naming(&|name| units.get(name).cloned()))?,
             vary: vary.collect::<Result<_, _>>()?,
             deviations: self.deviations.iter().map(deviation).collect::<Result<_, _>>()?,
         })
+    }
+
+    /// Gives the study its inputs over time.
+    fn drive(&self, study: &mut Study) -> Result<(), Failure> {
+        let Some(path) = &self.input else { return Ok(()) };
+        let table = output::table(path, &Naming { own: &|name| study.input_unit(name).cloned(), chosen: &[] })?;
+        let is_set = |name: &&String| {
+            self.settings.iter().any(|own| own.split_once('=').is_some_and(|(set, _)| set.trim() == name.as_str()))
+        };
+        if let Some(name) = table.names().iter().find(is_set) {
+            return Err(Failure::Usage(format!("`{name}` is given by --set and by the input table")));
+        }
+        study.set_inputs(table).map_err(|message| Failure::Usage(format!("input table: {message}")))
     }
 
     /// The picture, and the scene with the values that were found.

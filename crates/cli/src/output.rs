@@ -9,6 +9,7 @@ use cotree::files::{self, Draft};
 use cotree::report::csv::{Naming, Table, Writer};
 use cotree::run::Gaps;
 use cotree::scene::{Fault, Faults, Scene, Span};
+use cotree::sheet::SheetError;
 use cotree_draw::png::{self, Size};
 use cotree_fmu::instance::Inaccuracy;
 use cotree_text::tikz::tikz;
@@ -223,11 +224,20 @@ pub fn unknown(faults: Faults, asked: &str) -> Failure {
 
 /// Reads a table of values over time.
 pub fn table(path: &Path, naming: &Naming<'_>) -> Result<Table, Failure> {
+    table_by(path, |text| Table::read(text, naming))
+}
+
+/// The same, where cells may be empty.
+pub fn table_with_gaps(path: &Path, naming: &Naming<'_>) -> Result<Table, Failure> {
+    table_by(path, |text| Table::read_with_gaps(text, naming))
+}
+
+fn table_by(path: &Path, read: impl Fn(&str) -> Result<Table, SheetError>) -> Result<Table, Failure> {
     let bytes = files::read(path, LARGEST_TABLE).map_err(|error| Failure::file("read", path, error))?;
     let text = String::from_utf8(bytes).ok().filter(|text| !text.contains('\0')).ok_or_else(|| {
         Failure::file("read", path, "it is not a text; an input table is CSV and begins with `time,name`")
     })?;
-    Table::read(&text, naming).map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))
+    read(&text).map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))
 }
 
 /// Why no scene can be read.

@@ -23,6 +23,9 @@ pub struct Naming<'a> {
     pub chosen: &'a [(String, String)],
 }
 
+/// How the cell of a row and a column is read.
+type Reading = fn(&Sheet, usize, usize) -> Result<f64, SheetError>;
+
 /// A column that is read: its place, what it stands for, and the SI value of one in it.
 struct Source {
     place: usize,
@@ -51,6 +54,20 @@ impl Table {
     /// # Errors
     /// The first thing that is wrong, with its place.
     pub fn read(text: &str, naming: &Naming<'_>) -> Result<Self, SheetError> {
+        Self::read_cells(text, naming, Sheet::number)
+    }
+
+    /// The same, where an empty cell is a value that was not measured: not a number.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn read_with_gaps(text: &str, naming: &Naming<'_>) -> Result<Self, SheetError> {
+        Self::read_cells(text, naming, |sheet, row, column| {
+            if sheet.cell(row, column).is_empty() { Ok(f64::NAN) } else { sheet.number(row, column) }
+        })
+    }
+
+    fn read_cells(text: &str, naming: &Naming<'_>, value: Reading) -> Result<Self, SheetError> {
         let sheet = Sheet::read(text)?;
         let mut sources = sources(&sheet, naming)?;
         let Some(time) = sources.iter().position(Source::is_time) else {
@@ -66,7 +83,7 @@ impl Table {
         let mut table =
             Table { names: Vec::new(), units: Vec::new(), time: Vec::new(), columns: vec![Vec::new(); sources.len()] };
         for row in 0..sheet.rows() {
-            table.push(&sheet, row, &time, &sources)?;
+            table.push(&sheet, row, (&time, &sources), value)?;
         }
         if table.time.is_empty() {
             return Err(fault(2, 1, "the table has no rows"));
@@ -75,7 +92,13 @@ impl Table {
         Ok(table)
     }
 
-    fn push(&mut self, sheet: &Sheet, row: usize, time: &Source, sources: &[Source]) -> Result<(), SheetError> {
+    fn push(
+        &mut self,
+        sheet: &Sheet,
+        row: usize,
+        (time, sources): (&Source, &[Source]),
+        value: Reading,
+    ) -> Result<(), SheetError> {
         sheet.has_cells(row, sheet.headings().len())?;
         let at = sheet.number(row, time.place)? * time.factor();
         if self.time.last().is_some_and(|&last| at < last) {
@@ -87,7 +110,7 @@ impl Table {
         }
         self.time.push(at);
         for (source, column) in sources.iter().zip(&mut self.columns) {
-            column.push(sheet.number(row, source.place)? * source.factor());
+            column.push(value(sheet, row, source.place)? * source.factor());
         }
         Ok(())
     }
@@ -264,6 +287,16 @@ mod tests {
         assert_eq!(table.at(0, 4.0), (0.0, 0.0));
         assert_eq!(table.at(0, 9.0), (0.0, 0.0));
         assert_eq!([0.0, 1.0, 3.0, 3.5, 4.0, 9.0].map(|t| table.rate_before(0, t)), [0.0, 0.0, 5.0, -20.0, -20.0, 0.0]);
+    }
+
+    #[test]
+    fn empty_cells_are_gaps_where_they_may_be() {
+        let (text, naming) = ("time,a,b\n1,10,\n2,,5\n", Naming { own: &|_| None, chosen: &[] });
+        let table = Table::read_with_gaps(text, &naming).unwrap();
+        assert!(table.column(0)[1].is_nan() && table.column(1)[0].is_nan());
+        assert_eq!((table.column(0)[0], table.column(1)[1]), (10.0, 5.0));
+        assert!(Table::read(text, &naming).unwrap_err().to_string().contains("empty"));
+        assert!(Table::read_with_gaps("time,a\n,1\n", &naming).is_err());
     }
 
     #[test]

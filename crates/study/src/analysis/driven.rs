@@ -1,7 +1,7 @@
 //! Inputs over time in motions that are analysed.
 
 use cotree::diagnostic::suggest;
-use cotree::model::Mechanism;
+use cotree::model::{Mechanism, Unit};
 use cotree::report::csv::Table;
 use cotree::run::{knots, set_inputs};
 use cotree_fmu::instance::{Instance, InstanceError};
@@ -16,14 +16,19 @@ pub(super) struct Driven {
 
 impl Driven {
     /// # Errors
-    /// A column that is no input.
+    /// A column that is no input, or in another kind of unit.
     pub fn new(mechanism: &Mechanism, table: Table) -> Result<Self, String> {
         let names = || mechanism.inputs.iter().map(|own| own.name.as_str());
-        let place = |name: &String| {
+        let place = |(name, unit): (&String, &Option<Unit>)| {
             let unknown = || format!("the scene has no input `{name}`; {}", suggest::known(name, names()));
-            names().position(|own| own == name).ok_or_else(unknown)
+            let place = names().position(|own| own == name).ok_or_else(unknown)?;
+            let own = &mechanism.inputs[place].unit;
+            match unit.as_ref().filter(|unit| !own.si.is_empty() && !unit.is_compatible(own)) {
+                Some(unit) => Err(format!("`{name}` is in `{}`, but the input in `{}`", unit.shown(), own.si)),
+                None => Ok(place),
+            }
         };
-        let inputs = table.names().iter().map(place).collect::<Result<_, _>>()?;
+        let inputs = table.names().iter().zip(table.units()).map(place).collect::<Result<_, _>>()?;
         Ok(Self { inputs, table: Some(table) })
     }
 

@@ -28,7 +28,9 @@ pub use matrix::{dense, saddle};
 pub use modes::{Mode, modes};
 pub use point::Point;
 pub use rest::at_rest;
-pub use sensitivity::{Along, Changes, Feature, FeatureKind, Guess, ModeChanges, Sensitivities, Varied, Varying};
+pub use sensitivity::{
+    Along, At as AlongAt, Changes, Feature, FeatureKind, Guess, ModeChanges, Sensitivities, Varied, Varying,
+};
 pub use state_space::{Signal, StateSpace};
 pub use study::{At, Study, StudyError, state_at};
 pub use variation::Variation;

@@ -61,6 +61,10 @@ impl Study {
         self.mechanism.outputs.iter().find(|output| output.name == name).map(|output| &output.unit)
     }
 
+    pub fn input_unit(&self, name: &str) -> Option<&Unit> {
+        self.mechanism.inputs.iter().find(|input| input.name == name).map(|input| &input.unit)
+    }
+
     /// The units of the scene's `[display]`.
     pub fn display(&self) -> &Units {
         &self.mechanism.display
@@ -83,7 +87,7 @@ impl Study {
     /// Inputs over time, for every analysis of a motion: columns named like inputs.
     ///
     /// # Errors
-    /// A column that is no input.
+    /// A column that is no input, or in another kind of unit.
     pub fn set_inputs(&mut self, table: Table) -> Result<(), String> {
         self.driven = Driven::new(&self.mechanism, table)?;
         Ok(())

@@ -14,7 +14,7 @@ use cotree_fmu::model::State;
 use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
 
-use crate::analysis::{Along, Failure, Guess, Study, StudyError, Varying};
+use crate::analysis::{Along, AlongAt as At, Failure, Guess, Study, StudyError, Varying};
 use estimate::Estimates;
 pub use levenberg::{Ended, Trial};
 use levenberg::{Residuals, minimise};
@@ -160,8 +160,8 @@ impl Problem<'_, '_> {
         for _ in 0..ROUNDS {
             let weighed = &self.weighed;
             let evaluate = |values: &[f64], from: Option<&State>| {
-                let (residuals, start) = self.residuals(values, from.or(pose.as_ref()))?;
-                Ok((residuals.by(weighed), start))
+                let Along { rows, start, .. } = self.motion(values, from.or(pose.as_ref()))?;
+                Ok((self.residuals(&rows, values.len()).by(weighed), start))
             };
             let found = minimise(&values, &weighed.bounds, most, evaluate, &mut *watch)?;
             (values, evaluations) = (found.values, evaluations + found.evaluations);
@@ -170,7 +170,8 @@ impl Problem<'_, '_> {
                     "the search came to where there is no motion any more, which is no minimum: {cause}; keep the quantities away from there by bounds (NAME=LOW..HIGH)"
                 ))));
             }
-            let (residuals, start_pose) = self.residuals(&values, Some(&found.beside))?;
+            let Along { rows, start: start_pose, .. } = self.motion(&values, Some(&found.beside))?;
+            let residuals = self.residuals(&rows, values.len());
             evaluations += 1;
             let change = self.weighed.estimate(&residuals, start.len());
             // Of a single column the weight has no influence.
@@ -185,7 +186,7 @@ impl Problem<'_, '_> {
             };
             let quantities = estimates.quantities(&start, &values, self.varying);
             let correlation = estimates.correlation(start.len());
-            let (times, columns) = (self.table.times().to_vec(), self.columns(&residuals));
+            let (times, columns) = (self.table.times().to_vec(), self.columns(&rows));
             let ended = found.ended;
             let mut guesses = self.varying.guesses(&start_pose)?;
             guesses.retain(|own| (own.found - own.guessed).abs() > MOVED * own.scale);
@@ -195,34 +196,31 @@ impl Problem<'_, '_> {
         Ok(Err(FitError::Undetermined(message.to_owned())))
     }
 
-    /// Simulated less measured values, SI: of each value that was measured, row by row; and how the motion starts. It starts on the branch on which another one does: where lengths move far
-    /// the guesses of the scene are near no branch, or another one.
-    fn residuals(&self, values: &[f64], from: Option<&State>) -> Result<(Residuals, State), Failure> {
-        let times = self.table.times();
+    /// The motion with these values. It starts on the branch on which another one does: where lengths move far the guesses of the scene are near no branch, or another one.
+    fn motion(&self, values: &[f64], from: Option<&State>) -> Result<Along, Failure> {
         let most = self.first.get().map_or(u64::MAX, |first| DEAREST.saturating_mul(*first));
-        let Along { rows: found, start, work, .. } = self.varying.along(values, times, from, most)?;
-        self.first.get_or_init(|| work);
+        let found = self.varying.along(values, self.table.times(), from, most)?;
+        self.first.get_or_init(|| found.work);
+        Ok(found)
+    }
+
+    /// Simulated less measured values, SI: of each value that was measured, row by row.
+    fn residuals(&self, rows: &[At], quantities: usize) -> Residuals {
         let count = self.weighed.measured.len();
-        let mut residuals =
-            Residuals { values: DVector::zeros(count), derivatives: DMatrix::zeros(count, values.len()) };
+        let mut residuals = Residuals { values: DVector::zeros(count), derivatives: DMatrix::zeros(count, quantities) };
         for (index, &(row, column)) in self.weighed.measured.iter().enumerate() {
-            let ((outputs, derivatives), place) = (&found[row], self.weighed.places[column]);
+            let ((outputs, derivatives), place) = (&rows[row], self.weighed.places[column]);
             residuals.values[index] = outputs[place] - self.table.column(column)[row];
             residuals.derivatives.row_mut(index).copy_from(&derivatives.row(place));
         }
-        Ok((residuals, start))
+        residuals
     }
 
-    fn columns(&self, residuals: &Residuals) -> Vec<Column> {
+    fn columns(&self, rows: &[At]) -> Vec<Column> {
         let units: Vec<String> = self.varying.outputs().map(|(_, unit)| unit.si.clone()).collect();
         let column = |(index, name): (usize, &String)| {
             let measured = self.table.column(index).to_vec();
-            let mut fitted = vec![f64::NAN; measured.len()];
-            for (&(row, _), left) in
-                self.weighed.measured.iter().zip(&residuals.values).filter(|((_, own), _)| *own == index)
-            {
-                fitted[row] = measured[row] + left;
-            }
+            let fitted = rows.iter().map(|(outputs, _)| outputs[self.weighed.places[index]]).collect();
             let (deviation, is_given) = self.weighed.deviations[index];
             let unit = units[self.weighed.places[index]].clone();
             Column { name: name.clone(), unit, measured, fitted, deviation, is_given }
