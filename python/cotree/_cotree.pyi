@@ -1,9 +1,11 @@
 """The part of the package that is written in Rust; `Model` is its face."""
 
 import os
-from typing import Any
+from typing import Any, final
 
 import numpy as np
+
+__all__ = ["Core", "Running", "command", "seconds", "__version__", "SceneError", "RunError"]
 
 __version__: str
 
@@ -17,8 +19,9 @@ _Value = float | str | np.floating[Any] | np.integer[Any]
 _Settings = list[tuple[str, _Value]]
 _Inputs = tuple[list[float], list[str], list[list[float]]] | None
 
+@final
 class Core:
-    def __init__(self, text: bytes, name: str) -> None: ...
+    def __new__(cls, text: bytes, name: str) -> Core: ...
     @staticmethod
     def restored(files: list[tuple[str, str]]) -> Core: ...
     def replaced(self, changes: list[tuple[str, str]]) -> Core: ...
@@ -92,6 +95,7 @@ class Core:
     ) -> str: ...
     def bench(self) -> str: ...
 
+@final
 class Running:
     @property
     def time(self) -> float: ...

@@ -51,7 +51,8 @@ pub fn study_error(error: StudyError, settings: &[(String, Value)]) -> PyErr {
 /// Faults that a scene has with other values than its own; none where nothing was set.
 pub fn unlike_the_scene(faults: &Faults, settings: &[(String, Value)]) -> Option<PyErr> {
     let set: Vec<String> = settings.iter().map(|(name, value)| format!("`{name}` is {value}")).collect();
-    let told: Vec<&str> = faults.list.iter().filter(|own| own.severity == Severity::Error).map(|own| own.message.as_str()).collect();
+    let told: Vec<&str> =
+        faults.list.iter().filter(|own| own.severity == Severity::Error).map(|own| own.message.as_str()).collect();
     (!set.is_empty()).then(|| RunError::new_err(format!("{}; {}", told.join("; "), set.join(", "))))
 }
 
@@ -65,7 +66,8 @@ pub fn run_error(error: cotree::run::RunError) -> Option<String> {
 
 /// That rounding errors are larger than the tolerance; `of` says in which runs.
 pub fn warn(py: Python<'_>, of: &str, inaccuracy: &Inaccuracy) -> PyResult<()> {
-    let text = CString::new(format!("{of}{inaccuracy}; {}", inaccuracy.help())).map_err(|error| wrong(error.to_string()))?;
+    let text =
+        CString::new(format!("{of}{inaccuracy}; {}", inaccuracy.help())).map_err(|error| wrong(error.to_string()))?;
     PyErr::warn(py, &py.get_type::<PyRuntimeWarning>(), &text, 1)
 }
 

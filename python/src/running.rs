@@ -26,7 +26,12 @@ pub struct Running {
 
 impl Running {
     /// Begins where these settings let it begin; `experiment` says when and how accurately.
-    pub fn start(py: Python<'_>, ready: Arc<Ready>, experiment: Experiment, settings: &[(String, Value)]) -> PyResult<Self> {
+    pub fn start(
+        py: Python<'_>,
+        ready: Arc<Ready>,
+        experiment: Experiment,
+        settings: &[(String, Value)],
+    ) -> PyResult<Self> {
         let description = &ready.compiled.description;
         let settings = request::settings(description, settings)?;
         let places = description.variables.iter().enumerate().map(|(place, own)| (own.name.clone(), place)).collect();
@@ -50,7 +55,8 @@ impl Running {
 
     fn place(&self, name: &str) -> PyResult<usize> {
         self.places.get(name).copied().ok_or_else(|| {
-            let known = suggest::known(name, self.ready.compiled.description.variables.iter().map(|own| own.name.as_str()));
+            let known =
+                suggest::known(name, self.ready.compiled.description.variables.iter().map(|own| own.name.as_str()));
             PyKeyError::new_err(format!("the run has no variable `{name}`; {known}; `outputs` of `start` names others"))
         })
     }
@@ -139,7 +145,8 @@ impl Running {
 
     fn restore(&self, state: Vec<u8>) -> PyResult<()> {
         let mut instance = self.instance();
-        let snapshot = Snapshot::from_bytes(instance.model(), &state).map_err(|error| wrong(format!("state: {error}")))?;
+        let snapshot =
+            Snapshot::from_bytes(instance.model(), &state).map_err(|error| wrong(format!("state: {error}")))?;
         instance.restore(&snapshot).map_err(refused)
     }
 

@@ -334,7 +334,10 @@ impl Core {
         }
         experiment.tolerance = tolerance.unwrap_or(experiment.tolerance);
         study.set_experiment(request::possible(experiment)?);
-        derivatives(py, interruptible(py, || study.sensitivities(&to, &times))?.map_err(|error| study_error(error, &settings))?)
+        derivatives(
+            py,
+            interruptible(py, || study.sensitivities(&to, &times))?.map_err(|error| study_error(error, &settings))?,
+        )
     }
 
     /// The same where the mechanism rests, with the time that this stands for.
@@ -346,7 +349,8 @@ impl Core {
         settings: Vec<(String, Value)>,
     ) -> PyResult<AtRest<'py>> {
         let mut study = self.study(of, &settings, None)?;
-        let found = interruptible(py, || study.equilibrium_sensitivities(&to))?.map_err(|error| study_error(error, &settings))?;
+        let found = interruptible(py, || study.equilibrium_sensitivities(&to))?
+            .map_err(|error| study_error(error, &settings))?;
         let times = found.times.clone();
         let (outputs, parameters, values, derivatives) = derivatives(py, found)?;
         Ok((times, outputs, parameters, values, derivatives))
@@ -355,7 +359,8 @@ impl Core {
     /// Derivatives of eigenvalues, as JSON.
     fn mode_sensitivities(&self, py: Python<'_>, to: Vec<String>, settings: Vec<(String, Value)>) -> PyResult<String> {
         let mut study = self.study(None, &settings, None)?;
-        let found = interruptible(py, || study.mode_sensitivities(&to))?.map_err(|error| study_error(error, &settings))?;
+        let found =
+            interruptible(py, || study.mode_sensitivities(&to))?.map_err(|error| study_error(error, &settings))?;
         Ok(found.report().data.to_string())
     }
 
@@ -388,7 +393,8 @@ impl Core {
         let experiment = times.experiment(study.experiment())?;
         study.set_experiment(experiment);
         let at: Vec<f64> = points(experiment).collect();
-        let found = interruptible(py, || study.features(&to, &at, &levels))?.map_err(|error| study_error(error, &settings))?;
+        let found =
+            interruptible(py, || study.features(&to, &at, &levels))?.map_err(|error| study_error(error, &settings))?;
         Ok(found.report().data.to_string())
     }
 
@@ -426,8 +432,7 @@ impl Core {
     fn bench(&self, py: Python<'_>) -> PyResult<String> {
         let ready = self.ready(py, Variant::default())?;
         let experiment = ready.compiled.description.experiment;
-        let measured =
-            interruptible(py, || bench::measure(&ready.model, &ready.compiled.reported(), experiment))?;
+        let measured = interruptible(py, || bench::measure(&ready.model, &ready.compiled.reported(), experiment))?;
         let measured = measured.map_err(RunError::new_err)?;
         serde_json::to_string(&measured).map_err(file_error)
     }

@@ -4,7 +4,10 @@ import re
 import shutil
 
 import matplotlib
+import numpy
 import pytest
+
+import cotree
 
 matplotlib.use("Agg")
 
@@ -21,3 +24,17 @@ def test_the_code_of_a_page_runs(page, root, tmp_path, monkeypatch):
     if page == "docs/python.md":
         assert names["results"].units["crank.angle"] == "rad"
         assert abs(names["model"].fit(names["measured"], vary="rod_length")["rod_length"] - 1.45) < 1e-3
+
+
+def test_the_gradient_for_jax_is_that_of_differences(root, tmp_path, monkeypatch):
+    pytest.importorskip("jax")
+    shutil.copytree(root / "models", tmp_path / "models")
+    monkeypatch.chdir(tmp_path)
+    [block] = [own for own in re.findall(r"^```python no_run\n(.*?)^```", (root / "docs/python.md").read_text(), re.MULTILINE | re.DOTALL) if "jax" in own]
+    *before, last = block.strip().splitlines()
+    names = {"np": numpy, "model": cotree.load("models/slider_crank/scene.toml")}
+    exec(compile("\n".join(before), "docs/python.md", "exec"), names)
+    gradient = eval(last, names)
+    cost = lambda x: (names["both"](numpy.array(x))[0] ** 2).sum()
+    for place, by in enumerate(numpy.eye(2) * 1e-6):
+        assert gradient[place] == pytest.approx((cost([1.5, 0.5] + by) - cost([1.5, 0.5] - by)) / 2e-6, rel=1e-6)
