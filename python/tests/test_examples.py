@@ -2,6 +2,7 @@
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -136,3 +137,29 @@ def test_the_notebook_runs(tmp_path):
     kinds = {kind for output in shown for kind in output.get("data", {})}
     assert {"text/html", "text/latex"} <= kinds
     assert not [output for output in shown if output.output_type == "error"]
+
+
+def test_dask_workers_need_no_file_of_the_scene(tmp_path):
+    """Parts are gone and the workers are in another folder: the model that is sent has all that it has read."""
+    pytest.importorskip("dask.distributed")
+    (tmp_path / "elsewhere").mkdir()
+    code = (
+        "import os, shutil, sys\n"
+        "import cotree\n"
+        "from dask.distributed import Client, LocalCluster\n"
+        "def worker(model):\n"
+        "    return os.getcwd(), model.simulate(stop=0.1, step=0.1)['car.y'].tolist()\n"
+        "if __name__ == '__main__':\n"
+        "    model = cotree.load('axle/scene.toml')\n"
+        "    here = model.simulate(stop=0.1, step=0.1)['car.y'].tolist()\n"
+        "    shutil.rmtree('axle')\n"
+        "    os.chdir('elsewhere')\n"
+        "    with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:\n"
+        "        [(folder, there)] = client.gather([client.submit(worker, model)])\n"
+        "    print(folder.endswith('elsewhere'), here == there)\n"
+    )
+    shutil.copytree(MANY.parents[1] / "models/double_wishbone", tmp_path / "axle")
+    script = tmp_path / "sent.py"
+    script.write_text(code)
+    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert done.returncode == 0 and done.stdout.split() == ["True", "True"], done.stderr
