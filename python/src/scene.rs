@@ -137,7 +137,7 @@ impl Core {
         values: PyReadonlyArray2<'py, f64>,
         threads: usize,
     ) -> PyResult<Vec<Rows<'py>>> {
-        let ready = self.ready_for(py, outputs, &settings)?;
+        let ready = self.ready_for(py, outputs, &settings, &names)?;
         let reported = ready.compiled.reported();
         let width = reported.len();
         let all: Vec<f64> = points(times.experiment(ready.compiled.description.experiment)?).collect();
@@ -172,7 +172,7 @@ impl Core {
         let measures: Result<Vec<Measure>, String> = measures.iter().map(|text| text.parse()).collect();
         let measures = measures.map_err(wrong)?;
         let variables = measures.iter().map(|measure| measure.variable.clone()).collect();
-        let ready = self.ready_for(py, Some(variables), &settings)?;
+        let ready = self.ready_for(py, Some(variables), &settings, &names)?;
         let variables = &ready.compiled.description.variables;
         let place = |name: &String| variables.iter().position(|variable| variable.name == *name);
         let reported: Option<Vec<usize>> = measures.iter().map(|measure| place(&measure.variable)).collect();
@@ -208,7 +208,7 @@ impl Core {
         settings: Vec<(String, Value)>,
         outputs: Option<Vec<String>>,
     ) -> PyResult<Running> {
-        let ready = self.ready_for(py, outputs, &settings)?;
+        let ready = self.ready_for(py, outputs, &settings, &[])?;
         let experiment = times.experiment(ready.compiled.description.experiment)?;
         Running::start(py, ready, experiment, &settings)
     }
@@ -216,7 +216,7 @@ impl Core {
     /// Texts with units as numbers, in the SI unit of what can be set by this name.
     fn numbers(&self, py: Python<'_>, name: String, values: Vec<Value>) -> PyResult<Vec<f64>> {
         let settings: Vec<(String, Value)> = values.into_iter().map(|value| (name.clone(), value)).collect();
-        let ready = self.ready_for(py, None, &settings)?;
+        let ready = self.ready_for(py, None, &settings, &[])?;
         let numbers = request::settings(&ready.compiled.description, &settings)?;
         Ok(numbers.into_iter().map(|(_, value)| value).collect())
     }
@@ -459,14 +459,16 @@ impl Core {
         Ok(ready)
     }
 
-    /// The compiled scene, with what is set known at its start.
+    /// The compiled scene, with what is set or varied known at its start.
     fn ready_for(
         &self,
         py: Python<'_>,
         outputs: Option<Vec<String>>,
         settings: &[(String, Value)],
+        varied: &[String],
     ) -> PyResult<Arc<Ready>> {
-        let variant = Variant { known: self.known(settings), ..Variant::of(outputs) };
+        let names = settings.iter().map(|(name, _)| name).chain(varied);
+        let variant = Variant { known: self.known(names), ..Variant::of(outputs) };
         let without = variant.known.is_empty();
         self.ready(py, variant.clone()).map_err(|error| {
             // The scene is right by itself: what was set does not fit.
@@ -477,7 +479,7 @@ impl Core {
     }
 
     /// Variables among the names that are set, but neither parameters nor inputs nor in `[initial]`: positions and velocities that the scene leaves open.
-    fn known(&self, settings: &[(String, Value)]) -> Vec<String> {
+    fn known<'n>(&self, names: impl Iterator<Item = &'n String>) -> Vec<String> {
         let scene = &self.scene;
         let is_written = |name: &str| {
             let parameters = scene.parameters.iter().map(|own| &own.name.text);
@@ -485,12 +487,14 @@ impl Core {
             let initial = scene.initial.iter().map(|own| &own.variable.text);
             parameters.chain(inputs).chain(initial).any(|own| own == name)
         };
-        let left: Vec<&str> = settings.iter().map(|(name, _)| name.as_str()).filter(|name| !is_written(name)).collect();
+        let mut left: Vec<&String> = names.filter(|name| !is_written(name)).collect();
+        left.sort_unstable();
+        left.dedup();
         if left.is_empty() {
             return Vec::new();
         }
         let variables = scene.variables().unwrap_or_default();
-        left.into_iter().filter(|name| variables.contains_key(*name)).map(str::to_owned).collect()
+        left.into_iter().filter(|name| variables.contains_key(*name)).cloned().collect()
     }
 
     /// The scene with these outputs and with what is known at its start.
@@ -523,7 +527,10 @@ impl Core {
     }
 
     fn study_of(&self, scene: Scene, settings: &[(String, Value)], inputs: Option<Columns>) -> PyResult<Study> {
-        let scene = self.known(settings).iter().fold(scene, |scene, name| scene.initial(name, 0.0));
+        let scene = self
+            .known(settings.iter().map(|(name, _)| name))
+            .iter()
+            .fold(scene, |scene, name| scene.initial(name, 0.0));
         let mut study = Study::new(&scene).map_err(|faults| scene_error(&faults))?;
         let wrongs = settings.iter().map(|(name, value)| {
             study.set(name, |unit| value.read(unit)).map_err(|message| format!("{name}: {message}"))

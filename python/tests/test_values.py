@@ -155,6 +155,8 @@ def test_a_velocity_that_the_scene_leaves_open_can_be_set():
     assert model.simulate(stop=0.01)["bob.omega"][0] == 0.0
     runs = model.start(set={"bob.omega": "90 deg/s"})
     assert runs["bob.omega"] == pytest.approx(np.pi / 2)
+    assert [run["bob.omega"][0] for run in model.simulate_many({"bob.omega": [1.0, "90 deg/s"]}, stop=0.01)] == [1.0, pytest.approx(np.pi / 2)]
+    assert model.measure("first(bob.omega)", {"bob.omega": [1.0, 3.0]}, stop=0.01)["first(bob.omega)"].tolist() == [1.0, 3.0]
     assert model.linearize(set={"bob.omega": 2.0}).rates[0] == pytest.approx(2.0)
     with pytest.raises(cotree.RunError, match="hinge.fy"):
         model.simulate(set={"hinge.fy": 2.0})

@@ -42,11 +42,11 @@ impl Driven {
         self.table.as_ref().map_or_else(Vec::new, |table| knots(table, span))
     }
 
-    /// Sets them at the start of a motion or at one of their knots.
+    /// Sets them at the start of a motion or at one of their knots; where the motion stops nothing follows, and rates are those of the way there, as in a simulation that stops there.
     ///
     /// # Errors
     /// A value that is out of bounds.
-    pub fn set(&self, motion: &mut Instance, time: f64) -> Result<(), InstanceError> {
+    pub fn set(&self, motion: &mut Instance, time: f64, stops: bool) -> Result<(), InstanceError> {
         let Some(table) = &self.table else { return Ok(()) };
         let program = motion.model().program();
         let variable = |&input: &usize| {
@@ -54,6 +54,6 @@ impl Driven {
             program.variables.iter().position(|own| own.name == *name).unwrap_or(program.variables.len())
         };
         let variables: Vec<usize> = self.inputs.iter().map(variable).collect();
-        set_inputs(motion, (table, &variables), time, false)
+        set_inputs(motion, (table, &variables), time, stops)
     }
 }

@@ -184,7 +184,7 @@ impl Study {
         let driven = self.driven.clone();
         self.formulated(&self.mechanism.clone(), |formulated| {
             let variation = Variation::new(formulated);
-            let point = Followed::new(formulated, driven)?.point(time)?;
+            let point = Followed::new(formulated, driven)?.point(time, time)?;
             vibration(formulated, &variation, &point, false)
         })
     }
@@ -218,8 +218,10 @@ fn along(formulated: &mut Formulated, driven: Driven, times: &[f64]) -> Result<V
     let variation = Variation::new(formulated);
     let mut motion = Followed::new(formulated, driven)?;
     let mut systems: Vec<StateSpace> = Vec::with_capacity(times.len());
+    let end = times.last().copied().unwrap_or_default();
     for &time in times {
-        systems.push(StateSpace::new(formulated, &variation, &motion.point(time)?, systems.last())?.with_outputs()?);
+        systems
+            .push(StateSpace::new(formulated, &variation, &motion.point(time, end)?, systems.last())?.with_outputs()?);
     }
     Ok(systems)
 }
@@ -245,7 +247,7 @@ fn vibration(
 /// # Errors
 /// The motion cannot be continued until then.
 pub fn state_at(formulated: &Formulated, time: f64) -> Result<State, Failure> {
-    Followed::new(formulated, Driven::default())?.state(time)
+    Followed::new(formulated, Driven::default())?.state(time, time)
 }
 
 /// A motion from its start on.
@@ -263,16 +265,16 @@ impl Followed {
         let model = Arc::new(Model::new(program)?);
         let mut instance = Instance::new(Arc::clone(&model));
         instance.setup(experiment.start, None, Some(experiment.tolerance))?;
-        driven.set(&mut instance, experiment.start)?;
+        driven.set(&mut instance, experiment.start, false)?;
         instance.initialise()?;
         Ok(Followed { model, instance, driven })
     }
 
-    /// Moves on to a time, not before the last one.
-    fn state(&mut self, time: f64) -> Result<State, Failure> {
+    /// Moves on to a time, not before the last one, of a motion that ends then or later.
+    fn state(&mut self, time: f64, end: f64) -> Result<State, Failure> {
         for knot in self.driven.knots([self.instance.time(), time]) {
             self.instance.step_to(knot)?;
-            self.driven.set(&mut self.instance, knot)?;
+            self.driven.set(&mut self.instance, knot, knot == end)?;
         }
         if time > self.instance.time() {
             self.instance.step_to(time)?;
@@ -280,8 +282,8 @@ impl Followed {
         Ok(self.instance.state())
     }
 
-    fn point(&mut self, time: f64) -> Result<Point, Failure> {
-        let state = self.state(time)?;
+    fn point(&mut self, time: f64, end: f64) -> Result<Point, Failure> {
+        let state = self.state(time, end)?;
         Point::moving(&self.model, &state)
     }
 }

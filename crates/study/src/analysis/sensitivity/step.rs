@@ -117,7 +117,7 @@ impl<'f> Course<'f> {
         if let Some(pose) = from {
             motion.start_from(pose.clone())?;
         }
-        driven.set(&mut motion, experiment.start)?;
+        driven.set(&mut motion, experiment.start, false)?;
         motion.initialise()?;
         let empty = DMatrix::zeros(formulated.equations.coordinates.len(), varied.len());
         let scale = model.program().coordinates.iter().fold(0.0, |most: f64, own| most.max(own.scale));
@@ -205,15 +205,15 @@ impl<'f> Course<'f> {
         for knot in self.driven.knots([begin, end]) {
             let (now, later) = due.split_at(due.partition_point(|&time| time < knot));
             self.run_smoothly(now, [knot, end - begin], most, &mut report)?;
-            self.pass_knot(knot)?;
+            self.pass_knot(knot, knot == end)?;
             due = later;
         }
         self.run_smoothly(due, [end, end - begin], most, &mut report)
     }
 
     /// Sets the inputs anew where they bend or jump. That happens at the same time for all parameters: q_p and v_p go on as they are.
-    fn pass_knot(&mut self, time: f64) -> Result<(), Failure> {
-        self.driven.set(&mut self.motion, time)?;
+    fn pass_knot(&mut self, time: f64, stops: bool) -> Result<(), Failure> {
+        self.driven.set(&mut self.motion, time, stops)?;
         self.begun = None;
         if !self.sides.is_empty() {
             self.sides = sides(&switches(&mut self.motion)?);
