@@ -63,6 +63,7 @@ mod nearly_neutral;
 mod no_allocation;
 mod only_what_is_needed;
 mod open_loops;
+mod optimize;
 mod other_starts;
 mod pages;
 mod paper_counts;

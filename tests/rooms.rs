@@ -76,7 +76,7 @@ const CRATES: [Crate; 8] = [
     (
         "cotree_study",
         "crates/study/src",
-        &["analysis", "bench", "compare", "contact", "motion", "sweep", "fit", "synthesis"],
+        &["analysis", "bench", "compare", "contact", "motion", "sweep", "fit", "optimize", "synthesis"],
     ),
     (
         "cotree_draw",

@@ -191,3 +191,30 @@ fn the_limit_that_removed_the_last_one_is_named() {
     let text = answer.report().text(&cotree_study::synthesis::report::usual());
     assert!(text.contains("no linkage is left; what removed the last"), "{text}");
 }
+
+/// A parabola is followed best by bars hundreds of times as long as the ground, of which nobody can make one: they are left out with their number, and asked for by `length` they come.
+#[test]
+fn bars_out_of_all_proportion_are_left_out_and_said() {
+    let law = "name = \"square\"\n[function]\noutput = \"x^2\"\nx = [0, 1]\ninput = [\"0 deg\", \"90 deg\"]\nrange = [\"0 deg\", \"90 deg\"]\nground = \"0.5 m\"\n";
+    let answer = answered(law);
+    let longest = |answer: &Answer| {
+        let lengths = answer.good().flat_map(|own| own.lengths).flatten();
+        lengths.fold(0.0, f64::max)
+    };
+    assert!(answer.good().count() > 0 && longest(&answer) <= 20.0 * 0.5, "{}", longest(&answer));
+    assert!(answer.good().all(|own| own.driven.is_some_and(|miss| miss <= 1e-9)));
+    assert!(
+        answer.left_out.iter().any(|(reason, count)| reason.contains("20 times") && *count > 0),
+        "{:?}",
+        answer.left_out
+    );
+    let asked = answered(&format!("{law}[limits]\nlength = [\"1 mm\", \"1 km\"]\n"));
+    assert!(asked.left_out.keys().all(|reason| !reason.contains("20 times")), "{:?}", asked.left_out);
+    // What is written is driven once more by the command, over the whole way.
+    let folder = tempfile::tempdir().unwrap();
+    printed(folder.path(), law, &["-o", "found"]);
+    for index in 1..=answer.good().count() {
+        let output = cotree(folder.path(), &["simulate", &format!("found/{index}.toml"), "-o", "run.csv"]);
+        assert_eq!(code(&output), 0, "{index}: {}", stderr(&output));
+    }
+}

@@ -18,20 +18,28 @@ const KINDS: [(&str, Statistic); 10] = [
     ("when_min", Statistic::WhenMin),
 ];
 
+/// What a measure makes of the values of its variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Statistic {
+pub enum Statistic {
+    /// The largest.
     Max,
+    /// The smallest.
     Min,
-    /// Of the magnitude.
+    /// The largest magnitude.
     Peak,
-    /// Largest less smallest.
+    /// The largest less the smallest.
     Range,
-    /// Over time.
+    /// The mean over time.
     Mean,
+    /// The root of the mean square over time.
     RootMeanSquare,
+    /// The first.
     First,
+    /// The last.
     Last,
+    /// When the largest is reached.
     WhenMax,
+    /// When the smallest is reached.
     WhenMin,
 }
 
@@ -74,6 +82,11 @@ impl std::fmt::Display for Measure {
 }
 
 impl Measure {
+    /// What it makes of the variable.
+    pub fn statistic(&self) -> Statistic {
+        self.kind
+    }
+
     /// Does it follow from the two ends of a run?
     pub fn is_of_ends(&self) -> bool {
         matches!(self.kind, Statistic::First | Statistic::Last)

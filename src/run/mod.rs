@@ -18,7 +18,7 @@ use crate::model::Experiment;
 use crate::report::csv::Table;
 pub use gaps::Gaps;
 pub use many::{Ended, Ensemble, Settings};
-pub use measure::Measure;
+pub use measure::{Measure, Statistic};
 pub use results::{Column, Results, SimulateError};
 
 /// What to simulate.

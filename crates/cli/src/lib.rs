@@ -26,6 +26,7 @@ mod linearize;
 mod modes;
 mod motion;
 mod new;
+mod optimize;
 mod output;
 mod show;
 mod simulate;
@@ -91,6 +92,7 @@ enum Command {
     Simulate(simulate::Simulate),
     Sweep(sweep::Sweep),
     Fit(fit::Fit),
+    Optimize(optimize::Optimize),
     View(view::View),
     Watch(watch::Watch),
     Trace(trace::Trace),
@@ -135,6 +137,7 @@ pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Simulate(command) => command.run(format),
         Command::Sweep(command) => command.run(format),
         Command::Fit(command) => command.run(format),
+        Command::Optimize(command) => command.run(format),
         Command::View(command) => command.run(format),
         Command::Watch(command) => command.run(),
         Command::Trace(command) => command.run(format),

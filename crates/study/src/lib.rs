@@ -26,6 +26,8 @@ pub mod fit;
 #[doc(hidden)]
 pub mod motion;
 #[doc(hidden)]
+pub mod optimize;
+#[doc(hidden)]
 pub mod sweep;
 #[doc(hidden)]
 pub mod synthesis;

@@ -80,6 +80,9 @@ pub enum Failure {
         time: f64,
         what: String,
     },
+    /// One turn or stroke of an input, and its figures.
+    #[error("{0}")]
+    Turn(String),
     #[error("the eigenvalues cannot be computed: the iteration does not converge")]
     Eigenvalues,
     /// What is computed here leaves the range of numbers.

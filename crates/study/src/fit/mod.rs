@@ -16,10 +16,12 @@ use thiserror::Error;
 
 use crate::analysis::{Along, AlongAt as At, Failure, Guess, Study, StudyError, Varying};
 use estimate::Estimates;
+pub(crate) use levenberg::Residuals;
+use levenberg::minimise;
 pub use levenberg::{Ended, Trial};
-use levenberg::{Residuals, minimise};
 use request::Weighed;
 pub use request::{Request, Vary};
+pub(crate) use request::{bounds, check_times, places};
 pub use written::with_values;
 
 /// Motions are computed at most so often, and so often more for each quantity.
@@ -32,8 +34,6 @@ const KNOWN: f64 = 1e-3;
 const LEAST: f64 = 1e-9;
 /// A motion that is so many times the work of the first one is none that fits: what was measured has happened in a time like that of the first.
 const DEAREST: u64 = 100;
-/// A guess that is further away from what has become of it, in units of its scale, is written anew.
-const MOVED: f64 = 0.1;
 
 /// What was found.
 #[derive(Clone, Debug, PartialEq)]
@@ -188,8 +188,7 @@ impl Problem<'_, '_> {
             let correlation = estimates.correlation(start.len());
             let (times, columns) = (self.table.times().to_vec(), self.columns(&rows));
             let ended = found.ended;
-            let mut guesses = self.varying.guesses(&start_pose)?;
-            guesses.retain(|own| (own.found - own.guessed).abs() > MOVED * own.scale);
+            let guesses = self.varying.moved_guesses(&start_pose)?;
             return Ok(Ok(Fit { name, quantities, correlation, times, columns, evaluations, ended, guesses }));
         }
         let message = "the standard deviations of the columns do not settle: give them (--sigma), or fit one column";

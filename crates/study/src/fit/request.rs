@@ -64,9 +64,9 @@ impl Request {
     /// Everything that is wrong is said.
     pub(super) fn weighed(&self, varying: &Varying, experiment: Experiment) -> Result<Weighed, Vec<String>> {
         let mut faults = Vec::new();
-        let bounds = self.bounds(varying.parameters(), &mut faults);
-        let places = self.places(varying, &mut faults);
-        self.check_times(experiment, &mut faults);
+        let bounds = bounds(&self.vary, varying.parameters(), &mut faults);
+        let places = places(&self.table, varying, &mut faults);
+        check_times(&self.table, experiment, &mut faults);
         let measured = measured(&self.table);
         let empty = (0..self.table.names().len()).filter(|column| measured.iter().all(|(_, own)| own != column));
         faults.extend(empty.map(|column| format!("the column `{}` has no value", self.table.names()[column])));
@@ -85,66 +85,6 @@ impl Request {
         if faults.is_empty() { Ok(Weighed { bounds, places, measured, deviations, extents }) } else { Err(faults) }
     }
 
-    fn bounds(&self, parameters: &[Varied], faults: &mut Vec<String>) -> Vec<[f64; 2]> {
-        if self.vary.is_empty() {
-            faults.push("nothing is varied".to_owned());
-        }
-        let mut bounds = Vec::with_capacity(parameters.len());
-        for (index, (vary, own)) in self.vary.iter().zip(parameters).enumerate() {
-            if self.vary[..index].iter().any(|other| other.name == vary.name) {
-                faults.push(format!("`{}` is varied twice", vary.name));
-            }
-            let mut range = [own.bounds[0].unwrap_or(f64::NEG_INFINITY), own.bounds[1].unwrap_or(f64::INFINITY)];
-            for (place, text) in vary.bounds.iter().enumerate() {
-                let Some(text) = text else { continue };
-                match quantity(text, &own.unit).and_then(|value| own.unit.permit(value, own.bounds).map(|()| value)) {
-                    Ok(value) => range[place] = value,
-                    Err(message) => faults.push(format!("`{}={text}`: {message}", vary.name)),
-                }
-            }
-            let ([low, high], start, unit) = (range, own.start, &own.unit.si);
-            if low >= high {
-                faults.push(format!("`{}`: {low:?} {unit} is not below {high:?} {unit}", vary.name));
-            } else if !(low..=high).contains(&start) {
-                let name = &vary.name;
-                faults.push(format!("`{name}` starts at {start:?} {unit}, outside {low:?}..{high:?} {unit}; set it"));
-            }
-            bounds.push(range);
-        }
-        bounds
-    }
-
-    fn places(&self, varying: &Varying, faults: &mut Vec<String>) -> Vec<usize> {
-        if self.table.names().is_empty() {
-            faults.push("the table has no column beside `time`".to_owned());
-        }
-        let mut places = Vec::new();
-        for (name, unit) in self.table.names().iter().zip(self.table.units()) {
-            let Some((place, (_, own))) = varying.outputs().enumerate().find(|(_, (own, _))| own == name) else {
-                let known = suggest::known(name, varying.outputs().map(|(own, _)| own));
-                faults.push(format!("the column `{name}` is no output; {known}"));
-                continue;
-            };
-            if let Some(unit) = unit.as_ref().filter(|unit| !own.si.is_empty() && !unit.is_compatible(own)) {
-                faults.push(format!("the column `{name}` is in `{}`, but the variable in `{}`", unit.shown(), own.si));
-            }
-            places.push(place);
-        }
-        places
-    }
-
-    fn check_times(&self, Experiment { start, stop, .. }: Experiment, faults: &mut Vec<String>) {
-        let outside = |time: &&f64| !(start..=stop).contains(*time);
-        let times = self.table.times();
-        if let Some(first) = times.iter().find(outside) {
-            let (count, all) = (times.iter().filter(outside).count(), times.len());
-            let help = "leave these rows out, or change the times of the experiment";
-            faults.push(format!(
-                "{count} of {all} times, the first {first:?} s, are outside the experiment, {start:?} s to {stop:?} s; {help}"
-            ));
-        }
-    }
-
     /// The column, and its standard deviation.
     fn deviation(&self, varying: &Varying, name: &str, text: &str) -> Result<(usize, f64), String> {
         let names = self.table.names();
@@ -160,6 +100,69 @@ impl Request {
             true => Ok((column, value)),
             false => Err(format!("`{name}={text}`: a standard deviation is above zero")),
         }
+    }
+}
+
+/// The bounds of what is varied, SI: those that are asked for, else those of the scene.
+pub(crate) fn bounds(varied: &[Vary], parameters: &[Varied], faults: &mut Vec<String>) -> Vec<[f64; 2]> {
+    if varied.is_empty() {
+        faults.push("nothing is varied".to_owned());
+    }
+    let mut bounds = Vec::with_capacity(parameters.len());
+    for (index, (vary, own)) in varied.iter().zip(parameters).enumerate() {
+        if varied[..index].iter().any(|other| other.name == vary.name) {
+            faults.push(format!("`{}` is varied twice", vary.name));
+        }
+        let mut range = [own.bounds[0].unwrap_or(f64::NEG_INFINITY), own.bounds[1].unwrap_or(f64::INFINITY)];
+        for (place, text) in vary.bounds.iter().enumerate() {
+            let Some(text) = text else { continue };
+            match quantity(text, &own.unit).and_then(|value| own.unit.permit(value, own.bounds).map(|()| value)) {
+                Ok(value) => range[place] = value,
+                Err(message) => faults.push(format!("`{}={text}`: {message}", vary.name)),
+            }
+        }
+        let ([low, high], start, unit) = (range, own.start, &own.unit.si);
+        if low >= high {
+            faults.push(format!("`{}`: {low:?} {unit} is not below {high:?} {unit}", vary.name));
+        } else if !(low..=high).contains(&start) {
+            let name = &vary.name;
+            faults.push(format!("`{name}` starts at {start:?} {unit}, outside {low:?}..{high:?} {unit}; set it"));
+        }
+        bounds.push(range);
+    }
+    bounds
+}
+
+/// The output of each column of a table.
+pub(crate) fn places(table: &Table, varying: &Varying, faults: &mut Vec<String>) -> Vec<usize> {
+    if table.names().is_empty() {
+        faults.push("the table has no column beside `time`".to_owned());
+    }
+    let mut places = Vec::new();
+    for (name, unit) in table.names().iter().zip(table.units()) {
+        let Some((place, (_, own))) = varying.outputs().enumerate().find(|(_, (own, _))| own == name) else {
+            let known = suggest::known(name, varying.outputs().map(|(own, _)| own));
+            faults.push(format!("the column `{name}` is no output; {known}"));
+            continue;
+        };
+        if let Some(unit) = unit.as_ref().filter(|unit| !own.si.is_empty() && !unit.is_compatible(own)) {
+            faults.push(format!("the column `{name}` is in `{}`, but the variable in `{}`", unit.shown(), own.si));
+        }
+        places.push(place);
+    }
+    places
+}
+
+/// Are all times of a table within the experiment?
+pub(crate) fn check_times(table: &Table, Experiment { start, stop, .. }: Experiment, faults: &mut Vec<String>) {
+    let outside = |time: &&f64| !(start..=stop).contains(*time);
+    let times = table.times();
+    if let Some(first) = times.iter().find(outside) {
+        let (count, all) = (times.iter().filter(outside).count(), times.len());
+        let help = "leave these rows out, or change the times of the experiment";
+        faults.push(format!(
+            "{count} of {all} times, the first {first:?} s, are outside the experiment, {start:?} s to {stop:?} s; {help}"
+        ));
     }
 }
 

@@ -79,6 +79,9 @@ const MET: f64 = 1e-9;
 /// A bar that is shorter than this share of the longest is none.
 const NO_BAR: f64 = 1e-4;
 
+/// Where the task says nothing of lengths, a bar of a function's linkage that is longer than so many grounds is none: its end hardly leaves a straight line.
+const FAR: f64 = 20.0;
+
 /// Finds the linkages for a task; with `all`, those that are not good too.
 ///
 /// # Errors
@@ -163,8 +166,13 @@ fn best(candidate: &Candidate, limits: &Limits, task: &Task) -> Option<Judged> {
         let defect = verdict.defects.first().map(|defect| (*defect as usize + 1, reason_of(*defect).to_owned(), 0.0));
         let nothing =
             (shortest < NO_BAR * longest).then(|| (0, "a bar is next to nothing beside the others".to_owned(), 0.0));
+        let far = match &task.kind {
+            Kind::Function { ground, is_slider: false, .. } => limits.length.is_none() && longest > FAR * ground,
+            Kind::Function { .. } | Kind::Poses { .. } | Kind::Path { .. } | Kind::Stroke { .. } => false,
+        };
+        let far = far.then(|| (0, format!("a bar is more than {FAR} times as long as the ground, and `length` in `[limits]` does not ask for it"), 0.0));
         let limit = missed.map(|(limit, miss)| (limit as usize + 4, format!("limit `{}`", limit.name()), miss));
-        let (stage, reason, miss) = match nothing.or(defect).or(limit) {
+        let (stage, reason, miss) = match nothing.or(far).or(defect).or(limit) {
             Some((stage, reason, miss)) => (stage, Some(reason), miss),
             None => (10, None, 0.0),
         };

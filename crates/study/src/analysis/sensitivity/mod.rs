@@ -36,6 +36,9 @@ pub use rest::ModeChanges;
 pub use step::At;
 use step::Course;
 
+/// A guess that is further away from what has become of it, in units of its scale, is written anew.
+const MOVED: f64 = 0.1;
+
 /// Derivatives of outputs along a motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sensitivities {
@@ -190,6 +193,18 @@ impl<'f> Varying<'f> {
         };
         let guesses = initial.positions.iter().enumerate().filter(|(_, condition)| !condition.known);
         Ok(guesses.filter_map(guess).collect())
+    }
+}
+
+impl Varying<'_> {
+    /// Those of them that are so far from what has become of them that they are written anew.
+    ///
+    /// # Errors
+    /// A program that is none.
+    pub fn moved_guesses(&self, start: &State) -> Result<Vec<Guess>, Failure> {
+        let mut guesses = self.guesses(start)?;
+        guesses.retain(|own| (own.found - own.guessed).abs() > MOVED * own.scale);
+        Ok(guesses)
     }
 }
 

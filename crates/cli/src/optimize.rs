@@ -1,0 +1,198 @@
+//! `cotree optimize`
+
+use std::path::PathBuf;
+use std::sync::atomic::Ordering;
+
+use clap::{ArgGroup, Args};
+use cotree::scene::Scene;
+use cotree_study::fit::{Vary, with_values};
+use cotree_study::motion;
+use cotree_study::optimize::{self, Aim, Best, Ended, Goal, Limit, OptimizeError, Progress, Request};
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::columns::Columns;
+use super::failure::Failure;
+use super::times::Times;
+use super::units::InUnits;
+use super::{MessageFormat, output, stop, study};
+
+/// Searches of an experiment, and of a turn, each of whose motions is computed again beside it for each quantity.
+const STARTS: usize = 64;
+const TURN_STARTS: usize = 8;
+
+/// Find the best values of parameters: measures made small or large within limits, or a curve that is met
+///
+/// Parameters, constant inputs and initial values are changed by sequential quadratic programming with the exact derivatives of the motion, from many starts: the scene's values, and points
+/// between the bounds. Optima that differ are listed with how often each was reached, and limits with what they cost. The same --seed gives the same result. Ctrl-C ends the search with the
+/// best values so far.
+#[derive(Args)]
+#[command(group = ArgGroup::new("aim").required(true).args(["minimize", "maximize", "matched"]))]
+#[command(after_help = "Examples:\n  \
+                  cotree optimize press.toml --vary \"crank=40..160 mm,rod=0.2..0.8 m\" --minimize \"peak(crank_pivot.torque)\" \\\n      \
+                  --subject-to \"range(ram.s) = 120 mm\" -o best.toml\n  \
+                  cotree optimize walker.toml --vary \"crank=5..30 mm,rod=20..90 mm\" --match path.csv --starts 200\n\n\
+                  Measures: max, min, peak (of the magnitude), range, mean, rms, first, last of a variable; a variable alone is its\n\
+                  last value. Sums have weights: \"peak(a.torque) + 0.1*rms(b.fn)\".\n\
+                  Limits: \"max(x) <= 3 mm\", \">=\", \"=\".")]
+pub struct Optimize {
+    /// Scene file (TOML or JSON)
+    scene: PathBuf,
+    /// What is varied, with bounds: parameters, constant inputs or initial values, such as "crank=40..160 mm,rod=0.2..0.8 m" [bounds by default: the scene's]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', required = true)]
+    vary: Vec<String>,
+    /// What is to be small: a measure such as "peak(motor.torque)", or a sum of some
+    #[arg(long, value_name = "MEASURE", allow_hyphen_values = true)]
+    minimize: Option<String>,
+    /// What is to be large
+    #[arg(long, value_name = "MEASURE", allow_hyphen_values = true)]
+    maximize: Option<String>,
+    /// What is to be met, by least squares: a CSV file with the columns `time` and variables of the scene
+    #[arg(id = "matched", long = "match", value_name = "FILE")]
+    matched: Option<PathBuf>,
+    #[command(flatten)]
+    columns: Columns,
+    /// A limit, such as "range(ram.s) = 120 mm"; may be given several times
+    #[arg(long = "subject-to", value_name = "LIMIT", allow_hyphen_values = true)]
+    limits: Vec<String>,
+    /// Measure the figures of one turn or stroke of this joint, as `motion` does, instead of the experiment: transmission, time_ratio, stroke, drive, |shaking force| and other columns of its table
+    #[arg(long, value_name = "JOINT", conflicts_with = "matched")]
+    turn: Option<String>,
+    /// What is of interest in a turn: a joint on the ground, a variable or an output of the scene [default: the first other joint that can move]
+    #[arg(long = "of", value_name = "NAME", requires = "turn")]
+    of_interest: Option<String>,
+    /// Set a parameter or an input, also where the first search begins; may be given several times
+    #[arg(long = "set", value_name = "NAME=VALUE")]
+    settings: Vec<String>,
+    #[arg(
+        long,
+        value_name = "COUNT",
+        help = "How many searches there are, each from its own start; the first is from the scene's values [default: 64; of turns, which take longer, 8]"
+    )]
+    starts: Option<usize>,
+    /// Which starts: the same seed gives the same ones
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// How many searches at a time [default: one for each processor]
+    #[arg(long, value_name = "COUNT", default_value_t = 0, hide_default_value = true)]
+    threads: usize,
+    #[command(flatten)]
+    units: InUnits,
+    /// The result as JSON, for scripts, in SI units
+    #[arg(long)]
+    json: bool,
+    /// Where each search ended: a CSV file
+    #[arg(long, value_name = "FILE")]
+    table: Option<PathBuf>,
+    /// Write the scene with the best values; all else in it stays as it is
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    #[command(flatten)]
+    times: Times,
+}
+
+impl Optimize {
+    pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
+        output::apart(&[Some(&self.scene), self.matched.as_deref()], &[self.table.as_deref(), self.output.as_deref()])?;
+        output::is_table(self.table.as_deref(), "; with --json everything is printed as JSON")?;
+        let scene = output::load(&self.scene)?;
+        let request = self.request(&scene)?;
+        let units = self.units.of(&scene)?.units;
+        let variables = request.variables();
+        let reporting = scene.reporting(variables.iter().map(String::as_str));
+        let mut study = study::with_settings(&reporting, &self.settings).map_err(asked)?;
+        study.set_experiment(self.times.experiment(study.experiment())?);
+        let (stop, bar) = (stop::listen()?, bar(request.starts));
+        let found = optimize::optimize(&scene, &mut study, &request, &|progress| {
+            show(&bar, progress);
+            !stop.load(Ordering::Relaxed)
+        });
+        bar.finish_and_clear();
+        output::warn(study.take_warnings().as_ref(), format);
+        let found = found?;
+        let report = found.report();
+        output::print(&if self.json { report.json() } else { report.text(&units) })?;
+        if let Some(path) = &self.table {
+            output::write(path, report.csv(&units))?;
+            output::wrote(path, &format!("{} searches", found.searches.len()), format);
+        }
+        self.write(&scene, &found, format)?;
+        match stop.load(Ordering::Relaxed) {
+            true => Err(Failure::Stopped("stopped: these are the best values so far".to_owned())),
+            false => Ok(()),
+        }
+    }
+
+    fn request(&self, scene: &Scene) -> Result<Request, Failure> {
+        let wrong = |option: &str, text: &str, message: String| format!("--{option} {text}: {message}");
+        let vary = self.vary.iter().map(|text| Vary::read(text).map_err(|message| wrong("vary", text, message)));
+        let limits = self.limits.iter().map(|text| text.parse().map_err(|message| wrong("subject-to", text, message)));
+        let (vary, limits): (Result<Vec<Vary>, Failure>, Result<Vec<Limit>, Failure>) =
+            (Failure::every(vary), Failure::every(limits));
+        let goal = |option: &str, text: &String| {
+            text.parse::<Goal>().map_err(|message| Failure::Usage(wrong(option, text, message)))
+        };
+        let least = self.minimize.as_ref().map(|text| goal("minimize", text)).transpose()?.map(Aim::Least);
+        let most = self.maximize.as_ref().map(|text| goal("maximize", text)).transpose()?.map(Aim::Most);
+        let aim = match (least.or(most), &self.matched) {
+            (Some(aim), _) => aim,
+            (None, Some(path)) => {
+                let (chosen, units) = (self.columns.chosen()?, scene.variables()?);
+                Aim::Match(output::table(path, &chosen.naming(&|name| units.get(name).cloned()))?)
+            }
+            (None, None) => return Err(Failure::Usage("give --minimize, --maximize or --match".to_owned())),
+        };
+        let turn = self.turn.as_ref().map(|joint| motion::Request {
+            input: Some(joint.clone()),
+            output: self.of_interest.clone(),
+            ..motion::Request::default()
+        });
+        let starts = self.starts.unwrap_or(if turn.is_some() { TURN_STARTS } else { STARTS });
+        Ok(Request { vary: vary?, aim, limits: limits?, turn, starts, seed: self.seed, threads: self.threads })
+    }
+
+    /// The scene with the best values.
+    fn write(&self, scene: &Scene, found: &Best, format: MessageFormat) -> Result<(), Failure> {
+        let Some(path) = &self.output else { return Ok(()) };
+        let values = found.quantities.iter().map(|own| (own.name.clone(), own.value, own.unit.clone()));
+        let guesses = found.guesses.iter().map(|own| (own.name.clone(), own.found, own.unit.si.clone()));
+        let text = with_values(scene, &values.chain(guesses).collect::<Vec<_>>()).map_err(Failure::Usage)?;
+        output::write(path, &text)?;
+        let what = if found.ended == Ended::Settled {
+            "the scene with the best values"
+        } else {
+            "the scene with the best values so far"
+        };
+        output::wrote(path, what, format);
+        Ok(())
+    }
+}
+
+/// A bar on standard error, if that is a terminal.
+fn bar(all: usize) -> ProgressBar {
+    let style = ProgressStyle::with_template("{wide_bar} {pos}/{len} searches, {msg}, {elapsed}");
+    ProgressBar::new(all as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+fn show(bar: &ProgressBar, progress: Progress) {
+    bar.set_position(progress.done as u64);
+    let best = progress.best.map_or("nothing yet".to_owned(), |best| format!("best {best:.6}"));
+    bar.set_message(format!("{} motions, {best}", progress.evaluations));
+}
+
+/// Variables that were asked for and that the scene does not have are no fault of the scene.
+fn asked(failure: Failure) -> Failure {
+    match failure {
+        Failure::Scene(faults) => output::unknown(faults, "what is measured"),
+        other => other,
+    }
+}
+
+impl From<OptimizeError> for Failure {
+    fn from(error: OptimizeError) -> Self {
+        match error {
+            OptimizeError::Study(error) => asked(error.into()),
+            OptimizeError::Request(faults) => Failure::usage(&faults),
+            OptimizeError::Nothing(message) => Failure::Numerical(message),
+        }
+    }
+}

@@ -1,0 +1,135 @@
+//! What was found, as tables for people and as JSON.
+
+use cotree::diagnostic::suggest::list;
+use cotree::report::data::{Cell, Report, Table, named, number, per, unit};
+use cotree::{line, row};
+use serde_json::{Value, json};
+
+use super::{Best, Ended, LimitAt, Optimum, Quantity};
+
+/// So many optima are shown.
+const SHOWN: usize = 10;
+
+impl Best {
+    pub fn report(&self) -> Report {
+        let (goal, of) = &self.goal;
+        let at = |value: Option<f64>| value.map_or(Cell::from("-"), |value| number(value, of));
+        let goals = Table::new(
+            row!["", "at the start", "best", "unit"],
+            [row![goal, at(self.values[0]), at(self.values[1]), unit(of)]],
+        );
+        let mut tables = vec![goals, self.values_table()];
+        if !self.limits.is_empty() {
+            tables.push(self.limits_table());
+        }
+        tables.push(self.optima_table());
+        Report {
+            tables,
+            notes: self.notes(),
+            data: self.data(),
+            sheet: self.sheet(),
+            ..Report::new(row![format!("{}: best of {} searches", self.name, self.searches.len())])
+        }
+    }
+
+    fn values_table(&self) -> Table {
+        let row = |own: &Quantity| {
+            let bound = if own.is_at_bound { "at its bound" } else { "" };
+            row![own.name, number(own.start, &own.unit), number(own.value, &own.unit), unit(&own.unit), bound]
+        };
+        Table::new(row!["quantity", "at the start", "best", "unit", ""], self.quantities.iter().map(row))
+    }
+
+    /// With what an active limit costs.
+    fn limits_table(&self) -> Table {
+        let row = |own: &LimitAt| {
+            let costs = own.multiplier.map_or(Cell::from("not active"), |multiplier| {
+                let by = per(&self.goal.1, &own.unit);
+                line![number(multiplier, &by)]
+            });
+            row![own.text, number(own.value, &own.unit), unit(&own.unit), costs]
+        };
+        let title = format!("{} by the limit", self.goal.0);
+        Table::new(row!["limit", "best", "unit", title], self.limits.iter().map(row))
+    }
+
+    fn optima_table(&self) -> Table {
+        let (goal, of) = &self.goal;
+        let names = self.quantities.iter().map(|own| named(&own.name, &own.unit));
+        let columns = row!["optimum", named(goal, of), "reached"].into_iter().chain(names).collect();
+        let row = |(index, own): (usize, &Optimum)| {
+            let values = own.values.iter().zip(&self.quantities).map(|(value, own)| number(*value, &own.unit));
+            row![index + 1, number(own.goal, of), own.reached].into_iter().chain(values).collect()
+        };
+        Table::new(columns, self.optima.iter().take(SHOWN).enumerate().map(row))
+    }
+
+    fn notes(&self) -> Vec<Cell> {
+        let ended = match &self.ended {
+            Ended::Settled => "the best is an optimum: no small change makes it better".to_owned(),
+            Ended::Exhausted => {
+                "the best is no optimum: its search ended after as many motions as are permitted".to_owned()
+            }
+            Ended::Stopped => "the best is no optimum: it was stopped".to_owned(),
+            Ended::Stuck(None) => "the best is no optimum: steps became too short".to_owned(),
+            Ended::Stuck(Some(cause)) => format!("the best is no optimum: there is no motion beyond it: {cause}"),
+        };
+        let computed = match self.is_turn {
+            true => "turns were computed, and others beside them for differences",
+            false => "motions were computed with their derivatives",
+        };
+        let mut notes = row![format!("\n{ended}; {} {computed}", self.evaluations)];
+        if self.optima.len() > SHOWN {
+            notes.push(format!("{} more optima are in --json and --table", self.optima.len() - SHOWN).into());
+        }
+        let lost = self.searches.iter().filter(|own| own.ended != "optimum").count();
+        if lost > 0 {
+            notes.push(format!("{lost} of {} searches ended at no optimum: see --table", self.searches.len()).into());
+        }
+        if !self.guesses.is_empty() {
+            let names = list(self.guesses.iter().map(|own| &own.name));
+            notes.push(
+                format!("the start has moved away from what is guessed of {names}; -o writes it with the values")
+                    .into(),
+            );
+        }
+        notes
+    }
+
+    /// A line for each search.
+    fn sheet(&self) -> Table {
+        let (goal, of) = &self.goal;
+        let names = self.quantities.iter().map(|own| named(&own.name, &own.unit));
+        let columns = row!["search", "ended", named(goal, of)].into_iter().chain(names).collect();
+        let row = |(index, own): (usize, &super::Search)| {
+            let value = |place: usize| own.values.get(place).copied().unwrap_or(f64::NAN);
+            let values = self.quantities.iter().enumerate().map(|(place, own)| number(value(place), &own.unit));
+            row![index, own.ended, number(own.goal.unwrap_or(f64::NAN), of)].into_iter().chain(values).collect()
+        };
+        Table::new(columns, self.searches.iter().enumerate().map(row))
+    }
+
+    fn data(&self) -> Value {
+        let ended = match &self.ended {
+            Ended::Settled => "optimum",
+            Ended::Exhausted => "evaluations",
+            Ended::Stopped => "stopped",
+            Ended::Stuck(None) => "short",
+            Ended::Stuck(Some(_)) => "blocked",
+        };
+        let quantity = |own: &Quantity| json!({ "name": own.name, "unit": own.unit, "start": own.start, "value": own.value, "at_bound": own.is_at_bound });
+        let limit = |own: &LimitAt| json!({ "limit": own.text, "unit": own.unit, "bound": own.bound, "value": own.value, "multiplier": own.multiplier });
+        let optimum = |own: &Optimum| json!({ "goal": own.goal, "values": own.values, "reached": own.reached });
+        let search = |own: &super::Search| json!({ "goal": own.goal, "values": own.values, "ended": own.ended });
+        let guess = |own: &crate::analysis::Guess| json!({ "name": own.name, "unit": own.unit.si, "guess": own.guessed, "found": own.found });
+        json!({
+            "name": self.name, "goal": { "name": self.goal.0, "unit": self.goal.1, "start": self.values[0], "value": self.values[1] },
+            "ended": ended, "evaluations": self.evaluations,
+            "quantities": self.quantities.iter().map(quantity).collect::<Value>(),
+            "limits": self.limits.iter().map(limit).collect::<Value>(),
+            "optima": self.optima.iter().map(optimum).collect::<Value>(),
+            "searches": self.searches.iter().map(search).collect::<Value>(),
+            "guesses": self.guesses.iter().map(guess).collect::<Value>(),
+        })
+    }
+}

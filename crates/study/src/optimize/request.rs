@@ -1,0 +1,278 @@
+//! What is asked of an optimisation, and whether that makes sense.
+
+use cotree::compile::quantity;
+use cotree::diagnostic::suggest;
+use cotree::model::{Experiment, Unit};
+use cotree::report::csv::Table;
+use cotree::typeset::short;
+
+use super::goal::{Goal, Limit, Relation};
+use super::search::{AtMost, Found, Problem, Seen, Sum};
+use super::starts::{MOST_QUANTITIES, MOST_STARTS};
+use super::{LimitAt, MET};
+use crate::analysis::{Varied, Varying};
+use crate::fit::{Vary, bounds, check_times, places};
+use crate::motion;
+
+/// A limit is active if the goal would change by more than this share of itself for as much again of the bound.
+const ACTIVE: f64 = 1e-8;
+
+/// What is to be best, and within which limits.
+#[derive(Clone, Debug)]
+pub struct Request {
+    /// What is varied.
+    pub vary: Vec<Vary>,
+    pub aim: Aim,
+    pub limits: Vec<Limit>,
+    /// One turn or stroke of an input, whose figures are measured; the experiment of the scene if absent.
+    pub turn: Option<motion::Request>,
+    /// How many searches there are.
+    pub starts: usize,
+    /// The same one gives the same starts.
+    pub seed: u64,
+    /// Searches at a time; 0 for one on each processor.
+    pub threads: usize,
+}
+
+/// What is to be best.
+#[derive(Clone, Debug)]
+pub enum Aim {
+    Least(Goal),
+    Most(Goal),
+    /// Outputs are to be as near as possible to these columns.
+    Match(Table),
+}
+
+/// The same, checked.
+#[derive(Debug)]
+pub(super) struct Checked {
+    pub problem: Problem,
+    /// The values of the scene, SI.
+    pub start: Vec<f64>,
+    /// The outputs that are measured, one for each course.
+    pub outputs: Vec<usize>,
+    /// The output of each column of the table.
+    pub columns: Vec<usize>,
+    /// -1 where the goal is to be large: searches make its opposite small.
+    pub sign: f64,
+    /// In words, and its unit.
+    pub goal: (String, String),
+    limits: Vec<Bounded>,
+}
+
+/// A limit, and its rows in the problem.
+#[derive(Debug)]
+struct Bounded {
+    text: String,
+    unit: String,
+    bound: f64,
+    relation: Relation,
+    rows: Vec<usize>,
+}
+
+impl Request {
+    /// The variables that have to be among the outputs of the experiment.
+    pub fn variables(&self) -> Vec<String> {
+        if self.turn.is_some() { Vec::new() } else { self.measured() }
+    }
+
+    fn measured(&self) -> Vec<String> {
+        let goals = self.goal().into_iter().chain(self.limits.iter().map(|limit| &limit.goal));
+        let measured = goals.flat_map(|goal| goal.terms.iter().map(|(_, measure)| measure.variable.clone()));
+        let matched = self.table().into_iter().flat_map(|table| table.names().iter().cloned());
+        let mut names: Vec<String> = Vec::new();
+        for name in measured.chain(matched) {
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        names
+    }
+
+    pub(super) fn table(&self) -> Option<&Table> {
+        match &self.aim {
+            Aim::Match(table) => Some(table),
+            Aim::Least(_) | Aim::Most(_) => None,
+        }
+    }
+
+    fn goal(&self) -> Option<&Goal> {
+        match &self.aim {
+            Aim::Least(goal) | Aim::Most(goal) => Some(goal),
+            Aim::Match(_) => None,
+        }
+    }
+
+    /// Everything that is wrong is said.
+    pub(super) fn checked(
+        &self,
+        varying: &Varying,
+        known: &[(String, Unit)],
+        experiment: Experiment,
+    ) -> Result<Checked, Vec<String>> {
+        let mut faults = Vec::new();
+        let parameters = varying.parameters();
+        let bounds = bounds(&self.vary, parameters, &mut faults);
+        let ranges = self.ranges(&bounds, parameters, &mut faults);
+        self.check_size(&mut faults);
+        let (mut outputs, columns) = (Vec::new(), self.columns(varying, experiment, &mut faults));
+        let mut sum = |goal: &Goal, faults: &mut Vec<String>| {
+            let term = |(_, measure): &(f64, cotree::run::Measure)| {
+                let Some(place) = known.iter().position(|(own, _)| *own == measure.variable) else {
+                    let what = if self.turn.is_some() { "figure of the turn" } else { "output" };
+                    let known = suggest::known(&measure.variable, known.iter().map(|(own, _)| own.as_str()));
+                    faults.push(format!("`{}` is no {what}; {known}", measure.variable));
+                    return 0;
+                };
+                outputs.iter().position(|own| *own == place).unwrap_or_else(|| {
+                    outputs.push(place);
+                    outputs.len() - 1
+                })
+            };
+            Sum { goal: goal.clone(), places: goal.terms.iter().map(term).collect() }
+        };
+        let sign = if matches!(self.aim, Aim::Most(_)) { -1.0 } else { 1.0 };
+        let goal = self.goal().map(|goal| match sign < 0.0 {
+            true => sum(&goal.clone().negative(), &mut faults),
+            false => sum(goal, &mut faults),
+        });
+        let (mut rows, mut limits) = (Vec::new(), Vec::new());
+        for limit in &self.limits {
+            let sum = sum(&limit.goal, &mut faults);
+            match bounded(limit, &sum, known, &mut rows) {
+                Ok(bounded) => limits.push(bounded),
+                Err(message) => faults.push(format!("`{limit}`: {message}")),
+            }
+        }
+        if !faults.is_empty() {
+            faults.dedup();
+            return Err(faults);
+        }
+        let start = parameters.iter().map(|own| own.start).collect();
+        let goal_named = self.named(known, &columns);
+        let problem = Problem { goal, limits: rows, bounds, ranges };
+        Ok(Checked { problem, start, outputs, columns, sign, goal: goal_named, limits })
+    }
+
+    /// How much of each quantity is much.
+    fn ranges(&self, bounds: &[[f64; 2]], parameters: &[Varied], faults: &mut Vec<String>) -> Vec<f64> {
+        let is_open = |[low, high]: &[f64; 2]| !low.is_finite() || !high.is_finite();
+        let open = bounds.iter().zip(parameters).filter(|(own, _)| is_open(own)).map(|(_, own)| &own.name);
+        let open = suggest::list(open);
+        if !open.is_empty() && self.starts > 1 {
+            faults.push(format!(
+                "{open}: starts are spread between two bounds: write NAME=LOW..HIGH, or search from the scene's values only (1 start)"
+            ));
+        }
+        let range = |(own @ [low, high], parameter): (&[f64; 2], &Varied)| match (is_open(own), parameter.start.abs()) {
+            (false, _) => high - low,
+            (true, 0.0) => 1.0,
+            (true, size) => size,
+        };
+        bounds.iter().zip(parameters).map(range).collect()
+    }
+
+    fn check_size(&self, faults: &mut Vec<String>) {
+        if !(1..=MOST_STARTS).contains(&self.starts) {
+            faults.push(format!("{} starts: there are 1 to {MOST_STARTS}", self.starts));
+        }
+        if self.vary.len() > MOST_QUANTITIES {
+            faults.push(format!("{} quantities are varied; {MOST_QUANTITIES} can be", self.vary.len()));
+        }
+    }
+
+    fn columns(&self, varying: &Varying, experiment: Experiment, faults: &mut Vec<String>) -> Vec<usize> {
+        let Some(table) = self.table() else { return Vec::new() };
+        let columns = places(table, varying, faults);
+        check_times(table, experiment, faults);
+        let units: Vec<&str> =
+            columns.iter().filter_map(|&place| varying.outputs().nth(place)).map(|(_, own)| &*own.si).collect();
+        if let Some(other) = units.iter().find(|own| **own != units[0]) {
+            faults
+                .push(format!("columns in `{}` and in `{other}` have no sum of squares: `fit` weighs them", units[0]));
+        }
+        columns
+    }
+
+    /// The goal in words, and its unit.
+    fn named(&self, known: &[(String, Unit)], columns: &[usize]) -> (String, String) {
+        match &self.aim {
+            Aim::Least(goal) | Aim::Most(goal) => {
+                (goal.to_string(), common_unit(goal, known).map(|unit| unit.si).unwrap_or_default())
+            }
+            Aim::Match(_) => {
+                let own = columns.first().and_then(|&place| known.get(place)).map_or("", |(_, unit)| &unit.si);
+                let squared = if own.is_empty() { String::new() } else { format!("({own})2") };
+                ("sum of squares".to_owned(), if own == "m" { "m2".to_owned() } else { squared })
+            }
+        }
+    }
+}
+
+/// The unit of all measures of a sum, if it is one.
+fn common_unit(goal: &Goal, known: &[(String, Unit)]) -> Result<Unit, String> {
+    let own = |name: &str| known.iter().find(|(own, _)| own == name).map(|(_, unit)| unit.clone());
+    let mut units = goal.terms.iter().filter_map(|(_, measure)| own(&measure.variable));
+    let first = units.next().unwrap_or_default();
+    match units.find(|other| other.si != first.si) {
+        Some(other) => Err(format!("measures in `{}` and in `{}` have no sum", first.si, other.si)),
+        None => Ok(first),
+    }
+}
+
+/// The rows of a limit.
+fn bounded(limit: &Limit, sum: &Sum, known: &[(String, Unit)], rows: &mut Vec<AtMost>) -> Result<Bounded, String> {
+    let unit = common_unit(&limit.goal, known)?;
+    let bound = quantity(&limit.bound, &unit)?;
+    if !bound.is_finite() {
+        return Err("the number must be finite".to_owned());
+    }
+    let signs: &[f64] = match limit.relation {
+        Relation::AtMost => &[1.0],
+        Relation::AtLeast => &[-1.0],
+        Relation::Equal => &[1.0, -1.0],
+    };
+    let scale = if bound == 0.0 { 1.0 } else { bound.abs() };
+    let first = rows.len();
+    rows.extend(signs.iter().map(|&sign| AtMost { sum: sum.clone(), sign, bound: sign * bound, scale }));
+    let (text, relation) = (limit.to_string(), limit.relation);
+    Ok(Bounded { text, unit: unit.si, bound, relation, rows: (first..rows.len()).collect() })
+}
+
+impl Checked {
+    /// The limits where a search ended.
+    pub fn limits_at<T>(&self, found: &Found<T>, seen: &Seen) -> Vec<LimitAt> {
+        let at = |own: &Bounded| {
+            let row = |&row: &usize| (&self.problem.limits[row], found.multipliers[row]);
+            let rows = || own.rows.iter().map(row);
+            let falls: f64 = rows().map(|(limit, multiplier)| limit.sign * multiplier).sum();
+            let is_active = own.relation == Relation::Equal
+                || rows().any(|(limit, multiplier)| multiplier * limit.scale > ACTIVE * found.goal.abs());
+            LimitAt {
+                text: own.text.clone(),
+                unit: own.unit.clone(),
+                bound: own.bound,
+                value: rows().find_map(|(limit, _)| limit.sum.of(seen)).unwrap_or(f64::NAN),
+                multiplier: is_active.then_some(-self.sign * falls),
+            }
+        };
+        self.limits.iter().map(at).collect()
+    }
+
+    /// That no values meet the limits, and which the nearest ones miss.
+    pub fn nearest<T>(&self, found: &Found<T>, varying: &Varying) -> String {
+        let values = varying.parameters().iter().zip(&found.values);
+        let values = values.map(|(own, value)| format!("{} = {} {}", own.name, short(*value), own.unit.si));
+        let missed = |own: &Bounded| {
+            let by = own.rows.iter().map(|&row| found.beyond[row]).fold(0.0, f64::max);
+            let scale = own.rows.first().map_or(1.0, |&row| self.problem.limits[row].scale);
+            (by > MET).then(|| format!("`{}` by {} {}", own.text, short(by * scale), own.unit).trim_end().to_owned())
+        };
+        let missed: Vec<String> = self.limits.iter().filter_map(missed).collect();
+        format!(
+            "no values were found that meet all limits; the nearest, {}, miss {}",
+            values.map(|own| own.trim_end().to_owned()).collect::<Vec<_>>().join(", "),
+            missed.join(", ")
+        )
+    }
+}
