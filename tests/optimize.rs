@@ -139,7 +139,12 @@ fn a_bar_is_balanced_with_every_seed() {
             found.searches
         );
         let values: Vec<f64> = found.quantities.iter().map(|own| own.value).collect();
-        assert!((values[0] - 1_582.253_094).abs() < 1e-3 && values[1..] == [0.4, 0.05], "{values:?}");
+        assert!(
+            (values[0] - 1_582.253_094).abs() < 1e-3
+                && (values[1] - 0.4).abs() < 1e-9
+                && (values[2] - 0.05).abs() < 1e-9,
+            "{values:?}"
+        );
         assert!(found.quantities[1].is_at_bound && !found.quantities[0].is_at_bound);
     }
 }
@@ -318,7 +323,10 @@ fn threads_change_nothing_and_a_stop_keeps_the_best() {
         progress.evaluations < 12
     });
     match stopped {
-        Ok(found) => assert!(found.searches.len() <= 2 && found.evaluations <= 13, "{found:?}"),
+        Ok(found) => {
+            let last = found.searches.last().map(|own| own.ended.as_str());
+            assert!(found.searches.len() < 6 && found.evaluations <= 13 && last == Some("stopped"), "{found:?}");
+        }
         Err(OptimizeError::Nothing(message)) => assert!(message.contains("miss"), "{message}"),
         Err(other) => panic!("{other}"),
     }

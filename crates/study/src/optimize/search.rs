@@ -242,25 +242,28 @@ impl<T> State<'_, T> {
         if is_flat { Ended::Settled } else { Ended::Stuck(self.blocked.take()) }
     }
 
-    /// The best step within the trust; the price grows until violations that can be avoided are.
+    /// The best step within the trust; the price grows while that avoids more of the violations.
     fn step(&mut self, model: &Model, first: Option<First>) -> Option<Step> {
         let steepest = model.steepest();
         self.price = self.price.max(PRICES[0] * steepest);
         if !self.is_curved && self.problem.goal.is_some() {
             self.curvature = DMatrix::identity(model.count, model.count) * (CURVED * steepest);
         }
-        loop {
-            let curvature = model.squares.as_ref().unwrap_or(&self.curvature);
-            let (step, multipliers) = model.step(curvature, self.price, self.trust, first)?;
+        let curvature = model.squares.as_ref().unwrap_or(&self.curvature);
+        let of = |price: f64| model.step(curvature, price, self.trust, first);
+        let (mut step, mut multipliers) = of(self.price)?;
+        // A higher price is worth it only where it makes the step avoid more: how far the step may go decides, too.
+        while first.is_none() && self.price < PRICES[1] * steepest {
             let left = model.violation(&step.change);
-            let now: f64 = self.here.beyond.iter().sum();
-            if left > MET && left > 0.9 * now && self.price < PRICES[1] * steepest && first.is_none() {
-                self.price *= 10.0;
-                continue;
+            let Some(dearer) = (left > MET).then(|| of(10.0 * self.price)).flatten() else { break };
+            if model.violation(&dearer.0.change) > 0.9 * left {
+                break;
             }
-            self.multipliers = multipliers;
-            return Some(step);
+            self.price *= 10.0;
+            (step, multipliers) = dearer;
         }
+        self.multipliers = multipliers;
+        Some(step)
     }
 
     fn try_step(
