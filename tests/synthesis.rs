@@ -210,6 +210,13 @@ fn bars_out_of_all_proportion_are_left_out_and_said() {
     );
     let asked = answered(&format!("{law}[limits]\nlength = [\"1 mm\", \"1 km\"]\n"));
     assert!(asked.left_out.keys().all(|reason| !reason.contains("20 times")), "{:?}", asked.left_out);
+    // A size that the task does not give is said.
+    let text = |text: &str| answered(text).report().text(&cotree::model::Units::default());
+    let swing =
+        "name = \"even\"\n[stroke]\ntime_ratio = 1\nswing = \"40 deg\"\n[limits]\nlength = [\"50 mm\", \"2 m\"]\n";
+    for (task, ground) in [(law, "0.5 m"), (swing, "1 m"), (&law.replace("ground = \"0.5 m\"\n", ""), "1 m")] {
+        assert!(text(task).contains(&format!("a ground of {ground}:")), "{}", text(task));
+    }
     // What is written is driven once more by the command, over the whole way.
     let folder = tempfile::tempdir().unwrap();
     printed(folder.path(), law, &["-o", "found"]);

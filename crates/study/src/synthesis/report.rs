@@ -2,8 +2,8 @@
 
 use cotree::model::Units;
 use cotree::report::data::{Cell, Report, Table, named, number};
-use cotree::row;
 use cotree::task::Kind;
+use cotree::{line, row};
 use cotree_synthesis::{Dyad, Point};
 use serde_json::{Value, json};
 
@@ -28,12 +28,29 @@ impl Answer {
             let last = self.last.clone().unwrap_or_else(|| "no linkage meets the task".to_owned());
             notes.push(Cell::from(format!("\nno linkage is left; {last}")));
         }
+        notes.extend(self.ground().map(|length| {
+            line![
+                "\nlengths are for a ground of ",
+                number(length, "m"),
+                ": `ground` of the task, 1 m if it says nothing"
+            ]
+        }));
         let tables = if self.solutions.is_empty() { Vec::new() } else { vec![self.table()] };
         Report { tables, notes, data: self.data(), ..Report::new(row![title]) }
     }
 
     pub fn good(&self) -> impl Iterator<Item = &Solution> {
         self.solutions.iter().filter(|own| own.reason.is_none())
+    }
+
+    /// The ground that the task gives, or that is taken, where it has no size but that.
+    fn ground(&self) -> Option<f64> {
+        match self.task.kind {
+            Kind::Function { is_slider: false, ground, .. } | Kind::Stroke { is_slider: false, ground, .. } => {
+                Some(ground)
+            }
+            Kind::Function { .. } | Kind::Stroke { .. } | Kind::Poses { .. } | Kind::Path { .. } => None,
+        }
     }
 
     fn asked(&self) -> String {
