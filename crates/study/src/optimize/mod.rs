@@ -161,7 +161,7 @@ pub fn optimize(
         };
         let searches = Searches { varying, request, checked: &checked, motions: &motions };
         let ended = searches.run(watch);
-        Ok(searches.best(name, ended)?)
+        searches.best(name, ended)
     })?
 }
 
