@@ -438,7 +438,7 @@ fn a_driven_mass_is_found_from_values_with_gaps() {
     fs::write(&seen, format!("time,c.x,c.vx\n{table}")).unwrap();
     let run = |options: &[&str]| {
         let arguments = ["fit", path.to_str().unwrap(), "--to", seen.to_str().unwrap(), "--vary", "m", "--input"];
-        cotree(&[&arguments[..], &[input.to_str().unwrap()], options].concat())
+        cotree(folder.path(), &[&arguments[..], &[input.to_str().unwrap()], options].concat())
     };
     let found = run(&["--json"]);
     assert_eq!(code(&found), 0, "{}", stderr(&found));
