@@ -17,7 +17,7 @@ const SHARE_OF_TOLERANCE: f64 = 1e-3;
 /// start, and lengths that are typed with few digits.
 const CONSISTENT: [f64; 2] = [FULFILLED, 1e-6];
 /// Rounding errors of what drivers determine are divided by the distance from a singular pose: nearer than this they are larger than the errors of steps.
-const NEAR: f64 = 1e-6;
+const NEAR: f64 = 3e-4;
 /// What is as good as closed, in units of what is left alone.
 const TIGHT: f64 = 10.0;
 /// Newton steps.

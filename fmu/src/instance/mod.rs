@@ -10,6 +10,7 @@ mod differences;
 mod error;
 mod exchange;
 mod inputs;
+mod limits;
 mod snapshot;
 mod variational;
 
@@ -40,6 +41,7 @@ use crate::program::Engine;
 use crate::program::Source;
 use crate::singular::dependence::not_singular;
 use crossing::Watch;
+use limits::{Limits, is_beside_pose};
 use snapshot::Phase;
 
 /// The tolerance of the steps of a driven mechanism: what they leave is closed to rounding errors wherever it is read. Longer steps would be as many, for they end at singular
@@ -55,6 +57,8 @@ struct Computed {
     /// Is the state consistent?
     state: bool,
     accelerations: bool,
+    /// Are accelerations limits beside a singular pose?
+    limits: bool,
     /// Outputs, and with them those that need accelerations?
     outputs: Option<bool>,
 }
@@ -67,6 +71,8 @@ pub struct Instance {
     machine: Machine,
     stepper: Stepper,
     accelerations: Accelerations,
+    /// Of a driven mechanism.
+    limits: Option<Box<Limits>>,
     tangent: Tangent,
     expansion: Expansion,
     /// Model Exchange only.
@@ -93,6 +99,7 @@ impl Instance {
             machine: Machine::new(&model),
             stepper: Stepper::new(&model),
             accelerations: Accelerations::new(&model),
+            limits: model.is_driven().then(|| Box::new(Limits::new(&model))),
             tangent: Tangent::new(&model),
             expansion: Expansion::default(),
             watch: Watch::default(),
@@ -604,10 +611,37 @@ impl Instance {
     fn accelerate(&mut self) -> Result<(), InstanceError> {
         if !self.computed.accelerations {
             self.load()?;
-            self.accelerations.evaluate(&self.model, &mut self.machine)?;
+            let evaluated = self.accelerations.evaluate(&self.model, &mut self.machine);
+            let beside = match &evaluated {
+                Ok(()) => is_beside_pose(&self.model, &self.machine),
+                Err(failure) => matches!(failure, Failure::Undetermined { .. }),
+            };
+            self.computed.limits = beside && self.find_limits()?;
+            if !self.computed.limits {
+                evaluated?;
+            }
             self.computed.accelerations = true;
         }
         Ok(())
+    }
+
+    /// Finds accelerations and loads beside a singular pose as limits, if that is where the accelerations have been evaluated.
+    fn find_limits(&mut self) -> Result<bool, InstanceError> {
+        let Some(mut limits) = self.limits.take() else { return Ok(false) };
+        let is_shown = self.is_shown();
+        // After a change at the same time no motion is known that leads there.
+        let moved = is_shown && self.now.run.before().time() < self.shown.time();
+        let carried = if moved { self.stepper.carried().cloned() } else { None };
+        let along = if is_shown { (carried.as_ref(), &self.shown) } else { (Some(&self.now.run), &self.now.state) };
+        let found = limits.find(&self.model, &mut self.machine, &mut self.stepper, along);
+        self.load()?;
+        // What was evaluated in other places is in the registers; without a value in the pose it still is.
+        _ = self.accelerations.evaluate(&self.model, &mut self.machine);
+        if found {
+            limits.replace(self.accelerations.accelerations_mut());
+        }
+        self.limits = Some(limits);
+        Ok(found)
     }
 
     /// Evaluates outputs, with accelerations and reactions only if they are wanted.
@@ -618,6 +652,9 @@ impl Instance {
             }
             self.load()?;
             self.machine.evaluate(&self.model.program().tapes.outputs, &mut self.outputs);
+            if let Some(limits) = self.limits.as_ref().filter(|_| self.computed.limits) {
+                limits.replace_outputs(&mut self.outputs);
+            }
             self.computed.outputs = Some(self.computed.accelerations);
         }
         Ok(())

@@ -46,6 +46,11 @@ impl Accelerations {
             .map_err(|failure| outside(model, machine).or_else(|| undetermined(model, machine)).unwrap_or(failure))
     }
 
+    /// The accelerations last evaluated, to be changed.
+    pub fn accelerations_mut(&mut self) -> &mut [f64] {
+        &mut self.values[..self.coordinates]
+    }
+
     /// The accelerations last evaluated.
     pub fn accelerations(&self) -> &[f64] {
         &self.values[..self.coordinates]

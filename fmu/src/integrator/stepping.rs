@@ -118,6 +118,11 @@ impl Stepper {
         }
     }
 
+    /// The run of a driven mechanism that has last brought it to a time that somebody else chose.
+    pub(crate) fn carried(&self) -> Option<&Run> {
+        self.carried.as_ref().map(|carried| &carried.run)
+    }
+
     /// Closes the loops at a state whose time, parameters or inputs have changed, but not yet its motion. On failure the state stays as it was.
     pub fn reproject(
         &mut self,
