@@ -65,6 +65,7 @@ mod only_what_is_needed;
 mod open_loops;
 mod optimize;
 mod other_starts;
+mod outputs_without_value;
 mod pages;
 mod paper_counts;
 mod paper_quick_return;

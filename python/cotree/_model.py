@@ -370,8 +370,8 @@ class Model:
     ) -> StateSpace | list[StateSpace]:
         """A, B, C, D from the inputs of the scene to its outputs.
 
-        `at` is a time [s], "equilibrium", several times (which give a list), or the start if it is not given; `inputs` are inputs over time up to there. Raises
-        SceneError, and RunError if there is no linear system there.
+        `at` is a time [s], "equilibrium", several times (which give a list), or the start if it is not given; `inputs` are inputs over time up to there. Rows of outputs
+        that have no value or no derivative there are not numbers. Raises SceneError, and RunError if there is no linear system there.
         """
         rests = isinstance(at, str) and at == "equilibrium"
         if rests and inputs is not None:

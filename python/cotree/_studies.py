@@ -100,7 +100,8 @@ class Fit(Compared):
 
     `errors` are standard errors and `limits` the 95 % limits, not a number where a value is at its bound; `correlation` has rows and columns in the order of
     `values`. `fitted` and `residuals` (measured less fitted) are arrays at the measured times, `deviations` the standard deviations of the columns.
-    `ended` is "minimum", or "evaluations" if no minimum was reached. Where nothing was measured residuals are not a number. `model` is the model with these values.
+    `ended` is "minimum", or "evaluations" if no minimum was reached. Residuals are not a number where nothing was measured, and where a column has no value or no derivative in the
+    first motion, at the times `left_out`. `model` is the model with these values.
     """
 
     values: dict[str, float]
@@ -110,6 +111,7 @@ class Fit(Compared):
     units: dict[str, str]
     correlation: np.ndarray
     time: np.ndarray
+    left_out: np.ndarray
     fitted: dict[str, np.ndarray] = field(repr=False)
     residuals: dict[str, np.ndarray] = field(repr=False)
     deviations: dict[str, float]
@@ -153,6 +155,7 @@ def fitted(report: dict[str, Any], origin: Model, settings: dict[str, Any]) -> F
         units={name: own["unit"] for name, own in (quantities | columns).items()},
         correlation=np.array([own["correlation"] for own in quantities.values()], dtype=float),
         time=np.array(report["times"]),
+        left_out=np.array(report["left_out"]),
         fitted=arrays("fitted"),
         residuals=arrays("residuals"),
         deviations={name: own["deviation"] for name, own in columns.items()},

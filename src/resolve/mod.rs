@@ -122,7 +122,9 @@ impl Scene {
         mechanism.units = mechanism.display.clone().before(&resolver.written_in);
         resolver.islands(&mechanism.bodies);
         if !resolver.faults.has_errors() {
-            resolver.unused();
+            if !resolver.scene.outputs.chosen {
+                resolver.unused();
+            }
             mechanism.check().into_iter().for_each(|fault| resolver.faults.push(fault));
         }
         mechanism

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use crate::scene::{Fault, Span};
+
 /// The variables without a value in rows of a run: those rows have NaN in their place.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Gaps {
@@ -27,7 +29,7 @@ impl Gaps {
     }
 
     /// The first column that has any.
-    pub fn first(&self) -> Option<usize> {
+    fn first(&self) -> Option<usize> {
         self.found.keys().next().copied()
     }
 
@@ -42,6 +44,13 @@ impl Gaps {
         let more = (further > 0).then(|| format!("and {further} other outputs"));
         let parts: Vec<String> = self.found.iter().take(MOST_NAMED).map(one).chain(more).collect();
         (!parts.is_empty()).then(|| parts.join(", "))
+    }
+
+    /// The same as a warning, at the place where the first of these variables is asked for.
+    pub fn warning(&self, names: &[&str], place: impl Fn(&str) -> Span) -> Option<Fault> {
+        let first = self.first().and_then(|first| names.get(first));
+        let span = first.map_or_else(Span::default, |name| place(name));
+        Some(Fault::warning("solver::no_value", self.message(names)?, span).help(Gaps::HELP))
     }
 }
 

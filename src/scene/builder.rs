@@ -41,6 +41,7 @@ impl Scene {
     pub fn reporting<'n>(&self, names: impl IntoIterator<Item = &'n str>) -> Scene {
         let mut scene = self.clone();
         let known = std::mem::take(&mut scene.outputs);
+        scene.outputs.chosen = true;
         for name in names {
             let expression = known.expressions.iter().find(|own| own.name.text == name);
             // Where the scene names a variable, a fault is shown there.

@@ -2,20 +2,22 @@
 
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 use clap::Args;
 use cotree::model::Units;
 use cotree_fmu::model::Model;
-use cotree_study::bench::measure;
+use cotree_study::bench::{Next, measure_watched};
 
 use super::failure::Failure;
-use super::{MessageFormat, output};
+use super::{MessageFormat, output, stop};
 
 /// Measure speed against error: every method at many tolerances, on this very scene
 ///
 /// Errors are those of the outputs at a thousand times and more, read from the steps' polynomials, against a converged run: of the two
 /// methods that agree best the one that the model does not choose by itself. Time is processor time (on Windows wall time), the fastest of several runs
-/// on one thread, without initialisation. Parameters and inputs have their defaults.
+/// on one thread, without initialisation. Parameters and inputs have their defaults. Where standard
+/// error is a terminal the run that is measured is shown; Ctrl-C ends with the runs so far.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  cotree bench slider_crank.toml --plot slider_crank.svg\n  \
                   cotree bench slider_crank.toml --json > slider_crank.json\n\n\
@@ -39,13 +41,33 @@ impl Bench {
         let variables = compiled.description.reported();
         let experiment = compiled.description.experiment;
         let model = Model::new(compiled.program).map_err(|error| Failure::Numerical(error.to_string()))?;
-        let bench = measure(&Arc::new(model), &variables, experiment).map_err(Failure::Numerical)?;
+        let bar = output::spinner();
+        let show = |text: String| {
+            bar.set_message(text);
+            bar.tick();
+        };
+        show("a converged run, against which errors are measured".to_owned());
+        let mut stop = None;
+        let bench = measure_watched(&Arc::new(model), &variables, experiment, &mut |next| {
+            let Next { method, tolerance, done, all } = next;
+            show(format!("run {} of {all}: {method}, {tolerance:e}", done + 1));
+            // Until now there was nothing to keep.
+            let stop = stop.get_or_insert_with(stop::listen);
+            stop.as_ref().is_ok_and(|stop| !stop.load(Ordering::Relaxed))
+        });
+        bar.finish_and_clear();
+        let bench = bench.map_err(Failure::Numerical)?;
+        let is_stopped = stop.transpose()?.is_some_and(|stop| stop.load(Ordering::Relaxed));
         if let Some(path) = &self.plot {
             output::picture(path, &cotree_draw::study::bench::svg(&bench), "time over error", format)?;
         }
-        if self.json {
-            return output::json(&bench);
+        match self.json {
+            true => output::json(&bench)?,
+            false => output::print(&bench.report().text(&Units::default()))?,
         }
-        output::print(&bench.report().text(&Units::default()))
+        match is_stopped {
+            true => Err(Failure::Stopped("stopped: these are the runs that were measured".to_owned())),
+            false => Ok(()),
+        }
     }
 }

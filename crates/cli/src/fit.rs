@@ -9,7 +9,7 @@ use cotree::report::csv::Naming;
 use cotree::scene::Scene;
 use cotree_study::analysis::Study;
 use cotree_study::fit::{self, Ended, Fit as Found, FitError, Request, Trial, Vary};
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 
 use super::columns::Columns;
 use super::failure::Failure;
@@ -22,7 +22,7 @@ use super::{MessageFormat, output, stop, study};
 /// Parameters, constant inputs and initial values are changed until the outputs are as near as possible to what was measured, by Levenberg's and
 /// Marquardt's method with the exact derivatives of the motion. Columns count by their standard deviations, which are estimated from their residuals
 /// unless --sigma gives them. Numbers without a unit are SI. Each motion shows its values and residuals where standard error is a terminal; Ctrl-C ends the search
-/// with the best values so far.
+/// with the best values so far. Rows in which a variable has no value or no derivative at the first values are left out, and counted.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
                   cotree fit suspension.toml --to measured.csv --vary stiffness,damping --plot fit.png\n  \
@@ -160,10 +160,8 @@ struct Progress {
 
 impl Progress {
     fn new(request: &Request) -> Self {
-        let style =
-            ProgressStyle::with_template("{spinner} {msg}").unwrap_or_else(|_| ProgressStyle::default_spinner());
         let names = request.vary.iter().map(|own| own.name.clone()).collect();
-        Self { bar: ProgressBar::new_spinner().with_style(style), names, trials: 0 }
+        Self { bar: output::spinner(), names, trials: 0 }
     }
 
     fn show(&mut self, trial: Trial) {

@@ -13,6 +13,7 @@ use cotree::sheet::SheetError;
 use cotree_draw::png::{self, Size};
 use cotree_fmu::instance::Inaccuracy;
 use cotree_text::tikz::tikz;
+use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use super::MessageFormat;
@@ -222,6 +223,12 @@ pub fn unknown(faults: Faults, asked: &str) -> Failure {
     if messages.is_empty() { Failure::Scene(faults) } else { Failure::Usage(messages.join("\n")) }
 }
 
+/// What a command does now, on standard error if that is a terminal.
+pub fn spinner() -> ProgressBar {
+    let style = ProgressStyle::with_template("{spinner} {msg}").unwrap_or_else(|_| ProgressStyle::default_spinner());
+    ProgressBar::new_spinner().with_style(style)
+}
+
 /// Reads a table of values over time.
 pub fn table(path: &Path, naming: &Naming<'_>) -> Result<Table, Failure> {
     table_by(path, |text| Table::read(text, naming))
@@ -264,10 +271,9 @@ pub fn warn_inaccurate(compiled: &Compiled, of: &str, inaccuracy: &Inaccuracy, f
 
 /// Shows on standard error which variables have no value in rows of a run.
 pub fn warn_gaps(scene: &Scene, gaps: &Gaps, names: &[&str], format: MessageFormat) {
-    let (Some(message), Some(first)) = (gaps.message(names), gaps.first()) else { return };
-    let span = output_span(scene, names.get(first).copied().unwrap_or_default());
-    let fault = Fault::warning("solver::no_value", message, span).help(Gaps::HELP);
-    warn(Some(&Faults::new(scene.source.clone(), vec![fault])), format);
+    let fault = gaps.warning(names, |name| output_span(scene, name));
+    let faults = fault.map(|fault| Faults::new(scene.source.clone(), vec![fault]));
+    warn(faults.as_ref(), format);
 }
 
 /// Where a scene asks for an output; nowhere if the command line does.

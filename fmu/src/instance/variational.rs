@@ -152,10 +152,10 @@ impl Variational {
         Ok(())
     }
 
-    /// How variables change with each parameter, with these q_p and v_p: a row for each variable. A driven mechanism needs neither.
+    /// How variables change with each parameter, with these q_p and v_p: a row for each variable, not a number where it has no finite derivative. A driven mechanism needs neither.
     ///
     /// # Errors
-    /// Those of [`Instance::get`], and a variable that has no finite derivative.
+    /// Those of [`Instance::get`].
     pub fn outputs(
         &mut self,
         motion: &mut Instance,
@@ -180,7 +180,8 @@ impl Variational {
             for (row, &variable) in variables.iter().enumerate() {
                 let lane = motion.register(variable, tape).map_or(ZERO, |register| self.tangents[register]);
                 for (place, column) in columns.clone().enumerate() {
-                    derivatives[column * variables.len() + row] = motion.defined(variable, lane[place])?;
+                    derivatives[column * variables.len() + row] =
+                        if lane[place].is_finite() { lane[place] } else { f64::NAN };
                 }
             }
         }
@@ -208,7 +209,10 @@ impl Variational {
             motion.tangent.direction()[register] = 1.0;
             motion.differentiate()?;
             for (target, &variable) in column.iter_mut().zip(variables) {
-                *target = motion.derivative(variable)?;
+                *target = match motion.derivative(variable) {
+                    Err(InstanceError::NoDerivative { .. }) => f64::NAN,
+                    found => found?,
+                };
             }
         }
         Ok(())

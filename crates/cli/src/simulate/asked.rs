@@ -17,6 +17,7 @@ pub fn with_outputs(options: &Simulate, scene: Scene) -> Scene {
 pub fn with_these_outputs(options: &Simulate, mut scene: Scene) -> Scene {
     if !options.variables.is_empty() {
         scene.outputs.variables.clear();
+        scene.outputs.chosen = true;
         scene.outputs.expressions.retain(|own| options.variables.contains(&own.name.text));
     }
     with_outputs(options, scene)

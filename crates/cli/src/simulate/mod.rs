@@ -75,10 +75,10 @@ pub struct Simulate {
     /// Which variables are drawn, such as coupler.tip.y
     #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "plot")]
     y: Vec<String>,
-    /// Measured values, a CSV file with the columns `time` and variables: drawn as dots, with their distance from the simulated ones
+    /// Measured values, a CSV file with the columns `time` and variables: drawn as dots, with their distance from the simulated ones; --column names columns that are called otherwise
     #[arg(long, value_name = "FILE", conflicts_with = "x")]
     overlay: Option<PathBuf>,
-    /// Inputs over time: a CSV file with the columns `time` and inputs of the scene
+    /// Inputs over time: a CSV file with the columns `time` and inputs of the scene; --column names columns that are called otherwise
     #[arg(long, value_name = "FILE")]
     input: Option<PathBuf>,
     #[command(flatten)]

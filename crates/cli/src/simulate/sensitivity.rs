@@ -3,7 +3,7 @@
 use cotree::compile;
 use cotree::model::Units;
 use cotree::report::data::{composed, per};
-use cotree::run::points;
+use cotree::run::{Gaps, points};
 use cotree::scene::Scene;
 use cotree::typeset::titled;
 use cotree_study::analysis::{Sensitivities, Study};
@@ -26,12 +26,19 @@ pub fn run(options: &Simulate, scene: Scene, format: MessageFormat) -> Result<()
     let found = study.sensitivities(&options.sensitivity, &times);
     output::warn(study.take_warnings().as_ref(), format);
     let found = found?;
+    let mut gaps = Gaps::default();
     let mut writer = output::begin(options.file(), columns(&found, study.display()))?;
     for (time, (values, derivatives)) in found.times.iter().zip(found.values.iter().zip(&found.derivatives)) {
         // By columns: all derivatives by a parameter stand together.
-        writer.row([time].into_iter().chain(values).chain(derivatives.iter()))?;
+        let row: Vec<f64> = values.iter().chain(derivatives.iter()).copied().collect();
+        gaps.note(*time, &row);
+        writer.row([time].into_iter().chain(&row))?;
     }
-    output::finish(writer, options.file())
+    output::finish(writer, options.file())?;
+    let names = columns(&found, &Units::default());
+    let names: Vec<&str> = names.iter().skip(1).map(|(name, _)| name.as_str()).collect();
+    output::warn_gaps(&scene, &gaps, &names, format);
+    Ok(())
 }
 
 /// The columns of the table, by the units that they are shown in: derivatives stand after the values.

@@ -28,6 +28,7 @@ pub use matrix::{dense, saddle};
 pub use modes::{Mode, modes};
 pub use point::Point;
 pub use rest::at_rest;
+pub(crate) use sensitivity::is_finite;
 pub use sensitivity::{
     Along, At as AlongAt, Changes, Feature, FeatureKind, Guess, ModeChanges, Sensitivities, Varied, Varying,
 };

@@ -76,7 +76,7 @@ impl StateSpace {
         for (row, &state) in basis.states.iter().enumerate() {
             rates.row_mut(row).copy_from(&basis.rate(formulated, state, &motion));
         }
-        let outputs = basis.outputs(&numbers, &motion);
+        let outputs = basis.outputs(&numbers, &motion).map(defined);
         let split = |matrix: &DMatrix<f64>| {
             (matrix.columns(0, states).into_owned(), matrix.columns(states, count - states).into_owned())
         };
@@ -117,19 +117,13 @@ impl StateSpace {
         Ok(self)
     }
 
-    /// The same, if its outputs have values and derivatives.
-    ///
-    /// # Errors
-    /// One of them has none.
-    pub fn with_outputs(self) -> Result<Self, Failure> {
-        let finite = |row: usize| {
-            let output = &self.outputs[row];
-            output.value.is_finite() && self.c.row(row).iter().chain(self.d.row(row).iter()).all(|x| x.is_finite())
-        };
-        match (0..self.outputs.len()).find(|row| !finite(*row)) {
-            Some(row) => Err(Failure::NotFinite { time: self.time, what: self.outputs[row].name.clone() }),
-            None => Ok(self),
-        }
+    /// The outputs, and for each of them a number that is none if it has a value, but not all derivatives.
+    pub(super) fn gaps(&self) -> Vec<f64> {
+        let derivatives = (self.c.row_iter().zip(self.d.row_iter())).zip(&self.outputs).map(|((c, d), own)| {
+            let all = c.iter().chain(d.iter()).all(|entry| entry.is_finite());
+            if all || own.value.is_nan() { 0.0 } else { f64::NAN }
+        });
+        self.outputs.iter().map(|own| own.value).chain(derivatives).collect()
     }
 }
 
@@ -334,11 +328,16 @@ fn signal(formulated: &Formulated, point: &Point, symbol: Symbol) -> Signal {
     Signal { name, unit, value: point.value(symbol) }
 }
 
+/// Not a number where something has no finite value.
+fn defined(value: f64) -> f64 {
+    if value.is_finite() { value } else { f64::NAN }
+}
+
 fn output_signals(formulated: &Formulated, numbers: &Numbers) -> Vec<Signal> {
     let outputs = formulated.equations.system.mechanism.outputs.iter();
     let values = numbers.values(RowBlock::Outputs);
     outputs
         .zip(values.iter())
-        .map(|(output, &value)| Signal { name: output.name.clone(), unit: output.unit.clone(), value })
+        .map(|(output, &value)| Signal { name: output.name.clone(), unit: output.unit.clone(), value: defined(value) })
         .collect()
 }

@@ -6,6 +6,7 @@ use cotree::diagnostic::suggest;
 use cotree::formulate::{Formulated, formulate_written, pattern};
 use cotree::model::{Experiment, Formula, Mechanism, Unit, Units};
 use cotree::report::csv::Table;
+use cotree::run::Gaps;
 use cotree::scene::{Fault, Faults, Scene, Source};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::{Model, State};
@@ -162,14 +163,27 @@ impl Study {
         let name = self.mechanism.name.clone();
         let points = match at {
             At::Equilibrium => self.rest(|formulated, variation, equilibrium| {
-                Ok(vec![StateSpace::new(formulated, variation, &equilibrium.point, None)?.with_outputs()?])
+                Ok(vec![StateSpace::new(formulated, variation, &equilibrium.point, None)?])
             })?,
             At::Times(times) => {
                 let driven = self.driven.clone();
                 self.formulated(&self.mechanism.clone(), |formulated| along(formulated, driven, times))?
             }
         };
+        self.warnings.extend(self.without_value(&points));
         Ok(Linearization { name, points, step: None })
+    }
+
+    /// Which outputs of linear systems have no value, or not all derivatives.
+    fn without_value(&self, points: &[StateSpace]) -> Option<Fault> {
+        let mut gaps = Gaps::default();
+        points.iter().for_each(|point| gaps.note(point.time, &point.gaps()));
+        let outputs = &self.mechanism.outputs;
+        let derivatives: Vec<String> = outputs.iter().map(|output| format!("d({})", output.name)).collect();
+        let names: Vec<&str> =
+            outputs.iter().map(|output| &output.name).chain(&derivatives).map(String::as_str).collect();
+        let place = |name: &str| names.iter().position(|own| *own == name).map_or(0, |place| place % outputs.len());
+        gaps.warning(&names, |name| outputs[place(name)].span)
     }
 
     /// Natural frequencies, damping ratios and shapes, about the equilibrium next to the start or about the pose at a time \[s\].
@@ -220,8 +234,7 @@ fn along(formulated: &mut Formulated, driven: Driven, times: &[f64]) -> Result<V
     let mut systems: Vec<StateSpace> = Vec::with_capacity(times.len());
     let end = times.last().copied().unwrap_or_default();
     for &time in times {
-        systems
-            .push(StateSpace::new(formulated, &variation, &motion.point(time, end)?, systems.last())?.with_outputs()?);
+        systems.push(StateSpace::new(formulated, &variation, &motion.point(time, end)?, systems.last())?);
     }
     Ok(systems)
 }

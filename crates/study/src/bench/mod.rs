@@ -94,35 +94,62 @@ pub struct Measured {
 /// A method: what it is called, and the engine, unless the program chooses.
 type Method = (&'static str, Option<Engine>);
 
+/// A run that is about to be measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Next {
+    pub method: &'static str,
+    pub tolerance: f64,
+    /// So many runs have been measured before, of so many.
+    pub done: usize,
+    pub all: usize,
+}
+
 /// Measures a model.
 ///
 /// # Errors
 /// There is no reference: the model cannot be simulated, or not in reasonable time.
 pub fn measure(model: &Arc<Model>, variables: &[usize], experiment: Experiment) -> Result<Bench, String> {
+    measure_watched(model, variables, experiment, &mut |_| true)
+}
+
+/// The same; whoever watches is told of each run once there is a reference, and says whether it is to be measured. Without it the runs before are all there are.
+///
+/// # Errors
+/// Those of [`measure`].
+pub fn measure_watched(
+    model: &Arc<Model>,
+    variables: &[usize],
+    experiment: Experiment,
+    watch: &mut dyn FnMut(Next) -> bool,
+) -> Result<Bench, String> {
     let subject = Subject { model, variables, experiment };
     let methods = methods(model);
     let (times, mut exact, reference) = reference::find(&subject, &methods)?;
     let energy_kept = exact.energy_drift().is_some_and(|drift| drift < KEPT);
     let (mut runs, mut total, mut attainable) = (Vec::new(), Elapsed::default(), exact.instance.attainable_accuracy());
-    for &(method, engine) in &methods {
-        let mut affordable = true;
-        for tolerance in TOLERANCES {
-            let found =
-                if affordable { subject.run(engine, tolerance, Budget::Run, &times) } else { Err(TOO_LONG.to_owned()) };
-            let result = found.map(|mut found| {
-                let cpu_seconds = subject.time(engine, tolerance).map(|(fastest, all)| {
-                    total.add(all);
-                    fastest.as_secs_f64()
-                });
-                attainable = f64::max(attainable, found.instance.attainable_accuracy());
-                let error = found.trajectory.distance(&exact.trajectory);
-                let resolved = error > RESOLVED * reference.error;
-                Measured { cpu_seconds, resolved, ..Measured::of(&found, error, energy_kept) }
-            });
-            // Finer tolerances would take longer still.
-            affordable = result.as_ref().err().is_none_or(|problem| problem != TOO_LONG);
-            runs.push(Run { method, tolerance, result });
+    let all = methods.len() * TOLERANCES.len();
+    let planned = methods.iter().flat_map(|&method| TOLERANCES.map(|tolerance| (method, tolerance)));
+    let mut slow = None;
+    for ((method, engine), tolerance) in planned {
+        if !watch(Next { method, tolerance, done: runs.len(), all }) {
+            break;
         }
+        // Finer tolerances would take longer still.
+        let is_slow = slow == Some(method);
+        let found =
+            if is_slow { Err(TOO_LONG.to_owned()) } else { subject.run(engine, tolerance, Budget::Run, &times) };
+        let result = found.map(|mut found| {
+            let cpu_seconds = subject.time(engine, tolerance).map(|(fastest, all)| {
+                total.add(all);
+                fastest.as_secs_f64()
+            });
+            attainable = f64::max(attainable, found.instance.attainable_accuracy());
+            let error = found.trajectory.distance(&exact.trajectory);
+            let resolved = error > RESOLVED * reference.error;
+            Measured { cpu_seconds, resolved, ..Measured::of(&found, error, energy_kept) }
+        });
+        slow = matches!(&result, Err(problem) if problem == TOO_LONG).then_some(method).or(slow);
+        runs.push(Run { method, tolerance, result });
     }
     Ok(Bench {
         name: model.program().name.clone(),

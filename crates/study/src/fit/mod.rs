@@ -14,13 +14,13 @@ use cotree_fmu::model::State;
 use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
 
-use crate::analysis::{Along, AlongAt as At, Failure, Guess, Study, StudyError, Varying};
+use crate::analysis::{Along, AlongAt as At, Failure, Guess, Study, StudyError, Varying, is_finite};
 use estimate::Estimates;
 pub(crate) use levenberg::Residuals;
 use levenberg::minimise;
 pub use levenberg::{Ended, Trial};
-use request::Weighed;
 pub use request::{Request, Vary};
+use request::{Weighed, too_few};
 pub(crate) use request::{bounds, check_times, places};
 pub use written::with_values;
 
@@ -46,6 +46,8 @@ pub struct Fit {
     pub correlation: DMatrix<f64>,
     /// \[s\]
     pub times: Vec<f64>,
+    /// Times at which something was measured that has no value or no derivative there in the first motion: they are left out \[s\].
+    pub left_out: Vec<f64>,
     /// What was measured.
     pub columns: Vec<Column>,
     /// How often the motion was computed, with its derivatives.
@@ -88,9 +90,9 @@ pub struct Column {
 }
 
 impl Column {
-    /// How many values were measured.
+    /// How many values count: those that were measured and can be computed.
     pub fn count(&self) -> usize {
-        self.measured.iter().filter(|value| !value.is_nan()).count()
+        self.measured.iter().zip(&self.fitted).filter(|(measured, fitted)| !(measured.is_nan() || fitted.is_nan())).count()
     }
 
     /// Root of the mean square of the residuals.
@@ -147,8 +149,21 @@ struct Problem<'a, 'f> {
     varying: &'a Varying<'f>,
     table: &'a Table,
     weighed: Weighed,
-    /// The work of the first motion.
-    first: OnceCell<u64>,
+    first: OnceCell<First>,
+}
+
+/// What the first motion shows.
+struct First {
+    work: u64,
+    /// Row and column of each measured value that has a value and derivatives there; the others are left out of all motions.
+    kept: Vec<(usize, usize)>,
+}
+
+/// What a search says that has come to the end of what moves.
+fn no_minimum(cause: &str) -> String {
+    format!(
+        "the search came to where there is no motion any more, which is no minimum: {cause}; keep the quantities away from there by bounds (NAME=LOW..HIGH)"
+    )
 }
 
 impl Problem<'_, '_> {
@@ -161,35 +176,39 @@ impl Problem<'_, '_> {
             let weighed = &self.weighed;
             let evaluate = |values: &[f64], from: Option<&State>| {
                 let Along { rows, start, .. } = self.motion(values, from.or(pose.as_ref()))?;
-                Ok((self.residuals(&rows, values.len()).by(weighed), start))
+                Ok((self.residuals(&rows, values.len()).by(weighed, self.kept()), start))
             };
             let found = minimise(&values, &weighed.bounds, most, evaluate, &mut *watch)?;
             (values, evaluations) = (found.values, evaluations + found.evaluations);
-            if let Some(cause) = found.blocked {
-                return Ok(Err(FitError::Undetermined(format!(
-                    "the search came to where there is no motion any more, which is no minimum: {cause}; keep the quantities away from there by bounds (NAME=LOW..HIGH)"
-                ))));
+            let blocked = found.blocked.map(|cause| no_minimum(&cause));
+            if let Some(message) = blocked.or_else(|| too_few(self.kept().len(), start.len())) {
+                return Ok(Err(FitError::Undetermined(message)));
             }
             let Along { rows, start: start_pose, .. } = self.motion(&values, Some(&found.beside))?;
             let residuals = self.residuals(&rows, values.len());
             evaluations += 1;
-            let change = self.weighed.estimate(&residuals, start.len());
+            let kept = self.kept().to_vec();
+            let change = self.weighed.estimate((&residuals, &kept), start.len());
             // Of a single column the weight has no influence.
             let is_last = self.weighed.deviations.len() == 1 || change < KNOWN;
             if !is_last && found.ended == Ended::Settled {
                 pose = Some(start_pose);
                 continue;
             }
-            let estimates = match Estimates::new(&residuals.by(&self.weighed), &values, &self.weighed, self.varying) {
-                Ok(estimates) => estimates,
-                Err(message) => return Ok(Err(FitError::Undetermined(message))),
-            };
-            let quantities = estimates.quantities(&start, &values, self.varying);
-            let correlation = estimates.correlation(start.len());
-            let (times, columns) = (self.table.times().to_vec(), self.columns(&rows));
-            let ended = found.ended;
             let guesses = self.varying.moved_guesses(&start_pose)?;
-            return Ok(Ok(Fit { name, quantities, correlation, times, columns, evaluations, ended, guesses }));
+            let scaled = residuals.by(&self.weighed, &kept);
+            let estimates = Estimates::new(&scaled, &values, &self.weighed, self.varying);
+            return Ok(estimates.map_err(FitError::Undetermined).map(|estimates| Fit {
+                name,
+                quantities: estimates.quantities(&start, &values, self.varying),
+                correlation: estimates.correlation(start.len()),
+                times: self.table.times().to_vec(),
+                left_out: self.left_out(),
+                columns: self.columns(&rows),
+                evaluations,
+                ended: found.ended,
+                guesses,
+            }));
         }
         let message = "the standard deviations of the columns do not settle: give them (--sigma), or fit one column";
         Ok(Err(FitError::Undetermined(message.to_owned())))
@@ -197,17 +216,44 @@ impl Problem<'_, '_> {
 
     /// The motion with these values. It starts on the branch on which another one does: where lengths move far the guesses of the scene are near no branch, or another one.
     fn motion(&self, values: &[f64], from: Option<&State>) -> Result<Along, Failure> {
-        let most = self.first.get().map_or(u64::MAX, |first| DEAREST.saturating_mul(*first));
+        let most = self.first.get().map_or(u64::MAX, |first| DEAREST.saturating_mul(first.work));
         let found = self.varying.along(values, self.table.times(), from, most)?;
-        self.first.get_or_init(|| found.work);
+        self.judge(&found)?;
         Ok(found)
     }
 
-    /// Simulated less measured values, SI: of each value that was measured, row by row.
+    /// Finds out by the first motion what counts; another one that has fewer values would fit the better for it.
+    fn judge(&self, found: &Along) -> Result<(), Failure> {
+        let is_missing = |&&(row, column): &&(usize, usize)| {
+            let (values, derivatives) = &found.rows[row];
+            !is_finite(values, derivatives, self.weighed.places[column])
+        };
+        let measured = &self.weighed.measured;
+        let kept = || measured.iter().filter(|place| !is_missing(place)).copied().collect();
+        let First { kept, .. } = self.first.get_or_init(|| First { work: found.work, kept: kept() });
+        let lost = kept.iter().find(is_missing).or(if kept.is_empty() { measured.first() } else { None });
+        let Some(&(row, column)) = lost else { return Ok(()) };
+        Err(Failure::NotFinite { time: self.table.times()[row], what: self.table.names()[column].clone() })
+    }
+
+    /// Row and column of each measured value that counts.
+    fn kept(&self) -> &[(usize, usize)] {
+        self.first.get().map_or(&[], |first| &first.kept)
+    }
+
+    /// The times of measured values that do not count.
+    fn left_out(&self) -> Vec<f64> {
+        let others = self.weighed.measured.iter().filter(|place| self.kept().binary_search(place).is_err());
+        let mut rows: Vec<usize> = others.map(|&(row, _)| row).collect();
+        rows.dedup();
+        rows.into_iter().map(|row| self.table.times()[row]).collect()
+    }
+
+    /// Simulated less measured values, SI: of each value that counts, row by row.
     fn residuals(&self, rows: &[At], quantities: usize) -> Residuals {
-        let count = self.weighed.measured.len();
+        let count = self.kept().len();
         let mut residuals = Residuals { values: DVector::zeros(count), derivatives: DMatrix::zeros(count, quantities) };
-        for (index, &(row, column)) in self.weighed.measured.iter().enumerate() {
+        for (index, &(row, column)) in self.kept().iter().enumerate() {
             let ((outputs, derivatives), place) = (&rows[row], self.weighed.places[column]);
             residuals.values[index] = outputs[place] - self.table.column(column)[row];
             residuals.derivatives.row_mut(index).copy_from(&derivatives.row(place));
@@ -219,7 +265,11 @@ impl Problem<'_, '_> {
         let units: Vec<String> = self.varying.outputs().map(|(_, unit)| unit.si.clone()).collect();
         let column = |(index, name): (usize, &String)| {
             let measured = self.table.column(index).to_vec();
-            let fitted = rows.iter().map(|(outputs, _)| outputs[self.weighed.places[index]]).collect();
+            let value = |(row, (outputs, _)): (usize, &At)| {
+                let is_left_out = !measured[row].is_nan() && self.kept().binary_search(&(row, index)).is_err();
+                if is_left_out { f64::NAN } else { outputs[self.weighed.places[index]] }
+            };
+            let fitted = rows.iter().enumerate().map(value).collect();
             let (deviation, is_given) = self.weighed.deviations[index];
             let unit = units[self.weighed.places[index]].clone();
             Column { name: name.clone(), unit, measured, fitted, deviation, is_given }
@@ -230,10 +280,10 @@ impl Problem<'_, '_> {
 
 impl Residuals {
     /// In standard deviations of their columns.
-    fn by(&self, weighed: &Weighed) -> Residuals {
+    fn by(&self, weighed: &Weighed, kept: &[(usize, usize)]) -> Residuals {
         let mut scaled = self.clone();
-        for row in 0..scaled.values.len() {
-            let (deviation, _) = weighed.deviations[weighed.measured[row].1];
+        for (row, (_, column)) in kept.iter().enumerate() {
+            let (deviation, _) = weighed.deviations[*column];
             scaled.values[row] /= deviation;
             scaled.derivatives.row_mut(row).scale_mut(1.0 / deviation);
         }

@@ -25,6 +25,12 @@ impl Fit {
             search +=
                 &format!("\nthe start has moved away from what is guessed of {names}; -o writes it with the values");
         }
+        if let Some(first) = self.left_out.first() {
+            let (left, all) = (self.left_out.len(), self.times.len());
+            search += &format!(
+                "\n{left} of {all} rows are left out, the first at t = {first} s: a column has no value or no derivative there"
+            );
+        }
         Report {
             tables: vec![self.estimates(), self.correlations(), self.residuals()],
             notes: row![search],
@@ -80,7 +86,7 @@ impl Fit {
             Ended::Stopped => "stopped",
         };
         json!({
-            "name": self.name, "ended": ended, "evaluations": self.evaluations, "times": self.times,
+            "name": self.name, "ended": ended, "evaluations": self.evaluations, "times": self.times, "left_out": self.left_out,
             "guesses": self.guesses.iter().map(|own| json!({ "name": own.name, "unit": own.unit.si, "guess": own.guessed, "found": own.found })).collect::<Value>(),
             "quantities": self.quantities.iter().enumerate().map(quantity).collect::<Value>(),
             "columns": self.columns.iter().map(column).collect::<Value>(),

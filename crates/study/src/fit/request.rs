@@ -71,8 +71,8 @@ impl Request {
         let empty = (0..self.table.names().len()).filter(|column| measured.iter().all(|(_, own)| own != column));
         faults.extend(empty.map(|column| format!("the column `{}` has no value", self.table.names()[column])));
         let (values, quantities) = (measured.len(), self.vary.len());
-        if values <= quantities && !self.table.names().is_empty() {
-            faults.push(format!("{values} measured values cannot determine {quantities} quantities and their errors"));
+        if !self.table.names().is_empty() {
+            faults.extend(too_few(values, quantities));
         }
         let extents: Vec<f64> = (0..self.table.names().len()).map(|column| extent(self.table.column(column))).collect();
         let mut deviations: Vec<(f64, bool)> = extents.iter().map(|&extent| (extent, false)).collect();
@@ -167,16 +167,19 @@ pub(crate) fn check_times(table: &Table, Experiment { start, stop, .. }: Experim
 }
 
 impl Weighed {
-    /// Estimates the standard deviations that were not given from the residuals; the largest change, as a share.
-    pub fn estimate(&mut self, residuals: &Residuals, quantities: usize) -> f64 {
-        let all = self.measured.len();
+    /// Estimates the standard deviations that were not given from the residuals, with row and column of each; the largest change, as a share.
+    pub fn estimate(&mut self, (residuals, kept): (&Residuals, &[(usize, usize)]), quantities: usize) -> f64 {
+        let all = kept.len();
         let mut change: f64 = 0.0;
         for (column, (deviation, is_given)) in self.deviations.iter_mut().enumerate() {
             if *is_given {
                 continue;
             }
-            let own = residuals.values.iter().zip(&self.measured).filter(|(_, (_, place))| *place == column);
+            let own = residuals.values.iter().zip(kept).filter(|(_, (_, place))| *place == column);
             let (count, squares) = own.fold((0, 0.0), |(count, sum), (value, _)| (count + 1, sum + value * value));
+            if count == 0 {
+                continue;
+            }
             let degrees = f64::from(count) * (1.0 - quantities as f64 / all as f64);
             let estimated = (squares / degrees).sqrt().max(LEAST * self.extents[column]);
             change = change.max((estimated / *deviation - 1.0).abs());
@@ -190,6 +193,12 @@ impl Weighed {
 fn measured(table: &Table) -> Vec<(usize, usize)> {
     let places = (0..table.times().len()).flat_map(|row| (0..table.names().len()).map(move |column| (row, column)));
     places.filter(|&(row, column)| !table.column(column)[row].is_nan()).collect()
+}
+
+/// Says that measured values are too few, if they are.
+pub(super) fn too_few(values: usize, quantities: usize) -> Option<String> {
+    let message = || format!("{values} measured values cannot determine {quantities} quantities and their errors");
+    (values <= quantities).then(message)
 }
 
 /// How far apart values are; their size if they are all the same.

@@ -67,7 +67,8 @@ impl StateSpace {
         let rates = self.moves().then(|| self.rate_table());
         let matrices = self.matrices(held).into_iter().filter(|(_, matrix, ..)| !matrix.is_empty());
         let matrices = matrices.map(|(name, matrix, rows, columns)| {
-            let noise = Noise(ROUNDING * matrix.amax());
+            let finite = matrix.iter().filter(|entry| entry.is_finite());
+            let noise = Noise(ROUNDING * finite.fold(0.0, |most: f64, entry| most.max(entry.abs())));
             let entry = |row: usize, column: usize| {
                 number(matrix[(row, column)], &per(rows[row].1, columns[column].1)).within(noise)
             };

@@ -90,6 +90,7 @@ impl Study {
         self.varying(to, |varying| {
             let start: Vec<f64> = varying.parameters().iter().map(|own| own.start).collect();
             let Along { rows, switched, .. } = varying.along(&start, times, None, u64::MAX)?;
+            varying.check_values(times, &rows)?;
             let course = Seen { varying, start, times, rows, switched };
             let outputs: Vec<(String, String)> =
                 varying.outputs().map(|(name, unit)| (name.to_owned(), unit.si.clone())).collect();

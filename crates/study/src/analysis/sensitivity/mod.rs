@@ -48,7 +48,7 @@ pub struct Sensitivities {
     pub outputs: Vec<(String, String)>,
     /// With respect to what, with its unit.
     pub parameters: Vec<(String, String)>,
-    /// The outputs at each time, SI.
+    /// The outputs at each time, SI; not a number where one has no value.
     pub values: Vec<DVector<f64>>,
     /// Their derivatives at fixed time: for each time a row for each output and a column for each parameter, SI.
     pub derivatives: Vec<DMatrix<f64>>,
@@ -154,10 +154,27 @@ impl<'f> Varying<'f> {
     /// # Errors
     /// A motion that cannot be continued, or derivatives that do not exist.
     pub fn at(&self, values: &[f64], times: &[f64]) -> Result<Vec<At>, Failure> {
-        Ok(self.along(values, times, None, u64::MAX)?.rows)
+        let rows = self.along(values, times, None, u64::MAX)?.rows;
+        self.check_values(times, &rows)?;
+        Ok(rows)
     }
 
-    /// The same for no more than so much work. The start is followed from that of another motion, if there is one, instead of being sought from the guesses.
+    /// Do all outputs have a value and derivatives at these times?
+    ///
+    /// # Errors
+    /// The first that has none.
+    fn check_values(&self, times: &[f64], rows: &[At]) -> Result<(), Failure> {
+        for (&time, (values, derivatives)) in times.iter().zip(rows) {
+            let missing = (0..values.len()).find(|&output| !is_finite(values, derivatives, output));
+            let named = missing.and_then(|output| self.outputs().nth(output));
+            if let Some((name, _)) = named {
+                return Err(Failure::NotFinite { time, what: name.to_owned() });
+            }
+        }
+        Ok(())
+    }
+
+    /// The same for no more than so much work, and not a number where an output has no value or no derivative. The start is followed from that of another motion, if there is one, instead of being sought from the guesses.
     ///
     /// # Errors
     /// As of [`Varying::at`], or the work is more.
@@ -245,6 +262,11 @@ impl Study {
         let (mechanism, driven) = (self.mechanism().clone(), self.driven().clone());
         self.formulated(&mechanism, |formulated| then(&Varying::new(formulated, driven, to)?))
     }
+}
+
+/// Does an output have a value and derivatives?
+pub(crate) fn is_finite(values: &DVector<f64>, derivatives: &DMatrix<f64>, output: usize) -> bool {
+    values[output].is_finite() && derivatives.row(output).iter().all(|derivative| derivative.is_finite())
 }
 
 /// The parameters, inputs or initial values behind names.

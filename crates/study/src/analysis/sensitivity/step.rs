@@ -410,7 +410,7 @@ pub(super) fn move_on(motion: &mut Instance, time: f64) -> Result<(), Failure> {
     motion.take_passages().first().map_or(Ok(()), |passage| Err(singular_pose(passage.time)))
 }
 
-/// The outputs at the time of a motion, with these q_p and v_p.
+/// The outputs at the time of a motion, with these q_p and v_p; not a number where one has no value or no derivative.
 pub(super) fn read(
     variational: &mut Variational,
     motion: &mut Instance,
@@ -419,7 +419,7 @@ pub(super) fn read(
 ) -> Result<At, Failure> {
     let mut derivatives = DMatrix::zeros(outputs.len(), positions.ncols());
     variational.outputs(motion, [positions.as_slice(), rates.as_slice()], outputs, derivatives.as_mut_slice())?;
-    let values = outputs.iter().map(|&output| motion.get(output)).collect::<Result<_, _>>()?;
+    let values = outputs.iter().map(|&output| motion.reading(output)).collect::<Result<_, _>>()?;
     Ok((DVector::from_vec(values), derivatives))
 }
 
