@@ -92,7 +92,11 @@ pub struct Column {
 impl Column {
     /// How many values count: those that were measured and can be computed.
     pub fn count(&self) -> usize {
-        self.measured.iter().zip(&self.fitted).filter(|(measured, fitted)| !(measured.is_nan() || fitted.is_nan())).count()
+        self.measured
+            .iter()
+            .zip(&self.fitted)
+            .filter(|(measured, fitted)| !(measured.is_nan() || fitted.is_nan()))
+            .count()
     }
 
     /// Root of the mean square of the residuals.
