@@ -165,7 +165,8 @@ impl Limits {
         let largest = sizes.fold(0.0, maximum);
         for limit in &mut self.limits {
             let size = maximum(limit.size, limit.value.abs());
-            if !(limit.error <= AGREE * size + NOTHING * largest) {
+            let agrees = limit.error <= AGREE * size + NOTHING * largest;
+            if !agrees {
                 limit.value = f64::NAN;
             }
         }
