@@ -26,13 +26,13 @@ axis = [1, 0]
 "block.vx" = 0
 [inputs]
 push = 0
-[loads.push]
+[loads.thrust]
 type = "force"
-body = "block"
+on = "block"
 vector = ["push", 0]
 [outputs]
 variables = ["block.vx"]
-expressions = { share = "gain*block.x/block.vx" }
+share = { value = "gain*block.x/block.vx" }
 [experiment]
 stop = 1.0
 step = 0.25
@@ -82,6 +82,11 @@ fn a_fit_leaves_such_rows_out_and_says_so() {
     let line = table.lines().find(|line| line.trim_start().starts_with("gain")).expect("a line of `gain`");
     let value: f64 = line.split_whitespace().nth(1).expect("a value").parse().expect("a number");
     assert!((value - 4.0).abs() < 1e-5, "{table}");
+    fs::write(folder.path().join("few.csv"), "time,share\n0,17\n0.25,0.5\n").expect("written");
+    let output = cotree(folder.path(), &["fit", "falling.toml", "--to", "few.csv", "--vary", "gain"]);
+    let [_, said] = texts(&output);
+    assert!(said.contains("1 measured values cannot determine 1 quantities"), "{said}");
+    assert!(said.contains("1 of 2 rows are left out"), "{said}");
 }
 
 #[test]

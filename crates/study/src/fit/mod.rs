@@ -19,6 +19,7 @@ use estimate::Estimates;
 pub(crate) use levenberg::Residuals;
 use levenberg::minimise;
 pub use levenberg::{Ended, Trial};
+use report::rows_left_out;
 pub use request::{Request, Vary};
 use request::{Weighed, too_few};
 pub(crate) use request::{bounds, check_times, places};
@@ -185,7 +186,7 @@ impl Problem<'_, '_> {
             let found = minimise(&values, &weighed.bounds, most, evaluate, &mut *watch)?;
             (values, evaluations) = (found.values, evaluations + found.evaluations);
             let blocked = found.blocked.map(|cause| no_minimum(&cause));
-            if let Some(message) = blocked.or_else(|| too_few(self.kept().len(), start.len())) {
+            if let Some(message) = blocked.or_else(|| self.too_few_left(start.len())) {
                 return Ok(Err(FitError::Undetermined(message)));
             }
             let Along { rows, start: start_pose, .. } = self.motion(&values, Some(&found.beside))?;
@@ -216,6 +217,12 @@ impl Problem<'_, '_> {
         }
         let message = "the standard deviations of the columns do not settle: give them (--sigma), or fit one column";
         Ok(Err(FitError::Undetermined(message.to_owned())))
+    }
+
+    /// Says that the values that count are too few, if they are.
+    fn too_few_left(&self, quantities: usize) -> Option<String> {
+        let message = too_few(self.kept().len(), quantities)?;
+        Some(message + "; " + &rows_left_out(&self.left_out(), self.table.times().len())?)
     }
 
     /// The motion with these values. It starts on the branch on which another one does: where lengths move far the guesses of the scene are near no branch, or another one.

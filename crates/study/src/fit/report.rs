@@ -11,6 +11,14 @@ use super::{Column, Ended, Fit, Quantity};
 /// Correlations are known to this at best: they have four decimals.
 const CORRELATION: f64 = 0.01;
 
+/// Says of how many of all rows of the table something is left out, if it is.
+pub(super) fn rows_left_out(left_out: &[f64], all: usize) -> Option<String> {
+    let (first, left) = (left_out.first()?, left_out.len());
+    Some(format!(
+        "{left} of {all} rows are left out, the first at t = {first} s: a column has no value or no derivative there"
+    ))
+}
+
 impl Fit {
     pub fn report(&self) -> Report {
         let (quantities, values) = (self.quantities.len(), self.columns.iter().map(Column::count).sum::<usize>());
@@ -25,12 +33,7 @@ impl Fit {
             search +=
                 &format!("\nthe start has moved away from what is guessed of {names}; -o writes it with the values");
         }
-        if let Some(first) = self.left_out.first() {
-            let (left, all) = (self.left_out.len(), self.times.len());
-            search += &format!(
-                "\n{left} of {all} rows are left out, the first at t = {first} s: a column has no value or no derivative there"
-            );
-        }
+        search += &rows_left_out(&self.left_out, self.times.len()).map(|said| format!("\n{said}")).unwrap_or_default();
         Report {
             tables: vec![self.estimates(), self.correlations(), self.residuals()],
             notes: row![search],
