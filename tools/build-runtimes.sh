@@ -23,7 +23,7 @@ build() {
     say "$platform"
     if [ "$platform" = web ]; then
         # A browser cannot unwind.
-        package=page options=(--config 'profile.release.panic="abort"')
+        package=web options=(--config 'profile.release.panic="abort"')
     fi
     build_for "$platform" "tools/$package/Cargo.toml" "${options[@]}"
     mkdir -p "$folder/$platform"
