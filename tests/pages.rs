@@ -64,7 +64,7 @@ fn steps(page: &str) -> Vec<Step> {
             let (language, word) = info.split_once(' ').unwrap_or((info, ""));
             match (language, word) {
                 ("sh", "") => steps.push(Step::Run(text)),
-                ("sh", "no_run") => steps.push(Step::NotRun(text)),
+                ("sh" | "python", "no_run") => steps.push(Step::NotRun(text)),
                 ("text", "printed") => steps.push(Step::Printed(text)),
                 (_, file) if file.contains('.') => steps.push(Step::File(file.to_owned(), text)),
                 (language, word) => assert!(
