@@ -39,17 +39,25 @@ impl Scene {
         let mut places = Vec::new();
         for (name, value) in changes {
             let span = written(&tree, name).map_err(EditError::Name)?;
-            places.push((whole(text, span), value));
+            places.push((whole(text, span), value.clone()));
         }
-        places.sort_by_key(|(span, _)| span.start);
-        if places.windows(2).any(|pair| pair[1].0.start < pair[0].0.end) {
-            return Err(EditError::Name("two of the names are the same value, or one is within another".to_owned()));
-        }
-        for (span, value) in places.into_iter().rev() {
-            text.replace_range(span.start..span.end, value);
-        }
+        let twice = || EditError::Name("two of the names are the same value, or one is within another".to_owned());
+        *text = spliced(text, places).ok_or_else(twice)?;
         Ok(Scene::from_files(&files)?)
     }
+}
+
+/// A text with other texts at these places; none if two of them overlap.
+pub fn spliced(text: &str, mut places: Vec<(Span, String)>) -> Option<String> {
+    places.sort_by_key(|(span, _)| span.start);
+    if places.windows(2).any(|pair| pair[1].0.start < pair[0].0.end) {
+        return None;
+    }
+    let mut changed = text.to_owned();
+    for (span, new) in places.into_iter().rev() {
+        changed.replace_range(span.start..span.end, &new);
+    }
+    Some(changed)
 }
 
 /// Where the value of a name is written.

@@ -22,7 +22,7 @@ pub(crate) mod tables;
 pub(crate) mod unit;
 
 pub use crate::diagnostic::{Fault, Faults, Severity, Source, Span, Text};
-pub use edit::EditError;
+pub use edit::{EditError, spliced};
 pub use model::{
     Coordinates, Experiment, Initial, Input, InputAs, Motion, Outputs, Parameter, Point, Scene, Signal, Solver, Vector,
 };

@@ -234,7 +234,7 @@ pub fn table(path: &Path, naming: &Naming<'_>) -> Result<Table, Failure> {
     table_by(path, |text| Table::read(text, naming))
 }
 
-/// The same, where cells may be empty.
+/// Reads a table whose cells may be empty.
 pub fn table_with_gaps(path: &Path, naming: &Naming<'_>) -> Result<Table, Failure> {
     table_by(path, |text| Table::read_with_gaps(text, naming))
 }

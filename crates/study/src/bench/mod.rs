@@ -99,7 +99,7 @@ type Method = (&'static str, Option<Engine>);
 pub struct Next {
     pub method: &'static str,
     pub tolerance: f64,
-    /// So many runs have been measured before, of so many.
+    /// How many runs have been measured, and how many there are.
     pub done: usize,
     pub all: usize,
 }
@@ -112,10 +112,10 @@ pub fn measure(model: &Arc<Model>, variables: &[usize], experiment: Experiment) 
     measure_watched(model, variables, experiment, &mut |_| true)
 }
 
-/// The same; whoever watches is told of each run once there is a reference, and says whether it is to be measured. Without it the runs before are all there are.
+/// Measures as [`measure`] does; once there is a reference `watch` is given each run, and returns whether it is to be measured. Where it is not, the runs before it are the result.
 ///
 /// # Errors
-/// Those of [`measure`].
+/// The errors of [`measure`].
 pub fn measure_watched(
     model: &Arc<Model>,
     variables: &[usize],

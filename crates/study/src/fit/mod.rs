@@ -33,8 +33,8 @@ const ROUNDS: usize = 20;
 const KNOWN: f64 = 1e-3;
 /// A column's standard deviation is no less than this share of its extent: nothing is simulated more accurately.
 const LEAST: f64 = 1e-9;
-/// A motion that is so many times the work of the first one is none that fits: what was measured has happened in a time like that of the first.
-const DEAREST: u64 = 100;
+/// A motion of more than this many times the work of the first one is neither one that fits nor one that is sought: what was measured has happened in a time like that of the first.
+pub(crate) const DEAREST: u64 = 100;
 
 /// What was found.
 #[derive(Clone, Debug, PartialEq)]

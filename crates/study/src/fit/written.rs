@@ -4,7 +4,7 @@ use std::path::Path;
 
 use cotree::diagnostic::suggest;
 use cotree::scene::quantity::Value;
-use cotree::scene::{Quantity, Scene};
+use cotree::scene::{Quantity, Scene, spliced};
 
 /// The text of a scene with these values \[SI\] of parameters, inputs and initial values: name, value, unit.
 ///
@@ -15,8 +15,7 @@ pub fn with_values(scene: &Scene, values: &[(String, f64, String)]) -> Result<St
     let mut changes = Vec::new();
     for (name, value, unit) in values {
         let own = written(scene, name)?;
-        let range = own.span.start..own.span.end;
-        let old = text.get(range.clone()).filter(|old| !old.is_empty());
+        let old = text.get(own.span.start..own.span.end).filter(|old| !old.is_empty());
         let old = old.ok_or_else(|| format!("the scene does not say where `{name}` is written"))?;
         let number = format!("{value:?}");
         let new = if unit.is_empty() || unit == "1" { number.clone() } else { format!("{number} {unit}") };
@@ -25,13 +24,9 @@ pub fn with_values(scene: &Scene, values: &[(String, f64, String)]) -> Result<St
             true => new,
             false => format!("\"{new}\""),
         };
-        changes.push((range, new));
+        changes.push((own.span, new));
     }
-    changes.sort_by_key(|(range, _)| range.start);
-    let mut changed = text.to_string();
-    for (range, new) in changes.into_iter().rev() {
-        changed.replace_range(range, &new);
-    }
+    let changed = spliced(text, changes).ok_or("two of the names are the same value")?;
     check(scene, &changed, values)?;
     Ok(changed)
 }

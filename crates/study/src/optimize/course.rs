@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::goal::Goal;
 
-/// So many of the highest places are looked at, of each measure.
+/// The highest places that are evaluated, of each measure.
 const MOST: usize = 12;
 /// Values to each side of a highest one through which the polynomial is.
 const BESIDE: usize = 2;
@@ -38,9 +38,9 @@ pub struct Piece {
 
 #[derive(Clone, Debug)]
 enum Form {
-    /// Of values, with weights.
+    /// A weighted sum of values.
     Sum(Vec<(usize, f64)>),
-    /// So many times the root of the mean square.
+    /// A multiple of the root of the mean square.
     Effective(f64),
 }
 

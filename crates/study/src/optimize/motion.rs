@@ -9,10 +9,7 @@ use nalgebra::{DMatrix, DVector};
 use super::course::Course;
 use super::search::Seen;
 use crate::analysis::{Along, Failure, Varying};
-use crate::fit::Residuals;
-
-/// A motion that takes so many times the work of that of the scene is none that is sought.
-const DEAREST: u64 = 100;
+use crate::fit::{DEAREST, Residuals};
 
 /// The motions of a scene.
 pub struct Motions<'a, 'f> {

@@ -79,7 +79,7 @@ const MET: f64 = 1e-9;
 /// A bar that is shorter than this share of the longest is none.
 const NO_BAR: f64 = 1e-4;
 
-/// Where the task says nothing of lengths, a bar of a function's linkage that is longer than so many grounds is none: its end hardly leaves a straight line.
+/// Where the task says nothing of lengths, a bar of a function's linkage that is longer than this many grounds counts as none: its end hardly leaves a straight line.
 const FAR: f64 = 20.0;
 
 /// Finds the linkages for a task; with `all`, those that are not good too.

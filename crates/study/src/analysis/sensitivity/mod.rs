@@ -159,7 +159,7 @@ impl<'f> Varying<'f> {
         Ok(rows)
     }
 
-    /// Do all outputs have a value and derivatives at these times?
+    /// Checks that all outputs have a value and derivatives at these times.
     ///
     /// # Errors
     /// The first that has none.
@@ -174,7 +174,7 @@ impl<'f> Varying<'f> {
         Ok(())
     }
 
-    /// The same for no more than so much work, and not a number where an output has no value or no derivative. The start is followed from that of another motion, if there is one, instead of being sought from the guesses.
+    /// The outputs and their derivatives along a motion of at most this much work; not a number where an output has no value or no derivative. The start is followed from that of another motion, if there is one, instead of being sought from the guesses.
     ///
     /// # Errors
     /// As of [`Varying::at`], or the work is more.
@@ -214,7 +214,7 @@ impl<'f> Varying<'f> {
 }
 
 impl Varying<'_> {
-    /// Those of them that are so far from what has become of them that they are written anew.
+    /// The guesses that lie so far from the start that they are written anew.
     ///
     /// # Errors
     /// A program that is none.
@@ -264,7 +264,7 @@ impl Study {
     }
 }
 
-/// Does an output have a value and derivatives?
+/// True if an output has a value and derivatives.
 pub(crate) fn is_finite(values: &DVector<f64>, derivatives: &DMatrix<f64>, output: usize) -> bool {
     values[output].is_finite() && derivatives.row(output).iter().all(|derivative| derivative.is_finite())
 }

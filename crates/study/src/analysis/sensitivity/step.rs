@@ -221,7 +221,7 @@ impl<'f> Course<'f> {
         Ok(())
     }
 
-    /// The same up to the end of a motion without knots; `span` is how long all of it is.
+    /// Runs to the end of a motion without knots; `span` is how long all of it is.
     fn run_smoothly(
         &mut self,
         times: &[f64],
