@@ -112,6 +112,16 @@ impl Model {
         self.program.coordinates.len()
     }
 
+    /// Number of coordinates of the mechanism: those before the integrals of states.
+    pub(crate) fn mechanical(&self) -> usize {
+        self.program.mechanical()
+    }
+
+    /// Takes the integrals of states out of a motion (q, v): nobody reads them, and what grows without end would count as rounding errors of the others.
+    pub(crate) fn forget_integrals(&self, motion: &mut [f64]) {
+        motion[self.mechanical()..self.coordinates()].fill(0.0);
+    }
+
     /// The state before anything is solved: everything zero but the defaults of parameters and inputs.
     pub fn default_state(&self, time: f64) -> State {
         let mut state = State { layout: self.layout, registers: vec![0.0; self.layout.accelerations()] };
@@ -266,6 +276,11 @@ impl State {
     /// Rates v, to be changed.
     pub fn rates_mut(&mut self) -> &mut [f64] {
         &mut self.registers[self.layout.rates()..self.layout.accelerations()]
+    }
+
+    /// States of the scene.
+    pub fn states(&self) -> &[f64] {
+        &self.registers[self.layout.states()..self.layout.accelerations()]
     }
 
     /// All of it, as it lies at the start of the register file.

@@ -35,11 +35,11 @@ pub fn arm_form(equations: &mut Equations, length: f64, values: &impl Values) ->
     if repeat_exactly(equations, length, values) {
         let arms = formulate(equations, |row| row.is_imposed() || row.repeats())?;
         if may_choose(equations, &arms, values) {
-            return lower(equations, &arms, values);
+            return lower(equations, arms, values);
         }
     }
     let arms = formulate(equations, Constraint::is_imposed)?;
-    lower(equations, &arms, values)
+    lower(equations, arms, values)
 }
 
 /// Do loop equations repeat others, and do all of them hold in this pose?
@@ -83,22 +83,46 @@ fn unit_of_mass(equations: &Equations, arms: &ArmEquations, values: &impl Values
     if mean.abs() > ORDINARY { mean.round().exp2() } else { 1.0 }
 }
 
+/// What stands for the mass behind a state: a power of two in the middle of the masses of displacements, so that they stay of one order.
+fn mean_mass(equations: &Equations, arms: &ArmEquations, values: &impl Values) -> f64 {
+    let straight = equations.coordinates.iter().filter(|coordinate| !coordinate.angular).count();
+    let masses = masses(equations, arms, values);
+    let masses = masses[masses.len() - straight..].iter().filter(|mass| **mass > 0.0);
+    let logarithms: Vec<f64> = masses.map(|mass| mass.log2()).collect();
+    match logarithms.len() {
+        0 => 1.0,
+        count => (logarithms.iter().sum::<f64>() / count as f64).round().exp2(),
+    }
+}
+
 /// The same without loads: what the accuracy of a motion is measured by that has no series.
 ///
 /// # Errors
 /// As [`arm_form`].
 pub fn mass_form(equations: &mut Equations, values: &impl Values) -> Result<(ArmForm, Vec<Expr>), Reason> {
     let arms = equations.arms_without_loads(Constraint::is_imposed)?;
-    lower(equations, &arms, values)
+    lower(equations, arms, values)
 }
 
-fn lower(equations: &mut Equations, arms: &ArmEquations, values: &impl Values) -> Result<(ArmForm, Vec<Expr>), Reason> {
-    let unit_of_mass = unit_of_mass(equations, arms, values);
+fn lower(
+    equations: &mut Equations,
+    mut arms: ArmEquations,
+    values: &impl Values,
+) -> Result<(ArmForm, Vec<Expr>), Reason> {
+    let unit_of_mass = unit_of_mass(equations, &arms, values);
+    if !equations.states.is_empty() {
+        let mass = mean_mass(equations, &arms, values);
+        equations.state_arms(mass, &mut arms);
+    }
+    let arms = &arms;
     let angular: Vec<bool> = equations.coordinates.iter().map(|coordinate| coordinate.angular).collect();
+    let mechanical = angular.len();
+    let angular = [angular, vec![false; equations.states.len()]].concat();
     let repeats: Vec<bool> = equations.constraints.iter().map(Constraint::repeats).collect();
     let per_unit = equations.system.arena.constant(1.0 / unit_of_mass);
     let mut lowering = Lowering {
         per_unit,
+        mechanical,
         repeats: &repeats,
         arena: &mut equations.system.arena,
         arms,
@@ -134,6 +158,8 @@ fn lower(equations: &mut Equations, arms: &ArmEquations, values: &impl Values) -
 struct Lowering<'a> {
     /// One over the unit of mass.
     per_unit: Expr,
+    /// How many coordinates are not integrals of states.
+    mechanical: usize,
     /// Which loop equations repeat others.
     repeats: &'a [bool],
     arena: &'a mut Arena,
@@ -213,10 +239,15 @@ impl Lowering<'_> {
                 [(arm, sign)].into_iter().chain(parent.map(|parent| (parent, -sign))).collect()
             }
         };
-        for (order, source) in
-            [(Order::Position, Source::Unknown as fn(u32) -> Source), (Order::Velocity, Source::UnknownRate)]
-        {
-            let symbol = self.arena.symbol(Symbol::Coordinate(index, order));
+        let symbols = match index.checked_sub(self.mechanical) {
+            None => vec![
+                (Symbol::Coordinate(index, Order::Position), Source::Unknown as fn(u32) -> Source),
+                (Symbol::Coordinate(index, Order::Velocity), Source::UnknownRate),
+            ],
+            Some(state) => vec![(Symbol::State(state, Order::Position), Source::UnknownRate as fn(u32) -> Source)],
+        };
+        for (symbol, source) in symbols {
+            let symbol = self.arena.symbol(symbol);
             let sum = terms.iter().map(|&(arm, sign)| (source(arm), self.arena.constant(sign))).collect();
             self.builder.define(symbol, sum);
         }

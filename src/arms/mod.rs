@@ -9,6 +9,7 @@ mod loads;
 mod masses;
 mod rows;
 mod series;
+mod states;
 mod tree;
 
 use std::collections::BTreeMap;
@@ -36,7 +37,7 @@ const MOST: usize = 1_000_000;
 pub enum Factor {
     /// 1
     One,
-    /// A displacement: that coordinate, or beyond their number an auxiliary one.
+    /// A displacement: that coordinate, beyond their number the integral of a state, and beyond these an auxiliary one.
     Displacement(usize),
     Signal(Expr),
 }

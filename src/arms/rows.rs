@@ -108,7 +108,7 @@ impl Equations {
         directions: &[[Expr; 2]],
         arms: &mut ArmEquations,
     ) -> usize {
-        let first = self.coordinates.len() + arms.auxiliary.len();
+        let first = self.coordinates.len() + self.states.len() + arms.auxiliary.len();
         for (displacement, &free) in (first..).zip(directions) {
             arms.auxiliary.push(Auxiliary { displacement, free, row: arms.rows.len() });
             gap.insert(Arm { frame, factor: Factor::Displacement(displacement) }, free);

@@ -235,10 +235,14 @@ impl SeriesBuilder {
             Symbol::Time => Given::Time,
             Symbol::Input(index, order) => Given::Input(index as u32, times(order)),
             Symbol::Follower(index, order) => Given::Follower(index as u32, times(order)),
-            Symbol::Coordinate(_, Order::Acceleration) | Symbol::Reaction(_) => {
+            Symbol::Coordinate(_, Order::Acceleration) | Symbol::State(_, Order::Velocity) | Symbol::Reaction(_) => {
                 return Err("a law depends on accelerations or reactions".into());
             }
-            Symbol::Coordinate(..) | Symbol::Parameter(_) | Symbol::Missing(..) | Symbol::Argument => {
+            Symbol::Coordinate(..)
+            | Symbol::State(..)
+            | Symbol::Parameter(_)
+            | Symbol::Missing(..)
+            | Symbol::Argument => {
                 return Err("a law depends on something that is no series".into());
             }
         };

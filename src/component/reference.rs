@@ -21,6 +21,9 @@ pub fn reference() -> String {
     let named = "A number, or a table with these keys. The name is the entry's key.";
     table(&mut text, "`parameters`", named, tables::PARAMETER);
     table(&mut text, "`inputs`", named, tables::INPUT);
+    let states = "Quantities whose rates are given: currents, pressures, temperatures, integrals of controllers. Laws, outputs and other states use them by \
+                  their names. [machines.md](machines.md) explains them.";
+    table(&mut text, "`states`", states, tables::STATE);
     let signals = "Laws that loads, drivers, outputs and other signals use by their names: a number or an expression, or a table with these keys. \
                    [expressions.md](expressions.md#signals) explains them.";
     table(&mut text, "`signals`", signals, tables::SIGNAL);

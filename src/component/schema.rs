@@ -36,6 +36,7 @@ fn definitions() -> Value {
         "name": { "pattern": "^[A-Za-z_][A-Za-z0-9_]*$" },
         "parameter": either(tables::PARAMETER),
         "input": either(tables::INPUT),
+        "state": object(tables::STATE),
         "signal": either(tables::SIGNAL),
         "output": either(tables::OUTPUT),
         "initial": {
@@ -189,6 +190,7 @@ fn section(name: &str) -> Value {
     match name {
         "parameters" => named("parameter"),
         "inputs" => named("input"),
+        "states" => named("state"),
         "signals" => named("signal"),
         "ground" => object(tables::GROUND),
         "bodies" => named("body"),

@@ -77,7 +77,7 @@ fn guide(arena: &mut Arena, across: &Vector) -> Option<(FrameId, Vec<Slope>)> {
                 slopes.push((index, slope));
             }
             Symbol::Coordinate(..) | Symbol::Time | Symbol::Input(..) | Symbol::Follower(..) => return None,
-            Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => return None,
+            Symbol::State(..) | Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => return None,
         }
     }
     let (_, first) = *slopes.first()?;

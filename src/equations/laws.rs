@@ -9,8 +9,9 @@ use crate::model::translate::translate;
 use crate::network::{Direction, ElementId, Force, TNode, Torque};
 
 impl Equations {
-    /// Evaluates the terminal equations of all force and torque actuators.
+    /// Evaluates the terminal equations of all force and torque actuators, and the rates of the states.
     pub(super) fn evaluate_laws(&mut self) {
+        let mechanism = std::sync::Arc::clone(&self.system.mechanism);
         for index in 0..self.system.elements.len() {
             let id = ElementId(index);
             let element = &self.system.elements[index];
@@ -24,6 +25,7 @@ impl Equations {
                 self.laws.torques.insert(id, torque);
             }
         }
+        self.states = mechanism.states.iter().map(|state| self.formula(&state.rate)).collect();
     }
 
     /// The force of a law; none of what exerts none by a law.
@@ -40,6 +42,7 @@ impl Equations {
     pub fn law_values(&mut self) -> Vec<Expr> {
         let mut values: Vec<Expr> = self.laws.forces.values().flat_map(Form::keys).collect();
         values.extend(self.laws.torques.values());
+        values.extend(&self.states);
         for index in 0..self.system.elements.len() {
             let element = &self.system.elements[index];
             let (translation, rotation) = (element.translation.clone(), element.rotation.clone());

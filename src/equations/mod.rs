@@ -51,6 +51,8 @@ pub struct Equations {
     pub coordinates: Vec<Coordinate>,
     /// {Phi}, with its derivatives.
     pub constraints: Vec<Constraint>,
+    /// Rates of the states of the scene; they stand after {q} in the program.
+    pub states: Vec<Expr>,
     pub(crate) kinematics: Kinematics,
     pub(crate) laws: Laws,
     dynamics: Option<Dynamics>,
@@ -79,6 +81,7 @@ impl Equations {
             trees,
             coordinates,
             constraints,
+            states: Vec::new(),
             kinematics,
             laws: Laws::default(),
             dynamics: None,

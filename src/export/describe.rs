@@ -18,7 +18,7 @@ pub fn describe(formulated: &Formulated, guid: &str) -> Description {
     let rows = &formulated.lowered.table.rows;
     let mut changing = Changing { rows, known: HashMap::new() };
     let followed = places(program.followed_inputs(), rows);
-    let mut variables: Vec<ScalarVariable> = rows.iter().map(|row| variable(mechanism, &mut changing, row)).collect();
+    let mut variables: Vec<ScalarVariable> = rows.iter().map(|row| variable((mechanism, program.mechanical()), &mut changing, row)).collect();
     for place in places(program.inputs_with_rates(), rows) {
         variables[place].description = with_derivatives(&variables[place].description);
     }
@@ -70,7 +70,11 @@ impl Changing<'_> {
     }
 }
 
-fn variable(mechanism: &Mechanism, changing: &mut Changing, row: &TableRow) -> ScalarVariable {
+fn variable(
+    (mechanism, mechanical): (&Mechanism, usize),
+    changing: &mut Changing,
+    row: &TableRow,
+) -> ScalarVariable {
     let causality = match (row.source, row.calculated) {
         (_, Some(tunable)) => Causality::CalculatedParameter { tunable },
         (Source::Parameter(index), _) => {
@@ -104,10 +108,11 @@ fn variable(mechanism: &Mechanism, changing: &mut Changing, row: &TableRow) -> S
             false => Start::Approximate(start.value),
         }),
         derivative_of: row.derivative_of,
-        // States are q and v of each coordinate in turn.
+        // Continuous states are q and v of each coordinate in turn, then those of the scene.
         state: row.derivative_of.and(match row.source {
             Source::Rate(index) => Some(2 * index as usize),
-            Source::Acceleration(index) => Some(2 * index as usize + 1),
+            Source::Acceleration(index) if (index as usize) < mechanical => Some(2 * index as usize + 1),
+            Source::Acceleration(index) => Some(mechanical + index as usize),
             _ => None,
         }),
         dependencies: changing.among(&row.dependencies),

@@ -28,6 +28,9 @@ impl Arena {
                 Symbol::Input(i, order) => order.next().map(|next| Symbol::Input(i, next)),
                 Symbol::Follower(i, order) => order.next().map(|next| Symbol::Follower(i, next)),
                 Symbol::Coordinate(i, order) => order.next().map(|next| Symbol::Coordinate(i, next)),
+                // The rate of a state's rate is never asked for.
+                Symbol::State(i, Order::Position) => Some(Symbol::State(i, Order::Velocity)),
+                Symbol::State(..) => None,
                 Symbol::Parameter(_) | Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => None,
             };
             next.map_or(Expr::ZERO, |next| arena.symbol(next))
@@ -73,6 +76,6 @@ impl Arena {
 impl Symbol {
     /// Is this an acceleration or a reaction, known only after the equations of motion are solved?
     pub fn is_solved(self) -> bool {
-        matches!(self, Symbol::Coordinate(_, Order::Acceleration) | Symbol::Reaction(_))
+        matches!(self, Symbol::Coordinate(_, Order::Acceleration) | Symbol::State(_, Order::Velocity) | Symbol::Reaction(_))
     }
 }

@@ -70,6 +70,8 @@ pub enum Symbol {
     Follower(usize, Order),
     /// Branch coordinate q, its rate v or its acceleration a.
     Coordinate(usize, Order),
+    /// A state of the scene: its value (`Position`) or its rate (`Velocity`).
+    State(usize, Order),
     /// Multiplier lambda.
     Reaction(usize),
     /// A mass or inertia that the scene does not give: an error if it is needed.

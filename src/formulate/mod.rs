@@ -17,7 +17,7 @@ use self::explain::size;
 use crate::diagnostic::suggest::{self, list};
 use crate::diagnostic::{Fault, Span};
 use crate::equations::{Constraint, Equations};
-use crate::expr::{Expr, Property, Symbol};
+use crate::expr::{Expr, Order, Property, Symbol};
 use crate::formulate::explain::assembly::{circuit_names, explain, show, span_of, without_rate};
 use crate::formulate::explain::suspect::suspect;
 use crate::formulate::restrictions::{Restrictions, judge, restrictions};
@@ -26,6 +26,7 @@ use crate::laws::Jump;
 use crate::model::{BodyId, Coordinates, Formula, Mechanism, Output, Owner, Variable};
 use crate::network::{ElementId, Held, Origin, System, Trees};
 use crate::program::Lowered;
+use crate::scene::constant;
 use crate::solve::{Obstacle, Pose, Shared};
 
 /// A mechanism with its equations, assembled at its initial state and lowered.
@@ -88,6 +89,7 @@ pub fn formulate_with(mut equations: Equations) -> Result<Formulated, Vec<Fault>
         time: state.time(),
         positions: state.positions().to_vec(),
         followers: state.follower_positions().to_vec(),
+        states: state.states().to_vec(),
     });
     let mut lowered = match crate::program::program(&mut equations, length, [&pose, &generic]) {
         Ok(lowered) => lowered,
@@ -199,9 +201,12 @@ fn typical_length(equations: &mut Equations) -> f64 {
 pub fn default_value(mechanism: &Mechanism, symbol: Symbol) -> f64 {
     match symbol {
         Symbol::Parameter(i) => mechanism.parameters.get(i).map_or(0.0, |parameter| parameter.value),
-        Symbol::Input(i, crate::expr::Order::Position) => mechanism.inputs[i].start,
+        Symbol::Input(i, Order::Position) => mechanism.inputs[i].start,
         Symbol::Time => mechanism.experiment.start,
-        Symbol::Input(..) | Symbol::Follower(..) | Symbol::Coordinate(..) => 0.0,
+        Symbol::State(i, Order::Position) => {
+            constant::evaluate(&mechanism.states[i].start, &mechanism.parameter_values())
+        }
+        Symbol::Input(..) | Symbol::Follower(..) | Symbol::Coordinate(..) | Symbol::State(..) => 0.0,
         Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => 0.0,
     }
 }
@@ -293,6 +298,7 @@ pub fn lacking(mechanism: &Mechanism) -> Result<Vec<(&Output, usize, Property)>,
             | Symbol::Input(..)
             | Symbol::Follower(..)
             | Symbol::Coordinate(..)
+            | Symbol::State(..)
             | Symbol::Reaction(_)
             | Symbol::Argument,
         ) => None,
@@ -316,6 +322,7 @@ fn missing_mass(equations: &Equations, symbol: Symbol, output: Option<&Output>) 
         | Symbol::Input(..)
         | Symbol::Follower(..)
         | Symbol::Coordinate(..)
+        | Symbol::State(..)
         | Symbol::Reaction(_)
         | Symbol::Argument => {
             return internal(mechanism, &format!("{symbol:?}"));

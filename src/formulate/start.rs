@@ -33,7 +33,8 @@ pub fn evaluate_at(arena: &Arena, state: &State, exprs: &[Expr]) -> Vec<f64> {
         Symbol::Coordinate(i, Order::Velocity) => state.rates()[i],
         Symbol::Follower(i, Order::Position) => state.follower_positions()[i],
         Symbol::Follower(i, Order::Velocity) => state.follower_rates()[i],
-        Symbol::Input(..) | Symbol::Coordinate(..) | Symbol::Follower(..) => 0.0,
+        Symbol::State(i, Order::Position) => state.states()[i],
+        Symbol::Input(..) | Symbol::Coordinate(..) | Symbol::Follower(..) | Symbol::State(..) => 0.0,
         Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => 0.0,
     })
 }

@@ -14,6 +14,9 @@ pub(crate) fn domains(equations: &mut Equations) -> Vec<(Domain, Expr)> {
     for part in mechanism.parts() {
         found.part(part);
     }
+    for state in &mechanism.states {
+        found.law(&format!("states.{}.rate", state.name), &state.rate);
+    }
     found.arguments.sort_by_key(|(domain, _)| domain.limit == Limit::Value);
     let laws = found.arguments.into_iter().map(|(domain, argument)| (domain, equations.formula(&argument)));
     let mut domains: Vec<(Domain, Expr)> = laws.collect();
@@ -21,6 +24,7 @@ pub(crate) fn domains(equations: &mut Equations) -> Vec<(Domain, Expr)> {
     let arena = &equations.system.arena;
     let is_known = |symbol: Symbol| match symbol {
         Symbol::Coordinate(_, order) => order != Order::Acceleration,
+        Symbol::State(_, order) => order == Order::Position,
         Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => false,
         Symbol::Time | Symbol::Parameter(_) | Symbol::Input(..) | Symbol::Follower(..) => true,
     };

@@ -42,10 +42,10 @@ impl Law {
         Some(Self { arena, value, parameters: mechanism.parameter_values() })
     }
 
-    /// The same of a law that may have variables and inputs: none if it has.
+    /// The same of a law that may have variables, inputs and states: none if it has.
     pub fn of_time(mechanism: &Mechanism, formula: &Formula) -> Option<Self> {
         let mut moves = false;
-        formula.visit(&mut |part| moves |= matches!(part, Formula::Variable(_) | Formula::Input(_)));
+        formula.visit(&mut |part| moves |= matches!(part, Formula::Variable(_) | Formula::Input(_) | Formula::State(_)));
         if moves { None } else { Self::of(mechanism, formula) }
     }
 
@@ -65,7 +65,7 @@ impl Law {
             Symbol::Parameter(index) => self.parameters[index],
             Symbol::Time => time,
             Symbol::Input(..) | Symbol::Follower(..) | Symbol::Coordinate(..) => time,
-            Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => time,
+            Symbol::State(..) | Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => time,
         };
         self.arena.evaluate(roots, &known)
     }

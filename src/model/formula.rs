@@ -1,6 +1,6 @@
 //! Expressions of the scene with their names resolved.
 
-use super::{InputId, ParameterId, Variable};
+use super::{InputId, ParameterId, StateId, Variable};
 use crate::expr::Function;
 
 /// A parsed expression with its names resolved.
@@ -14,6 +14,8 @@ pub enum Formula {
     Parameter(ParameterId),
     /// An input.
     Input(InputId),
+    /// A state of the scene.
+    State(StateId),
     /// A variable of the naming table.
     Variable(Variable),
     /// -a, a + b, f(a), f(a, b)

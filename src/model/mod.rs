@@ -11,6 +11,7 @@ pub(crate) mod measure;
 mod name;
 mod part;
 mod settings;
+mod state;
 pub(crate) mod translate;
 mod unit;
 mod variable;
@@ -23,6 +24,7 @@ pub use formula::{Comparison, Formula};
 pub use name::identifier;
 pub use part::{Friction, Motion, Part, Value};
 pub use settings::{Coordinates, Experiment, Method, Solver};
+pub use state::State;
 pub use unit::{Calculated, DisplayUnit, Input, Parameter, Unit};
 pub use variable::{Aspect, Axis, Class, Effort, Owner, Quantity, Variable, Whole};
 
@@ -42,6 +44,8 @@ index! {
     ParameterId,
     /// Index of an input.
     InputId,
+    /// Index of a state.
+    StateId,
     /// Index of a body.
     BodyId,
     /// Index of a joint.
@@ -76,6 +80,8 @@ pub struct Mechanism {
     pub calculated: Vec<Calculated>,
     /// Become FMU inputs.
     pub inputs: Vec<Input>,
+    /// States of its own: quantities whose rates are given.
+    pub states: Vec<State>,
     /// Points of the ground.
     pub ground: Vec<Point>,
     pub bodies: Vec<Body>,

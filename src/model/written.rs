@@ -43,6 +43,7 @@ impl Mechanism {
             Formula::Time => ("t".into(), Binding::Whole),
             Formula::Parameter(id) => (self.parameters[id.0].name.clone(), Binding::Whole),
             Formula::Input(id) => (self.inputs[id.0].name.clone(), Binding::Whole),
+            Formula::State(id) => (self.states[id.0].name.clone(), Binding::Whole),
             Formula::Variable(variable) => (self.variable_name(*variable), Binding::Whole),
             Formula::Call(Function::One(Unary::Negate), inner) => {
                 (format!("-{}", self.within(&inner[0], Binding::Sign)), Binding::Sign)

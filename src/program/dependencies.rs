@@ -36,8 +36,8 @@ pub(crate) struct Moving<'a> {
 /// Finds the dependencies of all variables in motion. Dynamic motion: through the accelerations and reactions to what is in their expressions.
 /// Driven motion: through the blocks of the loop equations to the inputs in them.
 pub(crate) fn in_motion(rows: &mut [TableRow], equations: &mut Equations, moving: &Moving) {
-    let driven = moving.solved.is_empty();
-    let given = rows.iter().enumerate().filter_map(|(place, row)| Some((place, known(row.source, driven)?)));
+    let (driven, mechanical) = (moving.solved.is_empty(), equations.coordinates.len());
+    let given = rows.iter().enumerate().filter_map(|(place, row)| Some((place, known(row.source, driven, mechanical)?)));
     // Time is beyond all places.
     let given: Vec<_> = given.chain([(rows.len(), vec![Symbol::Time])]).collect();
     let mut sources = Sources::new(equations, &given);
@@ -59,13 +59,16 @@ pub(crate) fn in_motion(rows: &mut [TableRow], equations: &mut Equations, moving
 }
 
 /// The symbols of a parameter, input or state; a driven mechanism has no states but those of its drivers.
-fn known(source: Source, driven: bool) -> Option<Vec<Symbol>> {
+fn known(source: Source, driven: bool, mechanical: usize) -> Option<Vec<Symbol>> {
     match source {
         Source::Parameter(index) => Some(vec![Symbol::Parameter(index as usize)]),
         // The derivatives of an input are set together with it.
         Source::Input(index) => Some(ORDERS.map(|order| Symbol::Input(index as usize, order)).to_vec()),
         Source::Coordinate(index) if !driven => Some(vec![Symbol::Coordinate(index as usize, Order::Position)]),
-        Source::Rate(index) if !driven => Some(vec![Symbol::Coordinate(index as usize, Order::Velocity)]),
+        Source::Rate(index) if !driven => Some(vec![match (index as usize).checked_sub(mechanical) {
+            Some(state) => Symbol::State(state, Order::Position),
+            None => Symbol::Coordinate(index as usize, Order::Velocity),
+        }]),
         _ => None,
     }
 }
@@ -159,11 +162,12 @@ impl Sources {
     /// Accelerations, then reactions, from their expressions.
     fn add_solved(&mut self, equations: &Equations, solved: &[Expr]) {
         let found = self.of(&equations.system.arena, solved);
-        let coordinates = equations.coordinates.len();
+        let (coordinates, states) = (equations.coordinates.len(), equations.states.len());
         self.places.extend(found.into_iter().enumerate().map(|(index, places)| {
-            let symbol = match index.checked_sub(coordinates) {
-                None => Symbol::Coordinate(index, Order::Acceleration),
-                Some(reaction) => Symbol::Reaction(reaction),
+            let symbol = match (index.checked_sub(coordinates), index.checked_sub(coordinates + states)) {
+                (_, Some(reaction)) => Symbol::Reaction(reaction),
+                (Some(state), None) => Symbol::State(state, Order::Velocity),
+                (None, None) => Symbol::Coordinate(index, Order::Acceleration),
             };
             (symbol, places)
         }));

@@ -6,6 +6,7 @@ use cotree_fmu::program::Condition;
 
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
+use crate::model::{Formula, Mechanism};
 
 /// Conditions of one order with their expressions.
 #[derive(Clone, Debug, Default)]
@@ -16,55 +17,96 @@ pub struct Conditions {
     pub jacobian: Vec<((u32, u32), Expr)>,
 }
 
-/// A line of `[initial]` whose value is a number: it can be set under the name of its variable.
+/// What is given at the start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Given {
+    /// A line of `[initial]`, by its place there.
+    Line(usize),
+    /// The start of a state.
+    State(usize),
+}
+
+/// A start that is a number: it can be set under the name of its variable.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Settable {
-    /// Its place in [`Mechanism::initial`].
-    pub line: usize,
+    pub given: Given,
     pub value: f64,
+}
+
+impl Given {
+    /// The name of its variable.
+    pub fn name(self, mechanism: &Mechanism) -> String {
+        match self {
+            Given::Line(line) => mechanism.variable_name(mechanism.initial[line].variable),
+            Given::State(state) => mechanism.states[state].name.clone(),
+        }
+    }
+
+    /// Known, or a guess?
+    pub fn is_known(self, mechanism: &Mechanism) -> bool {
+        match self {
+            Given::Line(line) => mechanism.initial[line].known,
+            Given::State(_) => true,
+        }
+    }
 }
 
 /// All initial values that can be set. In the register file they come after the scene's parameters.
 pub(crate) fn settable(equations: &mut Equations) -> Vec<Settable> {
     let mut settable = Vec::new();
     let mechanism = &*equations.system.mechanism.clone();
-    for (line, initial) in mechanism.initial.iter().enumerate() {
-        let value = equations.formula(&initial.value);
+    let lines = mechanism.initial.iter().enumerate().map(|(line, initial)| (Given::Line(line), &initial.value));
+    let states = mechanism.states.iter().enumerate().map(|(index, state)| (Given::State(index), &state.start));
+    for (given, formula) in lines.chain(states) {
+        let value = equations.formula(formula);
         if let Some(value) = equations.system.arena.as_constant(value) {
-            settable.push(Settable { line, value });
+            settable.push(Settable { given, value });
         }
     }
     settable
 }
 
-/// The conditions on positions (`Order::Position`) or on velocities.
+/// The conditions on positions (`Order::Position`) or on velocities, to which states belong.
 pub fn conditions(equations: &mut Equations, order: Order, length: f64) -> Conditions {
     let mechanism = &*equations.system.mechanism.clone();
     let settable = settable(equations);
-    let lines = mechanism.initial.iter().enumerate();
-    let chosen = lines.filter(|(_, initial)| initial.variable.quantity.order() == Some(order));
-    let places: HashMap<usize, usize> =
-        settable.iter().enumerate().map(|(place, settable)| (settable.line, place)).collect();
+    let places: HashMap<Given, usize> =
+        settable.iter().enumerate().map(|(place, settable)| (settable.given, place)).collect();
     let mut result = Conditions::default();
     let mut targets = Vec::new();
-    for (row, (line, initial)) in chosen.enumerate() {
-        let value = equations.variable(initial.variable);
-        let angular = initial.variable.quantity.turns();
-        result.conditions.push(Condition {
-            name: mechanism.variable_name(initial.variable),
-            known: initial.known,
-            angular,
-            scale: if angular { 1.0 } else { length },
-        });
+    for (row, (given, condition, formula)) in given(mechanism, order, length).into_iter().enumerate() {
+        let value = match given {
+            Given::Line(line) => equations.variable(mechanism.initial[line].variable),
+            Given::State(state) => equations.system.arena.symbol(Symbol::State(state, Order::Position)),
+        };
+        result.conditions.push(condition);
         result.results.push(value);
-        targets.push(match places.get(&line) {
+        targets.push(match places.get(&given) {
             Some(place) => equations.system.arena.symbol(Symbol::Parameter(mechanism.parameters.len() + place)),
-            None => equations.formula(&initial.value),
+            None => equations.formula(formula),
         });
         differentiate(equations, value, order, row, &mut result.jacobian);
     }
     result.results.extend(targets);
     result
+}
+
+/// What is given of an order, with its value.
+fn given(mechanism: &Mechanism, order: Order, length: f64) -> Vec<(Given, Condition, &Formula)> {
+    let lines = mechanism.initial.iter().enumerate();
+    let chosen = lines.filter(|(_, initial)| initial.variable.quantity.order() == Some(order));
+    let of_line = chosen.map(|(line, initial)| {
+        let angular = initial.variable.quantity.turns();
+        let name = mechanism.variable_name(initial.variable);
+        let condition = Condition { name, known: initial.known, angular, scale: if angular { 1.0 } else { length } };
+        (Given::Line(line), condition, &initial.value)
+    });
+    let states = mechanism.states.iter().enumerate().filter(|_| order == Order::Velocity);
+    let of_state = states.map(|(index, state)| {
+        let condition = Condition { name: state.name.clone(), known: true, angular: false, scale: state.nominal };
+        (Given::State(index), condition, &state.start)
+    });
+    of_line.chain(of_state).collect()
 }
 
 fn differentiate(
@@ -74,15 +116,18 @@ fn differentiate(
     row: usize,
     jacobian: &mut Vec<((u32, u32), Expr)>,
 ) {
-    let coordinates = equations.coordinates.len();
+    let mechanical = equations.coordinates.len();
+    let coordinates = mechanical + equations.states.len();
     for symbol in equations.system.arena.symbols([value]) {
         let column = match symbol {
             Symbol::Coordinate(index, of) if of == order => index,
+            // A state is the rate of a coordinate.
+            Symbol::State(index, Order::Position) if order == Order::Velocity => mechanical + index,
             Symbol::Follower(index, of) if of == order => coordinates + index,
             Symbol::Coordinate(..) | Symbol::Follower(..) | Symbol::Time | Symbol::Parameter(_) | Symbol::Input(..) => {
                 continue;
             }
-            Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => continue,
+            Symbol::State(..) | Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => continue,
         };
         let entry = equations.system.arena.derivative(value, symbol);
         if entry != Expr::ZERO {

@@ -92,14 +92,16 @@ pub fn program(equations: &mut Equations, length: f64, [pose, generic]: [&Pose; 
         let (solver, solve_tree) = solve_tree::solver(equations, length, pose)?;
         moving.solve_tree = solve_tree;
         moving.solved = solver.motion(&mut equations.system.arena, equations.constraints.len());
+        moving.add_states(equations);
         let arena = &mut equations.system.arena;
         moving.reciprocal_pivots = solver.reciprocal_pivots(arena);
         if equations.constraints.iter().any(|row| row.is_imposed()) {
-            moving.project(&kernels, |residuals| solver.projection(arena, residuals));
+            let states = vec![Expr::ZERO; equations.states.len()];
+            moving.project(&kernels, |residuals| [solver.projection(arena, residuals), states.clone()].concat());
         }
     }
     moving.indicators = motion_indicators(equations, &moving.solved);
-    let laws = if driven { Vec::new() } else { equations.law_values() };
+    let laws = if driven { equations.states.clone() } else { equations.law_values() };
     let values = [laws, kernels.gamma.clone(), kernels.constraint_rate.clone()].concat();
     moving.laws = steep(&mut equations.system.arena, &values);
     moving.domains = domains(equations);
@@ -111,10 +113,17 @@ pub fn program(equations: &mut Equations, length: f64, [pose, generic]: [&Pose; 
         Some(shared) => shared,
         None => least_norm::impose(equations, length, [pose, generic])?,
     };
-    let table = Table::new(equations, driven, &Moving { solved: &moving.solved, blocks: &blocks });
+    // The states of a driven mechanism are integrated beside it, as those of any other.
+    let kinematic = driven && equations.states.is_empty();
+    if driven && !kinematic {
+        let asked = asked(equations);
+        moving.drive(equations, (&kernels, &blocks), &asked, (length, pose))?;
+        moving.indicators = motion_indicators(equations, &moving.solved);
+    }
+    let table = Table::new(equations, kinematic, &Moving { solved: &moving.solved, blocks: &blocks });
     moving.outputs.clone_from(&table.results);
-    if driven {
-        moving.drive(equations, (&kernels, &blocks), length, pose)?;
+    if kinematic {
+        moving.drive(equations, (&kernels, &blocks), &table.results, (length, pose))?;
     }
     let mut no_series = None;
     match series(equations, length, pose) {
@@ -163,7 +172,7 @@ fn is_too_large(program: &Program) -> bool {
 
 impl PositionKernels {
     fn new(equations: &mut Equations, length: f64) -> Self {
-        let coordinates = equations.coordinates.len();
+        let coordinates = equations.coordinates.len() + equations.states.len();
         let mut jacobian = Vec::new();
         for (row, constraint) in equations.constraints.iter().enumerate() {
             let followers = constraint.followers.iter().map(|&(index, entry)| (coordinates + index, entry));
@@ -189,12 +198,12 @@ impl MotionKernels {
         &mut self,
         equations: &mut Equations,
         (kernels, blocks): (&PositionKernels, &[Block]),
-        length: f64,
-        pose: &Pose,
+        asked: &[Expr],
+        (length, pose): (f64, &Pose),
     ) -> Result<(), Obstacle> {
         let loops = Loops::new(equations, blocks, length, pose)?;
         self.solved = loops.solve(&mut equations.system.arena, &kernels.gamma);
-        let results = equations.system.arena.symbols(self.outputs.iter().copied());
+        let results = equations.system.arena.symbols(asked.iter().copied());
         let reactions = if results.iter().any(|symbol| matches!(symbol, Symbol::Reaction(_))) {
             let loads = inverse(equations, &self.solved);
             loops.balance(&mut equations.system.arena, &loads, kernels.gamma.len())
@@ -202,15 +211,23 @@ impl MotionKernels {
             vec![Expr::ZERO; kernels.gamma.len()]
         };
         self.solved.extend(reactions);
+        self.add_states(equations);
+        let states = vec![Expr::ZERO; equations.states.len()];
         let arena = &mut equations.system.arena;
         self.reciprocal_pivots = loops.reciprocal_pivots(arena);
         if !blocks.is_empty() {
             self.project(kernels, |residuals| {
                 let minus: Vec<Expr> = residuals.iter().map(|&residual| arena.negate(residual)).collect();
-                loops.solve(arena, &minus)
+                [loops.solve(arena, &minus), states.clone()].concat()
             });
         }
         Ok(())
+    }
+
+    /// Rates of states stand between accelerations and reactions.
+    fn add_states(&mut self, equations: &Equations) {
+        let first = equations.coordinates.len();
+        self.solved.splice(first..first, equations.states.iter().copied());
     }
 
     /// Both projections: the residuals, and the corrections that cancel them.
@@ -222,6 +239,12 @@ impl MotionKernels {
             kernel.extend(corrections(residuals));
         }
     }
+}
+
+/// The values of the outputs.
+fn asked(equations: &mut Equations) -> Vec<Expr> {
+    let mechanism = equations.system.mechanism.clone();
+    mechanism.outputs.iter().map(|output| equations.formula(&output.value)).collect()
 }
 
 /// Q - M a, by coordinates.
@@ -327,6 +350,7 @@ fn assemble(
         inputs: inputs(equations),
         followers: followers(equations, length),
         coordinates: coordinates(equations, length),
+        states: equations.states.len() as u32,
         constraints: constraints(equations, length, roles),
         length,
         variables: table.variables(),
@@ -339,7 +363,7 @@ fn assemble(
             Method::Auto if arms.is_some() => Engine::Taylor,
             Method::Auto | Method::Explicit => Engine::Dop853,
         },
-        automatic: mechanism.solver.method == Method::Auto && equations.coordinates.len() <= MOST_IMPLICIT,
+        automatic: mechanism.solver.method == Method::Auto && equations.coordinates.len() + equations.states.len() <= MOST_IMPLICIT,
         arms,
         masses,
     }
@@ -348,6 +372,7 @@ fn assemble(
 /// What the motion has to do with each loop equation. Those that repeat others but nearly are left out: each choice of them is another motion.
 fn roles(equations: &Equations, length: f64, pose: &Pose) -> Vec<Role> {
     let chosen = is_driven(equations)
+        && equations.states.is_empty()
         && equations.constraints.iter().all(|row| row.standing != Standing::SecondOrder)
         && repeat_exactly(equations, length, &typical(&equations.system.mechanism, pose));
     let role = |row: &Row| match row.standing {
@@ -395,7 +420,7 @@ fn parameters(equations: &Equations, starts: &[Settable]) -> Vec<Parameter> {
     };
     let mechanism = &equations.system.mechanism;
     let start = |start: &Settable| Parameter {
-        name: mechanism.variable_name(mechanism.initial[start.line].variable),
+        name: start.given.name(mechanism),
         start: start.value,
         min: None,
         max: None,
@@ -434,7 +459,10 @@ fn coordinates(equations: &Equations, length: f64) -> Vec<Coordinate> {
         name: coordinate.name.position.clone(),
         scale: if coordinate.angular { 1.0 } else { length },
     };
-    equations.coordinates.iter().map(of).collect()
+    let states = equations.system.mechanism.states.iter();
+    // A state is the rate of its integral, whose size is that of the state in a second.
+    let states = states.map(|state| Coordinate { name: state.name.clone(), scale: state.nominal });
+    equations.coordinates.iter().map(of).chain(states).collect()
 }
 
 fn constraints(equations: &Equations, length: f64, roles: &[Role]) -> Vec<Constraint> {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use cotree_fmu::program::{Source, Variable};
 
 use super::dependencies::{self, Moving};
-use super::initial::settable;
+use super::initial::{Given, settable};
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
 use crate::model::{Calculated, DisplayUnit, Mechanism, Unit};
@@ -153,9 +153,11 @@ impl Table {
         let rows = self.rows.iter().enumerate().rev();
         let named: HashMap<String, usize> = rows.map(|(place, row)| (row.name.clone(), place)).collect();
         for (index, settable) in settable(equations).into_iter().enumerate() {
-            let variable = mechanism.initial[settable.line].variable;
-            let name = mechanism.variable_name(variable);
-            let place = named.get(&name).copied().unwrap_or_else(|| {
+            let name = settable.given.name(mechanism);
+            let place = named.get(&name).copied().or_else(|| {
+                // States are all there.
+                let Given::Line(line) = settable.given else { return None };
+                let variable = mechanism.initial[line].variable;
                 let value = equations.variable(variable);
                 let source = self.computed(equations, value);
                 let angular = variable.quantity.turns();
@@ -163,11 +165,12 @@ impl Table {
                 let rate = variable.quantity.order() == Some(Order::Velocity);
                 let unit = if rate { unit.per_second() } else { unit };
                 self.push((&name, "known at the start", &unit), source, value);
-                self.rows.len() - 1
+                Some(self.rows.len() - 1)
             });
+            let Some(place) = place else { continue };
             let parameter = (mechanism.parameters.len() + index) as u32;
             self.rows[place].start =
-                Some(Start { value: settable.value, known: mechanism.initial[settable.line].known, parameter });
+                Some(Start { value: settable.value, known: settable.given.is_known(mechanism), parameter });
         }
     }
 
@@ -206,7 +209,7 @@ impl Table {
     }
 }
 
-/// q, v and a of every coordinate.
+/// q, v and a of every coordinate; every state and its rate.
 fn coordinate_members(equations: &mut Equations) -> Vec<TableRow> {
     let mut table = Table::default();
     for (index, coordinate) in equations.coordinates.clone().into_iter().enumerate() {
@@ -228,6 +231,20 @@ fn coordinate_members(equations: &mut Equations) -> Vec<TableRow> {
         for (name, what, unit, source, order) in members {
             let value = equations.system.arena.symbol(Symbol::Coordinate(index, order));
             table.push((&name, &format!("{what} of `{owner}`"), &unit), source, value);
+        }
+    }
+    let mechanism = equations.system.mechanism.clone();
+    for (index, state) in mechanism.states.iter().enumerate() {
+        let place = (equations.coordinates.len() + index) as u32;
+        let rate = format!("der({})", state.name);
+        let description = if state.description.is_empty() { "state" } else { &state.description };
+        let members = [
+            (&state.name, description.to_owned(), state.unit.clone(), Source::Rate(place), Order::Position),
+            (&rate, format!("rate of `{}`", state.name), state.unit.per_second(), Source::Acceleration(place), Order::Velocity),
+        ];
+        for (name, description, unit, source, order) in members {
+            let value = equations.system.arena.symbol(Symbol::State(index, order));
+            table.push((name, &description, &unit), source, value);
         }
     }
     table.rows

@@ -12,7 +12,7 @@ use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
 use crate::diagnostic::suggest;
 use crate::expr::{Binary, Function, Unary};
-use crate::model::{Class, Formula, JointId, LoadId, Owner, Quantity, Variable};
+use crate::model::{Class, Formula, JointId, LoadId, Owner, Quantity, StateId, Variable};
 use crate::scene::constant;
 use crate::scene::dimension::{self, Known, SECOND};
 use crate::scene::expression::{self, Tree, TreeKind};
@@ -24,6 +24,8 @@ pub(super) enum Context {
     Driver,
     /// All that, positions, velocities, and forces and torques of other loads; the own variables of this load by their bare names.
     Law(LoadId),
+    /// As a law of a load: the rate of a state.
+    Rate,
     /// Numbers, parameters and the own variables of this joint.
     Curve(JointId),
     Output,
@@ -199,6 +201,18 @@ impl Resolver<'_> {
                 let (exponents, hertz) = unit.unzip();
                 Some((Formula::Input(id), Known::moving(exponents).in_hertz(hertz.unwrap_or(0))))
             }
+            Some(Named::State(_)) if site.context.is_constant() => {
+                self.not_constant(&format!("the state `{name}`"), tree, site)
+            }
+            Some(Named::State(_)) if site.context == Context::Driver => {
+                self.refuse_state(&format!("the state `{name}`"), tree, site)
+            }
+            Some(Named::State(id)) => {
+                self.used_states.insert(id);
+                let unit = self.state_units.get(id.0).copied().flatten();
+                let (exponents, hertz) = unit.unzip();
+                Some((Formula::State(id), Known::moving(exponents).in_hertz(hertz.unwrap_or(0))))
+            }
             Some(Named::Signal(index)) => self.lower_signal(index, name, tree, site),
             _ => match (name, own) {
                 ("pi", _) => Some((Formula::Number(PI), Known::Number)),
@@ -253,6 +267,12 @@ impl Resolver<'_> {
             return self.not_constant(&format!("the signal `{name}`"), tree, site);
         }
         let Signal { formula, known, .. } = self.signals[index].clone()?;
+        if site.context == Context::Driver
+            && let Some(state) = state_in(&formula)
+        {
+            let state = &self.scene.states[state.0].name.text;
+            return self.refuse_state(&format!("the state `{state}` (in signal `{name}`)"), tree, site);
+        }
         let named =
             |variable| format!("`{}` (in signal `{name}`)", self.called.get(&variable).map_or("", String::as_str));
         let mut refused = variables(&formula).into_iter().filter_map(|own| refusal(own, site, &named(own)));
@@ -276,6 +296,13 @@ impl Resolver<'_> {
             ),
         };
         self.refuse("scene::not_constant", message, help, (tree, site))
+    }
+
+    /// A prescribed motion is differentiated twice, and the rate of a state may depend on the motion.
+    fn refuse_state(&mut self, used: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
+        let message = format!("{} depends on {used}, but a prescribed motion cannot depend on a state", site.what);
+        let help = "a driver may use the time `t`, parameters and inputs; let the state act through a force or a torque";
+        self.refuse("scene::driver_depends", message, help, (tree, site))
     }
 
     fn refuse(
@@ -321,7 +348,7 @@ impl Resolver<'_> {
             false => format!("the scene has {given}; a new one goes into `[parameters]`"),
         };
         let message = format!("{} uses a name that is not in the scene: `{name}`", site.what);
-        let fault = Fault::new("scene::unknown_name", message, span).label("no such parameter, input or signal");
+        let fault = Fault::new("scene::unknown_name", message, span).label("no such parameter, input, state or signal");
         self.faults.push_about(name, fault.help(suggest::hint(name, known, otherwise)));
         None
     }
@@ -331,30 +358,50 @@ impl Resolver<'_> {
 fn refusal(variable: Variable, site: Site<'_>, called: &str) -> Option<(&'static str, String, &'static str)> {
     let what = site.what;
     let refused = match (site.context, variable.quantity.class()) {
-        (Context::Law(_), Class::Position | Class::Velocity) | (Context::Output, _) => return None,
+        (Context::Law(_) | Context::Rate, Class::Position | Class::Velocity) | (Context::Output, _) => return None,
         (Context::Law(own), _) if variable.owner == Owner::Load(own) => {
             let message = format!("{what} depends on itself: {called}");
             return Some(("scene::cycle", message, "a load may use positions and velocities of the scene"));
         }
-        (Context::Law(_), Class::Acceleration) => "an acceleration",
+        (Context::Law(_) | Context::Rate, Class::Acceleration) => "an acceleration",
         // Their laws are written out in its place.
-        (Context::Law(_), Class::Effort)
+        (Context::Law(_) | Context::Rate, Class::Effort)
             if matches!((variable.owner, variable.quantity), (Owner::Load(_), Quantity::Force | Quantity::Torque)) =>
         {
             return None;
         }
-        (Context::Law(_), Class::Effort) if matches!(variable.owner, Owner::Load(_)) => {
+        (Context::Law(_) | Context::Rate, Class::Effort) if matches!(variable.owner, Owner::Load(_)) => {
             "a component or the power of another load"
         }
-        (Context::Law(_), Class::Effort) => "a reaction",
-        (Context::Law(_), Class::System) => "a sum over the whole system",
+        (Context::Law(_) | Context::Rate, Class::Effort) => "a reaction",
+        (Context::Law(_) | Context::Rate, Class::System) => "a sum over the whole system",
         (Context::Constant | Context::Curve(_) | Context::Driver, _) => {
             let message = format!("{what} depends on {called}, but a prescribed motion cannot depend on the motion");
             return Some(("scene::driver_depends", message, "a driver may use the time `t`, parameters and inputs"));
         }
     };
-    let help = "a load may use positions and velocities of the scene, forces along springs and actuators, torques of loads, the time `t`, parameters and inputs";
-    Some(("scene::load_depends", format!("{what} depends on {called}, {refused}"), help))
+    let (code, help) = match site.context {
+        Context::Rate => (
+            "scene::rate_depends",
+            "the rate of a state may use states, positions and velocities of the scene, forces along springs and actuators, torques of loads, the time `t`, parameters and inputs",
+        ),
+        Context::Constant | Context::Driver | Context::Law(_) | Context::Curve(_) | Context::Output => (
+            "scene::load_depends",
+            "a load may use positions and velocities of the scene, forces along springs and actuators, torques of loads, states, the time `t`, parameters and inputs",
+        ),
+    };
+    Some((code, format!("{what} depends on {called}, {refused}"), help))
+}
+
+/// A state that occurs in a formula.
+fn state_in(formula: &Formula) -> Option<StateId> {
+    let mut found = None;
+    formula.visit(&mut |part| {
+        if let Formula::State(id) = part {
+            found = Some(*id);
+        }
+    });
+    found
 }
 
 fn unit_name(exponents: Exponents) -> String {

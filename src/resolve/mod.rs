@@ -23,6 +23,7 @@ mod reuse;
 mod settings;
 mod shapes;
 mod signals;
+mod states;
 pub mod symbolic;
 mod tables;
 mod variables;
@@ -36,7 +37,7 @@ use crate::component::{ALL, Room, Section};
 use crate::diagnostic::fault::{Fault, Faults, Sink};
 use crate::diagnostic::span::{Source, Span, Text};
 use crate::diagnostic::suggest;
-use crate::model::{Bound, Dimension, Formula, InputId, Mechanism, Owner, Place, Units, Variable};
+use crate::model::{Bound, Dimension, Formula, InputId, Mechanism, Owner, Place, StateId, Units, Variable};
 use crate::scene::model::Within;
 use crate::scene::unit::Exponents;
 use crate::scene::{Resolved, Scene};
@@ -92,6 +93,7 @@ impl Scene {
         let display = resolver.display();
         let (parameters, calculated) = resolver.parameters();
         let inputs = resolver.inputs();
+        let states = resolver.declare_states();
         resolver.place_parts();
         resolver.signals();
         let mut mechanism = Mechanism {
@@ -108,6 +110,7 @@ impl Scene {
             joints: resolver.parts(Section::Joints),
             drivers: resolver.parts(Section::Drivers),
             loads: resolver.loads(),
+            states: resolver.states(states),
             initial: resolver.initial(),
             begins: resolver.begins(),
             outputs: resolver.outputs(),
@@ -145,10 +148,14 @@ struct Resolver<'s> {
     parameters: Vec<calculated::Meaning>,
     /// The units of the inputs, each with how many of its seconds are written as hertz.
     input_units: Vec<Option<(Exponents, i8)>>,
+    /// The units of the states, in the same way.
+    state_units: Vec<Option<(Exponents, i8)>>,
     /// What the names of the signals stand for; none if one is at fault.
     signals: Vec<Option<signals::Signal>>,
     /// The inputs that something follows or depends on.
     used_inputs: HashSet<InputId>,
+    /// The states that something uses.
+    used_states: HashSet<StateId>,
     /// The signals that something uses.
     used_signals: HashSet<usize>,
     /// The parameters that something uses.
@@ -180,8 +187,10 @@ impl<'s> Resolver<'s> {
             values: Vec::new(),
             parameters: Vec::new(),
             input_units: Vec::new(),
+            state_units: Vec::new(),
             signals: Vec::new(),
             used_inputs: HashSet::new(),
+            used_states: HashSet::new(),
             used_signals: HashSet::new(),
             used_parameters: HashSet::new(),
             used_ground: HashSet::new(),
@@ -214,6 +223,7 @@ impl Resolver<'_> {
     fn unused(&mut self) {
         let scene = self.scene;
         let inputs = scene.inputs.iter().enumerate().filter(|(index, _)| !self.used_inputs.contains(&InputId(*index)));
+        let states = scene.states.iter().enumerate().filter(|(index, _)| !self.used_states.contains(&StateId(*index)));
         let signals = scene.signals.iter().enumerate().filter(|(index, _)| !self.used_signals.contains(index));
         // What a part does not use here may be for its own outputs and its own experiment.
         let is_own = |name: &Text| name.span.end <= scene.source.own_text().len();
@@ -229,6 +239,7 @@ impl Resolver<'_> {
         const POINT: &str = "connect a joint, a driver or a load to it, or remove it";
         let unused: Vec<(String, Span, &str)> = inputs
             .map(|(_, own)| (format!("input `{}`", own.name.text), own.name.span, LAW))
+            .chain(states.map(|(_, own)| (format!("state `{}`", own.name.text), own.name.span, LAW)))
             .chain(signals.map(|(_, own)| (format!("signal `{}`", own.name.text), own.name.span, LAW)))
             .chain(parameters.map(|(_, own)| (format!("parameter `{}`", own.name.text), own.name.span, VALUE)))
             .chain(points.map(|(_, own)| (format!("point `ground.{}`", own.name.text), own.name.span, POINT)))

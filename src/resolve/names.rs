@@ -6,7 +6,7 @@ use crate::component::Section;
 use crate::diagnostic::fault::{Fault, Sink};
 use crate::diagnostic::span::Text;
 use crate::expr::Function;
-use crate::model::{BodyId, DriverId, InputId, JointId, LoadId};
+use crate::model::{BodyId, DriverId, InputId, JointId, LoadId, StateId};
 use crate::scene::lookalike::names_of;
 use crate::scene::model::Scene;
 
@@ -15,6 +15,7 @@ pub(super) enum Named {
     /// Its place in the scene.
     Parameter(usize),
     Input(InputId),
+    State(StateId),
     /// Its place in the scene.
     Signal(usize),
     Body(BodyId),
@@ -28,6 +29,7 @@ impl Named {
         match self {
             Named::Parameter(_) => "parameter",
             Named::Input(_) => "input",
+            Named::State(_) => "state",
             Named::Signal(_) => "signal",
             Named::Body(_) => "body",
             Named::Joint(_) => "joint",
@@ -38,7 +40,7 @@ impl Named {
 
     /// Does the name alone stand for a number?
     pub fn is_number(self) -> bool {
-        matches!(self, Named::Parameter(_) | Named::Input(_) | Named::Signal(_))
+        matches!(self, Named::Parameter(_) | Named::Input(_) | Named::State(_) | Named::Signal(_))
     }
 }
 
@@ -71,6 +73,7 @@ impl<'s> Names<'s> {
             .collect();
         let all = (scene.parameters.iter().enumerate().map(|(i, item)| (&item.name, Named::Parameter(i))))
             .chain(scene.inputs.iter().enumerate().map(|(i, item)| (&item.name, Named::Input(InputId(i)))))
+            .chain(scene.states.iter().enumerate().map(|(i, item)| (&item.name, Named::State(StateId(i)))))
             .chain(scene.signals.iter().enumerate().map(|(i, item)| (&item.name, Named::Signal(i))))
             .chain(scene.bodies.iter().enumerate().map(|(i, item)| (&item.name, Named::Body(BodyId(i)))))
             .chain(scene.joints.iter().enumerate().map(|(i, item)| (&item.name, Named::Joint(JointId(i)))))
@@ -91,7 +94,7 @@ impl<'s> Names<'s> {
                 name.span,
             )
             .label("second time")
-            .help("each parameter, input, signal, body, joint, driver and load needs its own name, because the FMU's variables are named after them");
+            .help("each parameter, input, state, signal, body, joint, driver and load needs its own name, because the FMU's variables are named after them");
             if !first_name.span.is_nowhere() {
                 fault.also.push(first_name.span);
             }

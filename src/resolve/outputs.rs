@@ -9,7 +9,7 @@ use super::signals::Signal;
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
 use crate::model::measure::ANYTHING;
-use crate::model::{Formula, Output, Unit};
+use crate::model::{Formula, Output, StateId, Unit};
 use crate::scene::dimension::Known;
 use crate::scene::quantity::Quantity;
 use crate::scene::{model, unit};
@@ -45,6 +45,9 @@ impl Resolver<'_> {
         if let Some(Named::Signal(index)) = self.names.get(&name.text) {
             return self.signal_output(index, name.span);
         }
+        if let Some(Named::State(id)) = self.names.get(&name.text) {
+            return Some(self.state_output(id, name.span));
+        }
         let variable = self.variable(name, user, "scene::unknown_output")?;
         let wanted = variable.quantity.measure();
         Some(Output {
@@ -55,6 +58,20 @@ impl Resolver<'_> {
             value: Formula::Variable(variable),
             span: name.span,
         })
+    }
+
+    fn state_output(&mut self, id: StateId, span: Span) -> Output {
+        self.used_states.insert(id);
+        let model::State { name, rate, description, .. } = &self.scene.states[id.0];
+        let unit = self.state_units[id.0].map(|(exponents, _)| unit::from_exponents(exponents));
+        Output {
+            name: name.text.clone(),
+            description: described(description.as_ref(), rate),
+            is_open: unit.is_none(),
+            unit: unit.unwrap_or_default(),
+            value: Formula::State(id),
+            span,
+        }
     }
 
     fn signal_output(&mut self, index: usize, span: Span) -> Option<Output> {

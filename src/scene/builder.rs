@@ -1,7 +1,7 @@
 //! Builds scenes in Rust, with the words of the scene file.
 
 use super::model::{
-    Coordinates, Experiment, Initial, Input, InputAs, Motion, Outputs, Parameter, Point, Scene, Signal, Solver, Vector,
+    Coordinates, Experiment, Initial, Input, InputAs, Motion, Outputs, Parameter, Point, Scene, Signal, Solver, State, Vector,
 };
 use super::part::{Body, Driver, Joint, Load};
 use super::quantity::Quantity;
@@ -19,6 +19,7 @@ impl Scene {
             gravity: None,
             parameters: Vec::new(),
             inputs: Vec::new(),
+            states: Vec::new(),
             signals: Vec::new(),
             ground: Vec::new(),
             bodies: Vec::new(),
@@ -126,6 +127,13 @@ impl Scene {
     #[must_use]
     pub fn input(mut self, name: &str, input: impl Into<Input>) -> Scene {
         self.inputs.push(Input { name: Text::from(name), ..input.into() });
+        self
+    }
+
+    /// Adds a quantity whose rate is given.
+    #[must_use]
+    pub fn state(mut self, name: &str, state: State) -> Scene {
+        self.states.push(State { name: Text::from(name), ..state });
         self
     }
 
@@ -377,6 +385,34 @@ impl Input {
     #[must_use]
     pub fn max(mut self, max: impl Into<Quantity>) -> Input {
         self.max = Some(max.into());
+        self
+    }
+}
+
+impl State {
+    /// A state with its value at the start and its rate.
+    pub fn new(start: impl Into<Quantity>, rate: impl Into<Quantity>) -> State {
+        State { start: Some(start.into()), rate: rate.into(), ..State::default() }
+    }
+
+    /// Its usual size: tolerances are relative to it.
+    #[must_use]
+    pub fn nominal(mut self, nominal: impl Into<Quantity>) -> State {
+        self.nominal = Some(nominal.into());
+        self
+    }
+
+    /// Its unit, that of numbers without one.
+    #[must_use]
+    pub fn unit(mut self, unit: &str) -> State {
+        self.unit = Some(Text::from(unit));
+        self
+    }
+
+    /// One line about it.
+    #[must_use]
+    pub fn description(mut self, description: &str) -> State {
+        self.description = Some(Text::from(description));
         self
     }
 }

@@ -7,7 +7,7 @@ use crate::diagnostic::{Span, suggest};
 use std::path::Path;
 
 /// Tables whose entries are named without them.
-const TABLES: [&str; 8] = ["parameters", "inputs", "initial", "signals", "bodies", "joints", "drivers", "loads"];
+const TABLES: [&str; 9] = ["parameters", "inputs", "states", "initial", "signals", "bodies", "joints", "drivers", "loads"];
 /// The key of an entry that is called by the entry's name.
 const ITSELF: [&str; 3] = ["value", "start", "guess"];
 
@@ -23,7 +23,7 @@ pub enum EditError {
 }
 
 impl Scene {
-    /// The scene with other values: of a parameter, an input, an initial value or a signal by its name, such as `rod_length`; of a key of a body, joint, driver or load such
+    /// The scene with other values: of a parameter, an input, a state, an initial value or a signal by its name, such as `rod_length`; of a key of a body, joint, driver or load such
     /// as `rod.mass`; of any other key by its whole path, such as `experiment.stop`. Values are written as in TOML and JSON: a number, a text in quotes, a list.
     ///
     /// # Errors

@@ -56,6 +56,8 @@ pub struct Scene {
     pub parameters: Vec<Parameter>,
     /// Become FMU inputs.
     pub inputs: Vec<Input>,
+    /// Quantities whose rates are given.
+    pub states: Vec<State>,
     /// Laws that others use by their names.
     pub signals: Vec<Signal>,
     /// Points of the ground.
@@ -157,6 +159,25 @@ pub struct Input {
     pub min: Option<Quantity>,
     /// Largest value.
     pub max: Option<Quantity>,
+}
+
+/// A quantity whose rate is given: a current, a pressure, the integral of a controller.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct State {
+    /// The name.
+    pub name: Text,
+    /// Value at the start; zero if absent.
+    pub start: Option<Quantity>,
+    /// Its rate, in SI units.
+    pub rate: Quantity,
+    /// Its usual size; that of its start, or 1, if absent.
+    pub nominal: Option<Quantity>,
+    /// Unit of bare numbers.
+    pub unit: Option<Text>,
+    /// One line.
+    pub description: Option<Text>,
+    /// Whose it is.
+    pub(crate) within: Within,
 }
 
 /// An expression with a name: a law that is written once, or an output.

@@ -25,6 +25,7 @@ pub(crate) const SCENE: &[Key] = &[
     Key::default("gravity", Form::ConstantVector(ACCELERATION), "the acceleration of gravity", "none"),
     Key::default("parameters", Form::Table, "[named constants](#parameters) that become parameters of the FMU", "none"),
     Key::default("inputs", Form::Table, "[named inputs](#inputs) of the FMU", "none"),
+    Key::default("states", Form::Table, "[quantities whose rates are given](#states): currents, pressures, integrals", "none"),
     Key::default("signals", Form::Table, "[laws that others use by name](#signals)", "none"),
     Key::default("ground", Form::Table, "[points of the ground](#ground)", "none"),
     Key::default("bodies", Form::Table, "the [bodies](#bodies)", "none"),
@@ -69,6 +70,25 @@ pub(crate) const INPUT: &[Key] = &[
     DESCRIPTION,
     MIN,
     MAX,
+];
+
+/// A quantity whose rate is given.
+pub(crate) const STATE: &[Key] = &[
+    Key::required(
+        "rate",
+        Form::Law(ANYTHING),
+        "its rate: an expression of states, positions, velocities, laws of loads, inputs, the time and parameters, in SI units",
+        "give its rate: `rate = \"(voltage - resistance*current)/inductance\"`",
+    ),
+    Key::default("start", Form::Constant(ANYTHING, Range::Any), "its value at the start", "0"),
+    Key::default(
+        "nominal",
+        Form::Constant(ANYTHING, Range::Positive),
+        "its usual size: tolerances are relative to it",
+        "the size of its start, or 1",
+    ),
+    Key::default("unit", Form::Text, "its unit, that of numbers without one", "that of its start"),
+    DESCRIPTION,
 ];
 
 /// A law with a name.

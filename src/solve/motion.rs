@@ -89,7 +89,8 @@ pub(crate) fn typical<'a>(mechanism: &Arc<Mechanism>, pose: &'a Pose) -> impl Fn
         Symbol::Coordinate(i, Order::Position) => pose.positions.get(i).copied().unwrap_or_default(),
         Symbol::Follower(i, Order::Position) => pose.followers.get(i).copied().unwrap_or_default(),
         Symbol::Missing(..) => 1.0,
-        Symbol::Input(..) | Symbol::Coordinate(..) | Symbol::Follower(..) => 0.0,
+        Symbol::State(i, Order::Position) => pose.states.get(i).copied().unwrap_or_default(),
+        Symbol::Input(..) | Symbol::Coordinate(..) | Symbol::Follower(..) | Symbol::State(..) => 0.0,
         Symbol::Reaction(_) | Symbol::Argument => 0.0,
     }
 }

@@ -7,4 +7,5 @@ pub struct Pose {
     pub time: f64,
     pub positions: Vec<f64>,
     pub followers: Vec<f64>,
+    pub states: Vec<f64>,
 }

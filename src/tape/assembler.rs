@@ -126,6 +126,8 @@ pub fn symbol_register(layout: &Layout, symbol: Symbol) -> usize {
         Symbol::Coordinate(i, Order::Position) => layout.positions() + i,
         Symbol::Coordinate(i, Order::Velocity) => layout.rates() + i,
         Symbol::Coordinate(i, Order::Acceleration) => layout.accelerations() + i,
+        Symbol::State(i, Order::Position) => layout.states() + i,
+        Symbol::State(i, _) => layout.state_rates() + i,
         Symbol::Reaction(i) => layout.reactions() + i,
         Symbol::Missing(..) | Symbol::Argument => layout.time(),
     }
@@ -382,7 +384,7 @@ mod tests {
             Symbol::Coordinate(i, _) => COORDINATES[i],
             Symbol::Parameter(i) => PARAMETERS[i],
             Symbol::Time | Symbol::Input(..) | Symbol::Follower(..) => f64::NAN,
-            Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => f64::NAN,
+            Symbol::State(..) | Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => f64::NAN,
         }
     }
 
@@ -417,7 +419,7 @@ mod tests {
             let mut arena = Arena::default();
             let pool = pool(&mut arena, &mut pick);
             let kernels = [(); 2].map(|()| (0..1 + pick(6)).map(|_| pool[pick(pool.len())]).collect::<Vec<Expr>>());
-            let layout = Layout::new(PARAMETERS.len(), 0, 0, COORDINATES.len(), 0);
+            let layout = Layout::new([PARAMETERS.len(), 0, 0], [COORDINATES.len(), 0], 0);
             let mut assembler = Assembler::new(&arena, layout, &kernels.each_ref().map(Vec::as_slice));
             let tapes = kernels.each_ref().map(|kernel| assembler.tape(kernel));
             let mut registers = vec![0.0; assembler.registers as usize];

@@ -368,7 +368,7 @@ fn weights(equations: &Equations) -> HashSet<Symbol> {
         // Initial values that can be set are parameters of the program, not of the scene.
         Symbol::Parameter(index) => parameters.get(*index).is_some_and(|own| own.unit.exponents[0] != 0),
         Symbol::Missing(..) => true,
-        Symbol::Time | Symbol::Input(..) | Symbol::Follower(..) => false,
+        Symbol::Time | Symbol::Input(..) | Symbol::Follower(..) | Symbol::State(..) => false,
         Symbol::Coordinate(..) | Symbol::Reaction(_) | Symbol::Argument => false,
     };
     let all = equations.system.arena.all().filter_map(|expr| match equations.system.arena.node(expr) {

@@ -161,7 +161,7 @@ impl<'a> Names<'a> {
             Symbol::Coordinate(..) | Symbol::Time | Symbol::Parameter(_) | Symbol::Input(..) | Symbol::Follower(..) => {
                 None
             }
-            Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => None,
+            Symbol::State(..) | Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => None,
         }
     }
 
@@ -205,6 +205,7 @@ pub fn symbol_name(equations: &Equations, symbol: Symbol) -> Name {
             }
         }
         Symbol::Input(i, order) => derivative(Name::word(&mechanism.inputs[i].name), order),
+        Symbol::State(i, order) => derivative(Name::word(&mechanism.states[i].name), order),
         Symbol::Follower(i, order) => {
             let driver = equations.system.followers[i].0;
             derivative(Name::word(&mechanism.drivers[driver.0].name), order)

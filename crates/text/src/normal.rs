@@ -97,7 +97,7 @@ impl Factor {
                 Symbol::Parameter(_) => 1,
                 Symbol::Input(..) => 4,
                 Symbol::Time => 5,
-                Symbol::Follower(..) => 6,
+                Symbol::Follower(..) | Symbol::State(..) => 6,
                 Symbol::Reaction(_) => 7,
                 Symbol::Coordinate(_, Order::Position) | Symbol::Argument => 8,
                 Symbol::Coordinate(..) => 9,

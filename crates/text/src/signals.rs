@@ -1,4 +1,4 @@
-//! Signals in the equations: inputs, and the motions of drivers that integrate an input, with their derivatives.
+//! Signals in the equations: inputs, states of the scene, and the motions of drivers that integrate an input, with their derivatives.
 
 use cotree::equations::Equations;
 use cotree::expr::{Expr, Order, Symbol};
@@ -15,6 +15,7 @@ pub fn signals(equations: &Equations, formulas: &[Expr]) -> Vec<Vec<Piece>> {
         let words = match symbol {
             Symbol::Input(input, order) => input_words(equations, input, order),
             Symbol::Follower(follower, order) => follower_words(equations, follower, order),
+            Symbol::State(state, order) => state_words(equations, state, order),
             Symbol::Time | Symbol::Parameter(_) | Symbol::Coordinate(..) => return None,
             Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => return None,
         };
@@ -27,6 +28,12 @@ fn input_words(equations: &Equations, input: usize, order: Order) -> Vec<Piece> 
     let own = &equations.system.mechanism.inputs[input];
     let unit = unit(&own.unit.si, order);
     vec![Piece::words(unit), Piece::words(derived(order as i32)), Piece::Code(own.name.clone())]
+}
+
+fn state_words(equations: &Equations, state: usize, order: Order) -> Vec<Piece> {
+    let own = &equations.system.mechanism.states[state];
+    let what = if order == Order::Position { "state" } else { "rate of the state" };
+    vec![Piece::words(unit(&own.unit.si, order)), Piece::words(what), Piece::Code(own.name.clone())]
 }
 
 fn follower_words(equations: &Equations, follower: usize, order: Order) -> Vec<Piece> {

@@ -292,8 +292,9 @@ pub(crate) fn largest_gap(model: &Model, rows: &[usize], residuals: &[f64]) -> G
     )
 }
 
+/// The largest of values of the mechanism's coordinates, relative to their scales.
 fn largest(model: &Model, values: &[f64]) -> f64 {
-    let coordinates = &model.program().coordinates;
+    let coordinates = model.program().coordinates.iter().take(model.mechanical());
     values
         .iter()
         .zip(coordinates)

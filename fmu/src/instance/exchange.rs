@@ -1,6 +1,6 @@
 //! Model Exchange: the importer integrates. It moves time and the states q and v as it likes; the loops are closed again at events.
 //!
-//! States are q and v of each coordinate in turn. A driven mechanism has none: its pose follows from time, continued from the
+//! States are q and v of each coordinate in turn, then those of the scene. A driven mechanism has none: its pose follows from time, continued from the
 //! last completed step.
 
 use super::snapshot::Phase;
@@ -38,7 +38,7 @@ impl Instance {
 
     /// Number of continuous states.
     pub fn state_count(&self) -> usize {
-        if self.model.is_driven() { 0 } else { 2 * self.model.coordinates() }
+        if self.model.is_driven() { 0 } else { self.model.mechanical() + self.model.coordinates() }
     }
 
     /// Sets the time.
@@ -57,15 +57,18 @@ impl Instance {
     pub fn set_states(&mut self, states: &[f64]) -> Result<(), InstanceError> {
         self.check_count(states.len())?;
         if let Some(place) = states.iter().position(|value| !value.is_finite()) {
-            let name = self.model.program().coordinates[place / 2].name.clone();
+            let name = self.model.program().coordinates[self.coordinate_of(place)].name.clone();
             return Err(InstanceError::NotANumber { name, value: states[place] });
         }
         self.computed = Computed::default();
         self.now.at_start = false;
-        for (index, pair) in states.chunks_exact(2).enumerate() {
+        let mechanical = self.model.mechanical();
+        let (pairs, own) = states.split_at(2 * mechanical);
+        for (index, pair) in pairs.chunks_exact(2).enumerate() {
             self.now.state.positions_mut()[index] = pair[0];
             self.now.state.rates_mut()[index] = pair[1];
         }
+        self.now.state.rates_mut()[mechanical..].copy_from_slice(own);
         Ok(())
     }
 
@@ -74,7 +77,7 @@ impl Instance {
         self.check_count(states.len())?;
         self.reproject()?;
         let state = &self.now.state;
-        interleave(state.positions(), state.rates(), states);
+        interleave(self.model.mechanical(), [state.positions(), state.rates()], states);
         Ok(())
     }
 
@@ -83,7 +86,8 @@ impl Instance {
         self.check_count(derivatives.len())?;
         if !derivatives.is_empty() {
             self.accelerate()?;
-            interleave(self.now.state.rates(), self.accelerations.accelerations(), derivatives);
+            let derivatives_of = [self.now.state.rates(), self.accelerations.accelerations()];
+            interleave(self.model.mechanical(), derivatives_of, derivatives);
         }
         Ok(())
     }
@@ -91,8 +95,8 @@ impl Instance {
     /// Natural sizes of the continuous states.
     pub fn nominals(&self, nominals: &mut [f64]) -> Result<(), InstanceError> {
         self.check_count(nominals.len())?;
-        for (pair, coordinate) in nominals.chunks_exact_mut(2).zip(&self.model.program().coordinates) {
-            pair.fill(coordinate.scale);
+        for (place, nominal) in nominals.iter_mut().enumerate() {
+            *nominal = self.model.program().coordinates[self.coordinate_of(place)].scale;
         }
         Ok(())
     }
@@ -165,14 +169,23 @@ impl Instance {
         self.now.run.keep(&self.now.state);
     }
 
+    /// The coordinate of a continuous state.
+    fn coordinate_of(&self, place: usize) -> usize {
+        let mechanical = self.model.mechanical();
+        if place < 2 * mechanical { place / 2 } else { place - mechanical }
+    }
+
     fn check_count(&self, found: usize) -> Result<(), InstanceError> {
         let expected = self.state_count();
         if found == expected { Ok(()) } else { Err(InstanceError::Count { found, expected }) }
     }
 }
 
-fn interleave(positions: &[f64], rates: &[f64], pairs: &mut [f64]) {
+/// Pairs of positions and rates, or of their derivatives, for each coordinate of the mechanism; then the rates of what follows them.
+fn interleave(mechanical: usize, [positions, rates]: [&[f64]; 2], states: &mut [f64]) {
+    let (pairs, own) = states.split_at_mut(2 * mechanical);
     for (pair, (position, rate)) in pairs.chunks_exact_mut(2).zip(positions.iter().zip(rates)) {
         pair.copy_from_slice(&[*position, *rate]);
     }
+    own.copy_from_slice(&rates[mechanical..]);
 }

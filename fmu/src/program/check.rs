@@ -146,6 +146,7 @@ impl Program {
             true => Ok(()),
             false => Err(Fault::Value { what: what.to_owned() }),
         };
+        value(self.states as usize <= self.coordinates.len(), "the number of states")?;
         let positive = |number: f64| number > 0.0 && number.is_finite();
         let times = &self.experiment;
         value(times.start.is_finite() && times.stop.is_finite() && times.stop >= times.start, "the experiment")?;

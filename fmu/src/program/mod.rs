@@ -32,8 +32,10 @@ pub struct Program {
     pub inputs: Vec<Input>,
     /// Drivers that follow an input as a velocity or an acceleration.
     pub followers: Vec<Follower>,
-    /// Branch coordinates {q}.
+    /// Branch coordinates {q}; then one for each state of the scene, which is its rate: z' = g is the equation of a coordinate of unit mass that nothing else moves.
     pub coordinates: Vec<Coordinate>,
+    /// How many of them, the last ones, are integrals of states.
+    pub states: u32,
     /// Loop equations {Phi}; redundant ones are listed too, with `active = false`.
     pub constraints: Vec<Constraint>,
     /// A typical length of the mechanism [m]: tolerances on positions are relative to it.
@@ -229,7 +231,7 @@ pub struct LawTape {
 /// The kernels. Each reads the registers named in its comment and the parameter stage, and may use every register from
 /// the end of the parameter stage on as scratch: results must be copied out before another tape runs.
 ///
-/// Sizes: n coordinates, m loop equations (whatever their role), f followers.
+/// Sizes: n coordinates (those of states included), m loop equations (whatever their role), f followers.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Tapes {
     /// What depends on parameters only. Run when parameters change; its registers persist.
@@ -312,13 +314,18 @@ pub struct Layout {
     inputs: usize,
     followers: usize,
     coordinates: usize,
+    states: usize,
     constraints: usize,
 }
 
 impl Layout {
-    /// The layout for these counts.
-    pub fn new(parameters: usize, inputs: usize, followers: usize, coordinates: usize, constraints: usize) -> Self {
-        Self { parameters, inputs, followers, coordinates, constraints }
+    /// The layout for these counts; the coordinates are those of the mechanism and, after them, one for each state.
+    pub fn new(
+        [parameters, inputs, followers]: [usize; 3],
+        [mechanical, states]: [usize; 2],
+        constraints: usize,
+    ) -> Self {
+        Self { parameters, inputs, followers, coordinates: mechanical + states, states, constraints }
     }
 
     /// Register of time.
@@ -361,6 +368,14 @@ impl Layout {
     pub fn rates(&self) -> usize {
         self.positions() + self.coordinates
     }
+    /// First state of the scene: they are the last rates.
+    pub fn states(&self) -> usize {
+        self.accelerations() - self.states
+    }
+    /// First rate of a state: they are the last accelerations.
+    pub fn state_rates(&self) -> usize {
+        self.reactions() - self.states
+    }
     /// First acceleration a.
     pub fn accelerations(&self) -> usize {
         self.rates() + self.coordinates
@@ -389,7 +404,12 @@ impl Program {
         self.followed_inputs().is_empty()
     }
 
-    /// Do drivers determine the motion: are there as many independent loop equations as coordinates?
+    /// How many coordinates are those of the mechanism.
+    pub fn mechanical(&self) -> usize {
+        self.coordinates.len() - self.states as usize
+    }
+
+    /// Do drivers determine all that moves, so that there are no states: are there as many independent loop equations as coordinates?
     pub fn is_driven(&self) -> bool {
         self.constraints.iter().filter(|constraint| constraint.is_imposed()).count() == self.coordinates.len()
     }
@@ -439,10 +459,8 @@ impl Program {
     /// The layout of this program's register file.
     pub fn layout(&self) -> Layout {
         Layout::new(
-            self.parameters.len(),
-            self.inputs.len(),
-            self.followers.len(),
-            self.coordinates.len(),
+            [self.parameters.len(), self.inputs.len(), self.followers.len()],
+            [self.mechanical(), self.states as usize],
             self.constraints.len(),
         )
     }

@@ -49,7 +49,7 @@ impl Search {
     /// Those to be tried where the step begins, one after the other.
     pub fn all(context: &Context, run: &Run) -> impl Iterator<Item = Self> + use<> {
         let coordinates = &context.model.program().coordinates;
-        let speeds = coordinates.iter().zip(&run.last.end[coordinates.len()..]);
+        let speeds = coordinates.iter().zip(&run.last.end[coordinates.len()..]).take(context.model.mechanical());
         let speed = speeds.fold(0.0, |largest, (coordinate, v)| math::maximum(largest, v.abs() / coordinate.scale));
         let longest = TURN / speed;
         let usual = if run.last.natural > 0.0 { f64::min(run.last.natural, longest) } else { longest };
@@ -68,7 +68,8 @@ impl Search {
     pub fn correct(&mut self, model: &Model, start: &[f64], state: &[f64], reached: &mut [f64]) -> Verdict {
         let (n, mut left) = (model.coordinates(), [0.0, 0.0]);
         for (index, coordinate) in model.program().coordinates.iter().enumerate() {
-            let dq = start[index] - reached[index];
+            // Integrals of states begin at zero with every series.
+            let dq = if index < model.mechanical() { start[index] - reached[index] } else { 0.0 };
             let dv = start[n + index] - reached[n + index];
             left[0] = math::maximum(left[0], dq.abs() / coordinate.scale);
             left[1] = math::maximum(left[1], dv.abs() / (coordinate.scale * self.speed));

@@ -80,7 +80,7 @@ pub(crate) fn describe(model: &Model, state: &State) -> Passage {
     let turning = moved.iter().filter_map(|&index| program.coordinates[index].name.strip_suffix(".angle"));
     passage.bodies = turning.map(String::from).collect();
     let defect = found.defect(model, &imposed, state);
-    let coordinates = program.coordinates.iter().zip(state.positions());
+    let coordinates = program.coordinates.iter().zip(state.positions()).take(model.mechanical());
     let largest = coordinates.fold(1.0, |most, (own, place)| math::maximum(most, place.abs() / own.scale));
     passage.defect = if defect > ROUNDING * f64::EPSILON * largest { defect } else { 0.0 };
     passage

@@ -175,6 +175,7 @@ impl Library<'_> {
         scene.uses.append(&mut part.uses);
         scene.parameters.append(&mut part.parameters);
         scene.inputs.append(&mut part.inputs);
+        scene.states.append(&mut part.states);
         scene.signals.append(&mut part.signals);
         scene.ground.append(&mut part.ground);
         scene.bodies.append(&mut part.bodies);
@@ -237,6 +238,7 @@ impl Scene {
             std::iter::once(&mut part.within).chain(part.carried.iter_mut().map(|(_, within)| within))
         });
         let others = (self.uses.iter_mut().map(|used| &mut used.within))
+            .chain(self.states.iter_mut().map(|state| &mut state.within))
             .chain(self.signals.iter_mut().map(|signal| &mut signal.within))
             .chain(self.ground.iter_mut().map(|point| &mut point.within))
             .chain(self.initial.iter_mut().map(|initial| &mut initial.within));

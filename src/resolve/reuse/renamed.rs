@@ -27,8 +27,9 @@ pub(super) fn names(scene: &Scene) -> HashSet<String> {
     let parts = parts.map(|part| &part.name);
     let parameters = scene.parameters.iter().map(|parameter| &parameter.name);
     let inputs = scene.inputs.iter().map(|input| &input.name);
+    let states = scene.states.iter().map(|state| &state.name);
     let signals = scene.signals.iter().map(|signal| &signal.name);
-    parts.chain(parameters).chain(inputs).chain(signals).map(|name| name.text.clone()).collect()
+    parts.chain(parameters).chain(inputs).chain(states).chain(signals).map(|name| name.text.clone()).collect()
 }
 
 /// Writes `left_arm` wherever a scene says `left.arm` of its part `left`.
@@ -64,6 +65,7 @@ pub(super) fn with_prefix(scene: &mut Scene, prefix: &str) {
     scene.uses.iter_mut().for_each(|used| add(&mut used.name));
     scene.parameters.iter_mut().for_each(|parameter| add(&mut parameter.name));
     scene.inputs.iter_mut().for_each(|input| add(&mut input.name));
+    scene.states.iter_mut().for_each(|state| add(&mut state.name));
     scene.signals.iter_mut().for_each(|signal| add(&mut signal.name));
     scene.ground.iter_mut().for_each(|point| add(&mut point.name));
     let parts = [&mut scene.bodies, &mut scene.joints, &mut scene.drivers, &mut scene.loads];
@@ -104,6 +106,10 @@ impl Walk<'_> {
         }
         for input in &mut scene.inputs {
             let values = [input.start.as_mut(), input.min.as_mut(), input.max.as_mut()];
+            values.into_iter().flatten().for_each(|value| self.quantity(value));
+        }
+        for state in &mut scene.states {
+            let values = [Some(&mut state.rate), state.start.as_mut(), state.nominal.as_mut()];
             values.into_iter().flatten().for_each(|value| self.quantity(value));
         }
         scene.ground.iter_mut().for_each(|point| self.vector(&mut point.at));

@@ -1,12 +1,12 @@
-//! Parameters, inputs, points of the ground, and files that are parts.
+//! Parameters, inputs, states, points of the ground, and files that are parts.
 
 use super::Decoder;
 use super::fields::{Fields, as_vector, wrong_type};
 use crate::diagnostic::span::Text;
 use crate::scene::document::{Content, Node};
 use crate::scene::key::names;
-use crate::scene::model::{Input, Parameter, Point, Signal, Use};
-use crate::scene::tables::{GROUND, INPUT, PARAMETER, PART, SIGNAL};
+use crate::scene::model::{Input, Parameter, Point, Signal, State, Use};
+use crate::scene::tables::{GROUND, INPUT, PARAMETER, PART, SIGNAL, STATE};
 
 impl Decoder {
     pub(super) fn parameter(&mut self, name: &Text, node: &Node, owner: &str) -> Option<Parameter> {
@@ -41,6 +41,20 @@ impl Decoder {
             description: self.faults.optional_text(&fields, "description"),
             min: self.faults.optional_quantity(&fields, "min"),
             max: self.faults.optional_quantity(&fields, "max"),
+        })
+    }
+
+    pub(super) fn state(&mut self, name: &Text, node: &Node, owner: &str) -> Option<State> {
+        let fields = Fields::open(node, owner, name.span, &names(STATE), &mut self.faults)?;
+        let rate = self.faults.required_quantity(&fields, "rate", STATE[0].help());
+        Some(State {
+            name: name.clone(),
+            start: self.faults.optional_quantity(&fields, "start"),
+            nominal: self.faults.optional_quantity(&fields, "nominal"),
+            unit: self.faults.optional_text(&fields, "unit"),
+            description: self.faults.optional_text(&fields, "description"),
+            rate: rate?,
+            within: 0,
         })
     }
 

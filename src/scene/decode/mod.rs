@@ -211,6 +211,7 @@ impl Decoder {
         scene.gravity = top.get("gravity").and_then(|node| self.faults.vector(node, "`gravity`"));
         scene.parameters = self.section(&top, "parameters", "parameter", Decoder::parameter);
         scene.inputs = self.section(&top, "inputs", "input", Decoder::input);
+        scene.states = self.section(&top, "states", "state", Decoder::state);
         scene.signals = self.section(&top, "signals", "signal", Decoder::signal);
         scene.ground = self.ground(&top);
         scene.bodies = self.parts(&top, "bodies");

@@ -103,7 +103,8 @@ fn values_at(state: &State, changed: impl Fn(f64) -> f64) -> impl Fn(Symbol) -> 
         Symbol::Input(i, Order::Position) => changed(state.inputs()[i]),
         Symbol::Coordinate(i, Order::Position) => state.positions()[i],
         Symbol::Follower(i, Order::Position) => state.follower_positions()[i],
-        Symbol::Input(..) | Symbol::Coordinate(..) | Symbol::Follower(..) => 0.0,
+        Symbol::State(i, Order::Position) => state.states()[i],
+        Symbol::Input(..) | Symbol::Coordinate(..) | Symbol::Follower(..) | Symbol::State(..) => 0.0,
         Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => 0.0,
     }
 }

@@ -61,8 +61,9 @@ impl Equilibrium {
         check_redundant(&model, &state)?;
         let statics = Statics::new(formulated, variation, &point)?;
         let motion = StateSpace::new(formulated, variation, &point, None).and_then(|system| modes(formulated, &system));
+        let held = statics.stiffness.is_empty() && formulated.equations.states.is_empty();
         let (stability, by_motion) = match motion {
-            _ if statics.stiffness.is_empty() => (Stability::Held, true),
+            _ if held => (Stability::Held, true),
             Ok(modes) => (judged(formulated, &statics, &modes), true),
             Err(_) => (statics.stability(formulated), false),
         };
@@ -90,13 +91,13 @@ fn judged(formulated: &Formulated, statics: &Statics, modes: &[Mode]) -> Stabili
     }
     match modes.iter().find(|mode| mode.eigenvalue.re >= -bound(mode)) {
         None => Stability::Stable,
-        Some(_) if statics.has_potential => statics.stability(formulated),
+        Some(_) if statics.has_potential && formulated.equations.states.is_empty() => statics.stability(formulated),
         Some(mode) => Stability::Undecided(most(mode)),
     }
 }
 
 fn coordinate(formulated: &Formulated, index: usize) -> String {
-    formulated.equations.coordinates[index].name.position.clone()
+    formulated.lowered.program.coordinates[index].name.clone()
 }
 
 struct Statics {
@@ -111,7 +112,9 @@ struct Statics {
 impl Statics {
     fn new(formulated: &Formulated, variation: &Variation, point: &Point) -> Result<Self, Failure> {
         let numbers = variation.motion_at(&formulated.equations, point)?;
-        let scales = scales(formulated);
+        // The states are held: how they answer is in the linearised motion.
+        let mechanical = formulated.equations.coordinates.len();
+        let scales = &scales(formulated)[..mechanical];
         let tangent = numbers.block(RowBlock::Motion, Column::Positions);
         let loops = numbers.block(RowBlock::Loops, Column::Positions);
         let tangent = DMatrix::from_fn(scales.len(), scales.len(), |i, j| tangent[(i, j)] * scales[i] * scales[j]);

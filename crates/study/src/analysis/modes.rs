@@ -12,6 +12,8 @@ use super::state_space::StateSpace;
 const FREE: f64 = 1e-12;
 /// An eigenvalue counts as zero below this share of the largest.
 const ZERO: f64 = 1e-9;
+/// Rounding errors move a double eigenvalue by their root.
+const DOUBLE: f64 = 1e-7;
 /// Eigenvalues are the same within this share.
 const SAME: f64 = 1e-6;
 
@@ -20,7 +22,7 @@ const SAME: f64 = 1e-6;
 pub struct Mode {
     /// [1/s]; zero for free motion.
     pub eigenvalue: Complex<f64>,
-    /// Of every branch coordinate; the largest part, in natural units, is 1.
+    /// Of every branch coordinate, then of every state of the scene; the largest part, in natural units, is 1.
     pub shape: Vec<Complex<f64>>,
 }
 
@@ -51,6 +53,9 @@ impl Mode {
 /// # Errors
 /// The eigenvalues do not converge, or the numbers are too large.
 pub fn modes(formulated: &Formulated, system: &StateSpace) -> Result<Vec<Mode>, Failure> {
+    if !formulated.equations.states.is_empty() {
+        return with_states(formulated, system);
+    }
     let scales = scales(formulated);
     let own: Vec<f64> = system.partition.independent.iter().map(|&index| scales[index]).collect();
     let f = own.len();
@@ -71,6 +76,46 @@ pub fn modes(formulated: &Formulated, system: &StateSpace) -> Result<Vec<Mode>, 
         Mode { eigenvalue: unsigned(eigenvalue), shape: shape.into_iter().map(unsigned).collect() }
     };
     Ok(shapes.into_iter().map(expand).collect())
+}
+
+/// The same with states of the scene: the eigenvalues of the whole system x' = A x, one of each conjugate pair.
+fn with_states(formulated: &Formulated, system: &StateSpace) -> Result<Vec<Mode>, Failure> {
+    let (scales, mechanical) = (scales(formulated), formulated.equations.coordinates.len());
+    let own: Vec<f64> = system.partition.independent.iter().map(|&index| scales[index]).collect();
+    let states = formulated.equations.states.len();
+    let f = own.len() - states;
+    // The positions, their rates, the states.
+    let natural: Vec<f64> = own[..f].iter().chain(&own).copied().collect();
+    let size = natural.len();
+    let matrix = DMatrix::from_fn(size, size, |i, j| system.a[(i, j)] * natural[j] / natural[i]);
+    let free = null_space(&matrix, FREE)?.ncols();
+    let mut found = decompose::eigenvalues(matrix.clone())?;
+    found.retain(|value| value.im >= 0.0);
+    found.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
+    let largest = found.iter().map(|value| value.norm()).fold(0.0, f64::max);
+    // What moves on without any stiffness is a double zero, which rounding turns into a slow motion.
+    let still = found.iter().take(2 * free).filter(|value| value.norm() <= DOUBLE * largest).count();
+    found.iter_mut().take(still).for_each(|value| *value = Complex::default());
+    found.dedup_by(|a, b| *a == Complex::default() && *b == Complex::default() && free == 1);
+    let mut modes = Vec::new();
+    for (index, &eigenvalue) in found.iter().enumerate() {
+        let same = |other: &&Complex<f64>| (**other - eigenvalue).norm() <= SAME * eigenvalue.norm();
+        let repeated = found[..index].iter().filter(same).count();
+        let turned = DMatrix::from_fn(size, size, |i, j| {
+            let diagonal = if i == j { eigenvalue } else { Complex::default() };
+            diagonal - Complex::from(matrix[(i, j)])
+        });
+        let x = null_vector(turned, repeated)?;
+        let q = DVector::from_fn(f, |row, _| x[row] * natural[row]);
+        let q = system.shape.map(Complex::from) * q;
+        let all = DVector::from_fn(scales.len(), |row, _| match row.checked_sub(mechanical) {
+            None => q[row],
+            Some(state) => x[2 * f + state] * natural[2 * f + state],
+        });
+        let shape = normalised(all, &scales).into_iter().map(unsigned).collect();
+        modes.push(Mode { eigenvalue: unsigned(eigenvalue), shape });
+    }
+    Ok(modes)
 }
 
 /// Eigenvalues other than zero with a positive or no imaginary part, by size. Free motions are deflated first: the rest has no double zero, which

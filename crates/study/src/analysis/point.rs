@@ -38,6 +38,7 @@ impl Point {
             0..layout.input_rates(), // time, parameters, inputs
             layout.followers()..layout.follower_rates(),
             layout.positions()..layout.rates(),
+            layout.states()..layout.accelerations(),
         ];
         for range in kept {
             registers[range.clone()].copy_from_slice(&state.registers()[range]);
@@ -58,6 +59,16 @@ impl Point {
         &mut self.registers[self.layout.positions()..self.layout.rates()]
     }
 
+    /// States of the scene, to be changed.
+    pub fn states_mut(&mut self) -> &mut [f64] {
+        &mut self.registers[self.layout.states()..self.layout.accelerations()]
+    }
+
+    /// States of the scene.
+    pub fn states(&self) -> &[f64] {
+        &self.registers[self.layout.states()..self.layout.accelerations()]
+    }
+
     /// The reactions of all loop equations, to be changed.
     pub fn reactions_mut(&mut self) -> &mut [f64] {
         &mut self.registers[self.layout.reactions()..self.layout.constants()]
@@ -74,6 +85,7 @@ impl Values for Point {
             | Symbol::Input(..)
             | Symbol::Follower(..)
             | Symbol::Coordinate(..)
+            | Symbol::State(..)
             | Symbol::Reaction(_)
             | Symbol::Argument => self.registers[symbol_register(&self.layout, symbol)],
         }

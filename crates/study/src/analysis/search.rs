@@ -1,4 +1,4 @@
-//! The search for a pose in which nothing accelerates: Q(q, 0, t0) - Phi_q^T lambda = 0, Phi = 0.
+//! The search for a pose in which nothing accelerates: Q(q, 0, z, t0) - Phi_q^T lambda = 0, Phi = 0, g = 0.
 //!
 //! Levenberg-Marquardt from the guess, with the exact Jacobian. Where it stagnates at no solution (a level pendulum has zero stiffness), the mechanism is
 //! moved along its accelerations from rest for a while, and the search continues from there; if it converges to the same point again, the motion from the
@@ -77,7 +77,10 @@ fn stuck_at(formulated: &Formulated, variation: &Variation, point: &Point) -> Re
     let scales = scales(formulated);
     let units = &equations.system.mechanism.units;
     let told = |index: usize, value: f64, [angular, straight]: [&str; 2]| {
-        let coordinate = &equations.coordinates[index];
+        let Some(coordinate) = equations.coordinates.get(index) else {
+            let state = &equations.system.mechanism.states[index - equations.coordinates.len()];
+            return format!("`{}` ({value} {})", state.name, state.unit.per_second().si);
+        };
         let unit = shown(units, if coordinate.angular { angular } else { straight });
         format!("`{}` ({})", coordinate.name.position, unit.show(value))
     };
@@ -87,7 +90,7 @@ fn stuck_at(formulated: &Formulated, variation: &Variation, point: &Point) -> Re
     let most = order.first().map_or(0.0, size);
     if most < STILL {
         let pose: Vec<String> =
-            order.iter().take(3).map(|&index| told(index, point.positions()[index], ["rad", "m"])).collect();
+            order.iter().filter(|&&index| index < equations.coordinates.len()).take(3).map(|&index| told(index, point.positions()[index], ["rad", "m"])).collect();
         return Ok(Failure::Crossing { pose: pose.join(", ") });
     }
     let named = order.iter().take(3).filter(|index| size(index) > 1e-3 * most);
@@ -122,17 +125,21 @@ struct Search<'a> {
     gaps: Vec<f64>,
     /// Forces are measured in units of this energy [J] by the scales.
     energy: f64,
+    /// The number of coordinates of the mechanism; those after them stand for states of the scene, whose rates are to vanish.
+    mechanical: usize,
 }
 
 impl<'a> Search<'a> {
     fn new(formulated: &'a Formulated, variation: &'a Variation, point: Point) -> Result<Self, Failure> {
         let constraints = &formulated.lowered.program.constraints;
         let gaps = variation.active().iter().map(|&row| constraints[row].scale).collect();
-        let mut search = Search { formulated, variation, point, scales: scales(formulated), gaps, energy: 1.0 };
+        let mechanical = formulated.equations.coordinates.len();
+        let mut search =
+            Search { formulated, variation, point, scales: scales(formulated), gaps, energy: 1.0, mechanical };
         let numbers = variation.motion_at(&formulated.equations, &search.point)?;
         let (jacobian, residual) = (search.jacobian(&numbers), search.scaled(&numbers.values(RowBlock::Motion)));
-        let n = search.scales.len();
-        let largest = jacobian.view((0, 0), (n, n)).amax().max(residual.amax());
+        let n = search.mechanical;
+        let largest = jacobian.view((0, 0), (n, n)).amax().max(residual.rows(0, n).amax());
         if largest > 0.0 {
             search.energy = largest;
         }
@@ -140,9 +147,13 @@ impl<'a> Search<'a> {
         Ok(search)
     }
 
-    /// Q in units of energy, for unit changes of the coordinates.
+    /// Q in units of energy, for unit changes of the coordinates; rates of states in units of these.
     fn scaled(&self, forces: &DVector<f64>) -> DVector<f64> {
-        DVector::from_fn(forces.len(), |row, _| forces[row] * self.scales[row] / self.energy)
+        DVector::from_fn(forces.len(), |row, _| forces[row] * self.weight(row))
+    }
+
+    fn weight(&self, row: usize) -> f64 {
+        if row < self.mechanical { self.scales[row] / self.energy } else { 1.0 / self.scales[row] }
     }
 
     /// The reactions that balance the loads best, by least squares.
@@ -172,11 +183,13 @@ impl<'a> Search<'a> {
     /// Derivatives of the residual by coordinates and reactions in natural units.
     fn jacobian(&self, numbers: &Numbers) -> DMatrix<f64> {
         let (n, m) = (self.scales.len(), self.gaps.len());
-        let stiffness = numbers.block(RowBlock::Motion, Column::Positions);
+        let mut stiffness = numbers.block(RowBlock::Motion, Column::Positions);
+        let rates = numbers.block(RowBlock::Motion, Column::Rates);
+        (self.mechanical..n).for_each(|state| stiffness.set_column(state, &rates.column(state)));
         let reactions = numbers.block(RowBlock::Motion, Column::Reactions);
         let loops = numbers.block(RowBlock::Loops, Column::Positions);
         DMatrix::from_fn(n + m, n + m, |row, column| match (row.checked_sub(n), column.checked_sub(n)) {
-            (None, None) => stiffness[(row, column)] * self.scales[row] * self.scales[column] / self.energy,
+            (None, None) => stiffness[(row, column)] * self.weight(row) * self.scales[column],
             (None, Some(k)) => reactions[(row, k)] * self.scales[row] / self.gaps[k],
             (Some(k), None) => loops[(k, column)] * self.scales[column] / self.gaps[k],
             (Some(_), Some(_)) => 0.0,
@@ -222,9 +235,10 @@ impl<'a> Search<'a> {
         let longest = step.rows(0, n).amax();
         let share = if longest > REACH { REACH / longest } else { 1.0 };
         let mut next = self.point.clone();
-        for ((q, scale), change) in next.positions_mut().iter_mut().zip(&self.scales).zip(step.iter()) {
-            *q += share * change * scale;
-        }
+        let mut changes = self.scales.iter().zip(step.iter()).map(|(scale, change)| share * change * scale);
+        let own: Vec<f64> = changes.by_ref().take(self.mechanical).collect();
+        next.positions_mut().iter_mut().zip(own).for_each(|(q, change)| *q += change);
+        next.states_mut().iter_mut().zip(changes).for_each(|(z, change)| *z += change);
         let reactions = next.reactions_mut();
         for ((&row, scale), change) in self.variation.active().iter().zip(&self.gaps).zip(step.iter().skip(n)) {
             reactions[row] += share * change * self.energy / scale;
@@ -239,8 +253,10 @@ impl<'a> Search<'a> {
         let sizes = accelerations.iter().zip(&self.scales).map(|(acceleration, scale)| (acceleration / scale).abs());
         let largest = sizes.fold(0.0, f64::max);
         if largest > 0.0 {
-            let moves = self.point.positions_mut().iter_mut().zip(&accelerations);
+            let moves = self.point.positions_mut().iter_mut().zip(&accelerations).take(self.mechanical);
             moves.for_each(|(q, acceleration)| *q += MOVE * acceleration / largest);
+            let states = self.point.states_mut().iter_mut().zip(accelerations.iter().skip(self.mechanical));
+            states.for_each(|(z, rate)| *z += MOVE * rate / largest);
         }
         for _ in 0..MOVES {
             let numbers = self.variation.motion_at(equations, &self.point)?;

@@ -1,6 +1,6 @@
 //! Small motions about a point: dx/dt = A x + B u, y = C x + D u.
 //!
-//! The states are the independent coordinates, their rates, and what drivers integrate: as many as the mechanism has, so the
+//! The states are the independent coordinates, their rates, those of the scene, and what drivers integrate: as many as the mechanism has, so the
 //! loops leave no spurious modes. The derivatives go through the loop equations implicitly: with J = Phi_q, varying
 //! Phi = 0 and its rate gives the dependent coordinates and rates, varying \[M J^T; J 0\] {a, lambda} = {Q, gamma} the accelerations and
 //! reactions. Nothing is approximated.
@@ -13,7 +13,7 @@ use nalgebra::DMatrix;
 
 use super::independent::{Partition, Undetermined};
 use super::search::scales;
-use super::variation::{Column, Numbers, RowBlock, Variation};
+use super::variation::{Column, Numbers, RowBlock, Variation, unknown};
 use super::{Failure, Point};
 
 /// A state, input or output, and its value at the point.
@@ -28,7 +28,7 @@ pub struct Signal {
 pub struct StateSpace {
     /// When \[s\].
     pub time: f64,
-    /// Independent coordinates, their rates, then positions and rates of drivers that integrate an input.
+    /// Independent coordinates, their rates, the states of the scene, then positions and rates of drivers that integrate an input.
     pub states: Vec<Signal>,
     /// dx/dt at the point itself, beside which A x + B u are changes: zero at rest.
     pub rates: Vec<f64>,
@@ -66,7 +66,7 @@ impl StateSpace {
         let partition = partition(formulated, variation, &numbers, like.map(|other| &other.partition));
         let singular = |Undetermined(index): Undetermined| Failure::Singular {
             time: point.time(),
-            coordinate: formulated.equations.coordinates[index].name.position.clone(),
+            coordinate: formulated.lowered.program.coordinates[index].name.clone(),
         };
         let partition = partition.map_err(singular)?;
         let basis = Basis::new(formulated, variation, &partition);
@@ -81,7 +81,8 @@ impl StateSpace {
             (matrix.columns(0, states).into_owned(), matrix.columns(states, count - states).into_owned())
         };
         let ((a, b), (c, d)) = (split(&rates), split(&outputs));
-        let shape = motion.positions.columns(0, partition.independent.len()).into_owned();
+        let moving = partition.independent.iter().filter(|&&index| index < basis.mechanical).count();
+        let shape = motion.positions.view((0, 0), (basis.mechanical, moving)).into_owned();
         let signals = |symbols: &[Symbol]| symbols.iter().map(|&symbol| signal(formulated, point, symbol)).collect();
         Ok(StateSpace {
             time: point.time(),
@@ -156,6 +157,8 @@ struct MotionChanges {
 }
 
 struct Basis {
+    /// The number of coordinates of the mechanism.
+    mechanical: usize,
     states: Vec<Symbol>,
     inputs: Vec<Symbol>,
     /// How the signals of the equations vary: one row for each signal, one column for each state and input.
@@ -167,7 +170,12 @@ impl Basis {
         let program = &formulated.lowered.program;
         let own = |symbol: &Symbol| source(formulated, *symbol);
         let followers = || program.followers.iter().enumerate();
-        let coordinates = |order: Order| partition.independent.iter().map(move |&i| Symbol::Coordinate(i, order));
+        let mechanical = formulated.equations.coordinates.len();
+        let coordinates = |order: Order| {
+            // Integrals of states are no states.
+            let own = partition.independent.iter().filter(move |&&i| order != Order::Position || i < mechanical);
+            own.map(move |&i| unknown(mechanical, i, order))
+        };
         let states: Vec<Symbol> = coordinates(Order::Position)
             .chain(coordinates(Order::Velocity))
             .chain(followers().map(|(index, _)| Symbol::Follower(index, Order::Position)))
@@ -187,7 +195,7 @@ impl Basis {
         let rows = variation.signals();
         let same = |row: usize, column: usize| f64::from(u8::from(own(&rows[row]) == columns[column]));
         let signals = DMatrix::from_fn(rows.len(), columns.len(), same);
-        Basis { states, inputs, signals }
+        Basis { mechanical, states, inputs, signals }
     }
 
     /// Varies the loop equations, their rates, and the equations of motion; `None` in a singular pose.
@@ -196,10 +204,11 @@ impl Basis {
         let jacobian = numbers.block(RowBlock::Loops, Column::Positions);
         let (n, count) = (jacobian.ncols(), self.signals.ncols());
         let held = jacobian.select_columns(dependent);
+        let moving: Vec<usize> = independent.iter().copied().filter(|&index| index < self.mechanical).collect();
         // Columns of the independent coordinates and rates are unit columns; the dependent ones follow.
-        let complete = |first: usize, rest: DMatrix<f64>| {
+        let complete = |first: usize, own: &[usize], rest: DMatrix<f64>| {
             let mut all = DMatrix::zeros(n, count);
-            for (column, &row) in independent.iter().enumerate() {
+            for (column, &row) in own.iter().enumerate() {
                 all[(row, first + column)] = 1.0;
             }
             let gap = &jacobian * &all + rest;
@@ -209,10 +218,10 @@ impl Basis {
             }
             Some(all)
         };
-        let positions = complete(0, numbers.block(RowBlock::Loops, Column::Signals) * &self.signals)?;
+        let positions = complete(0, &moving, numbers.block(RowBlock::Loops, Column::Signals) * &self.signals)?;
         let turning = numbers.block(RowBlock::Rates, Column::Positions) * &positions
             + numbers.block(RowBlock::Rates, Column::Signals) * &self.signals;
-        let rates = complete(independent.len(), turning)?;
+        let rates = complete(moving.len(), independent, turning)?;
         let m = jacobian.nrows();
         let mut right = DMatrix::zeros(n + m, count);
         for (first, size, row) in [(0, n, RowBlock::Motion), (n, m, RowBlock::Accelerations)] {
@@ -239,6 +248,7 @@ impl Basis {
         match state {
             Symbol::Coordinate(index, Order::Position) => motion.rates.row(index).into_owned(),
             Symbol::Coordinate(index, _) => motion.accelerations.row(index).into_owned(),
+            Symbol::State(index, _) => motion.accelerations.row(self.mechanical + index).into_owned(),
             Symbol::Time
             | Symbol::Parameter(_)
             | Symbol::Input(..)
@@ -260,6 +270,7 @@ fn derivative(formulated: &Formulated, state: Symbol) -> Symbol {
     let next = |order: Order| if order == Order::Position { Order::Velocity } else { Order::Acceleration };
     match state {
         Symbol::Coordinate(index, order) => Symbol::Coordinate(index, next(order)),
+        Symbol::State(index, order) => Symbol::State(index, next(order)),
         Symbol::Follower(index, order) => source(formulated, Symbol::Follower(index, next(order))),
         // No state.
         Symbol::Time
@@ -305,6 +316,10 @@ fn signal(formulated: &Formulated, point: &Point, symbol: Symbol) -> Signal {
             let driver = &mechanism.drivers[equations.system.followers[index].0.0];
             let word = if order == Order::Position { "position" } else { "rate" };
             (format!("{}.{word}", driver.name), kind(driver.is_angular()), order)
+        }
+        Symbol::State(index, order) => {
+            let state = &mechanism.states[index];
+            (state.name.clone(), state.unit.clone(), order)
         }
         Symbol::Input(index, order) => {
             let input = &mechanism.inputs[index];

@@ -250,7 +250,7 @@ fn vibration(
         name: formulated.equations.system.mechanism.name.clone(),
         time: point.time(),
         resting,
-        coordinates: formulated.equations.coordinates.iter().map(|q| q.name.position.clone()).collect(),
+        coordinates: formulated.lowered.program.coordinates.iter().map(|own| own.name.clone()).collect(),
         modes: modes(formulated, &system)?,
     })
 }

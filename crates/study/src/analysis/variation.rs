@@ -23,7 +23,7 @@ pub(super) enum RowBlock {
     Loops,
     /// Phi_t + Phi_q v of the same.
     Rates,
-    /// M a + Phi_q^T lambda - Q.
+    /// M a + Phi_q^T lambda - Q; then z' - g of the states.
     Motion,
     /// Phi_q a - gamma.
     Accelerations,
@@ -103,10 +103,10 @@ impl Variation {
         groups: Vec<(RowBlock, Vec<Expr>)>,
         signals: Vec<Symbol>,
     ) -> Self {
-        let coordinates = equations.coordinates.len();
+        let (mechanical, coordinates) = (equations.coordinates.len(), equations.coordinates.len() + equations.states.len());
         let arena = &mut equations.system.arena;
         let columns: Vec<Symbol> = (Order::ALL.into_iter())
-            .flat_map(|order| (0..coordinates).map(move |index| Symbol::Coordinate(index, order)))
+            .flat_map(|order| (0..coordinates).map(move |index| unknown(mechanical, index, order)))
             .chain(active.iter().map(|&row| Symbol::Reaction(row)))
             .chain(signals)
             .collect();
@@ -244,7 +244,10 @@ impl Variation {
         if let Some(output) = within(RowBlock::Outputs) {
             equations.system.mechanism.outputs[output].name.clone()
         } else if let Some(coordinate) = within(RowBlock::Motion) {
-            equations.coordinates[coordinate].name.position.clone()
+            match coordinate.checked_sub(equations.coordinates.len()) {
+                None => equations.coordinates[coordinate].name.position.clone(),
+                Some(state) => equations.system.mechanism.states[state].name.clone(),
+            }
         } else {
             let place = [RowBlock::Loops, RowBlock::Rates, RowBlock::Accelerations].into_iter().find_map(within);
             match place.and_then(|place| self.active.get(place)) {
@@ -294,6 +297,16 @@ fn loops(equations: &mut Equations, active: &[usize]) -> Vec<(RowBlock, Vec<Expr
     ]
 }
 
+/// A coordinate, its rate or its acceleration. After those of the mechanism come the states, each as the rate of its integral, which nothing depends on.
+pub(super) fn unknown(mechanical: usize, index: usize, order: Order) -> Symbol {
+    match (index.checked_sub(mechanical), order) {
+        (None, order) => Symbol::Coordinate(index, order),
+        (Some(_), Order::Position) => Symbol::Argument,
+        (Some(state), Order::Velocity) => Symbol::State(state, Order::Position),
+        (Some(state), Order::Acceleration) => Symbol::State(state, Order::Velocity),
+    }
+}
+
 /// The loop equations that repeat others.
 fn repeated(equations: &Equations, active: &[usize]) -> Vec<Expr> {
     let repeated = equations.loops().map(|(index, _)| index).filter(|index| !active.contains(index));
@@ -308,12 +321,19 @@ fn starts(equations: &mut Equations, order: Order) -> Vec<Expr> {
     known.map(|(_, (&value, &target))| equations.system.arena.subtract(value, target)).collect()
 }
 
-/// M a + Phi_q^T lambda - Q
+/// M a + Phi_q^T lambda - Q, then z' - g
 fn motion(equations: &mut Equations) -> Vec<Expr> {
     let dynamics = equations.dynamics().clone();
+    let states = equations.states.clone();
     let arena = &mut equations.system.arena;
+    let states: Vec<Expr> = (states.into_iter().enumerate())
+        .map(|(index, rate)| {
+            let derivative = arena.symbol(Symbol::State(index, Order::Velocity));
+            arena.subtract(derivative, rate)
+        })
+        .collect();
     let rows = dynamics.mass.into_iter().zip(dynamics.reactions).zip(dynamics.load);
-    rows.map(|((mass, reactions), load)| {
+    let rows = rows.map(|((mass, reactions), load)| {
         let mut terms = vec![arena.negate(load)];
         for (index, entry) in mass {
             let acceleration = arena.symbol(Symbol::Coordinate(index, Order::Acceleration));
@@ -324,8 +344,8 @@ fn motion(equations: &mut Equations) -> Vec<Expr> {
             terms.push(arena.multiply(entry, reaction));
         }
         arena.sum(terms)
-    })
-    .collect()
+    });
+    rows.collect::<Vec<Expr>>().into_iter().chain(states).collect()
 }
 
 /// Phi_q a - gamma

@@ -354,9 +354,10 @@ pub fn argument(symbol: Symbol) -> Option<(&'static str, usize)> {
         Symbol::Coordinate(i, Order::Position) => Some(("q", i)),
         Symbol::Coordinate(i, Order::Velocity) => Some(("v", i)),
         Symbol::Coordinate(i, Order::Acceleration) => Some(("a", i)),
+        Symbol::State(i, Order::Position) => Some(("z", i)),
         Symbol::Reaction(i) => Some(("lambda", i)),
-        // Time is a scalar; missing masses and arguments of laws are not part of the code.
-        Symbol::Time | Symbol::Missing(..) | Symbol::Argument => None,
+        // Time is a scalar; rates of states are results; missing masses and arguments of laws are not part of the code.
+        Symbol::Time | Symbol::State(..) | Symbol::Missing(..) | Symbol::Argument => None,
     }
 }
 

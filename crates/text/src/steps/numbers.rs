@@ -18,6 +18,7 @@ pub struct Values {
     pub followers: [Vec<f64>; 2],
     pub positions: Vec<f64>,
     pub rates: Vec<f64>,
+    pub states: Vec<f64>,
     pub accelerations: Vec<f64>,
     /// By the index of the loop equation.
     pub reactions: Vec<f64>,
@@ -33,6 +34,7 @@ impl Values {
             followers: [state.follower_positions().to_vec(), state.follower_rates().to_vec()],
             positions: state.positions().to_vec(),
             rates: state.rates().to_vec(),
+            states: state.states().to_vec(),
             ..Values::default()
         }
     }
@@ -49,7 +51,9 @@ impl Values {
             Symbol::Coordinate(i, Order::Velocity) => of(&self.rates, i),
             Symbol::Coordinate(i, Order::Acceleration) => of(&self.accelerations, i),
             Symbol::Reaction(i) => of(&self.reactions, i),
-            Symbol::Input(..) | Symbol::Follower(..) | Symbol::Missing(..) | Symbol::Argument => 0.0,
+            Symbol::State(i, Order::Position) => of(&self.states, i),
+            Symbol::Input(..) | Symbol::Follower(..) | Symbol::State(..) => 0.0,
+            Symbol::Missing(..) | Symbol::Argument => 0.0,
         }
     }
 

@@ -155,7 +155,8 @@ impl Lesson<'_> {
                 Symbol::Input(input, order) => order.next().map(|next| Symbol::Input(input, next)),
                 Symbol::Follower(follower, order) => order.next().map(|next| Symbol::Follower(follower, next)),
                 Symbol::Time | Symbol::Parameter(_) | Symbol::Coordinate(..) => None,
-                Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => None,
+                // No prescribed motion depends on a state.
+                Symbol::State(..) | Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => None,
             };
             if let Some(next) = next {
                 let (slope, rate) = (arena.derivative(expr, symbol), arena.symbol(next));

@@ -38,7 +38,7 @@ impl<'a> Rates<'a> {
         self.0.given.substitute(self.0.model, &mut from);
         let mut x = from.clone();
         let r = solve(&mut self.0, &mut x, f64::INFINITY);
-        let speed = x.iter().fold(1.0, |largest: f64, x| largest.max(x.abs()));
+        let speed = x.iter().take(self.0.model.mechanical()).fold(1.0, |largest: f64, x| largest.max(x.abs()));
         let holds = |r: &[f64]| r.iter().all(|r| r.abs() <= FULFILLED * speed);
         if holds(&r) {
             self.0.load(&x);

@@ -74,7 +74,7 @@ impl Integrator for Explicit {
             return Trial::objected(context.model, run.last.end_time, objection);
         }
         let proposed = next_step(h, error, attempt.rejected);
-        self.accept(run, end);
+        self.accept(context.model, run, end);
         attempt.accepted(proposed)
     }
 
@@ -194,11 +194,12 @@ impl Explicit {
         projection.rates(model, machine, v, settings.tolerance)
     }
 
-    fn accept(&mut self, run: &mut Run, end: f64) {
+    fn accept(&mut self, model: &Model, run: &mut Run, end: f64) {
         self.method.roll();
         self.range.roll();
         run.singular.step_without_poses(run.last.end_time);
         run.last.end_time = end;
+        model.forget_integrals(&mut self.next);
         run.last.end.copy_from_slice(&self.next);
     }
 }

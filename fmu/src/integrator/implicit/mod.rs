@@ -104,7 +104,7 @@ impl Integrator for Implicit {
         };
         let Solved { error, iterations, contraction } = solved;
         let proposed = self.propose(&self.memory, h, error, [f64::from(iterations), contraction], attempt.rejected);
-        self.accept(run, attempt.end, error, contraction);
+        self.accept(context.model, run, attempt.end, [error, contraction]);
         attempt.accepted(proposed)
     }
 
@@ -304,13 +304,14 @@ impl Implicit {
         projection.rates(model, machine, v, settings.tolerance)
     }
 
-    fn accept(&mut self, run: &mut Run, end: f64, error: f64, contraction: f64) {
+    fn accept(&mut self, model: &Model, run: &mut Run, end: f64, [error, contraction]: [f64; 2]) {
         let h = end - run.last.end_time;
         self.radau.dense(&run.last.end, h, &mut run.last.dense);
         run.last.order = 0;
         run.singular.step_without_poses(run.last.end_time);
         run.last.start_time = run.last.end_time;
         run.last.end_time = end;
+        model.forget_integrals(&mut self.next);
         run.last.end.copy_from_slice(&self.next);
         let memory = &mut self.memory;
         (memory.step, memory.error) = (h, error.max(REMEMBERED));

@@ -198,6 +198,7 @@ impl Taylor {
     /// Starts a series at `next`; returns how far the loops were open there.
     fn start(&mut self, context: &mut Context, run: &Run, time: f64, tightly: bool) -> Option<f64> {
         let Context { model, machine, settings, .. } = context;
+        model.forget_integrals(&mut self.next);
         machine.load_signals(model, &run.signals.origin, time);
         if self.known == Start::Unknown {
             // Parameters change at communication points only.

@@ -240,7 +240,7 @@ pub(super) fn is_near_pose(run: &Run) -> bool {
 
 /// How far loops are open by rounding errors alone: those of the positions count, for angles grow with every turn.
 fn rounding(model: &Model, positions: &[f64]) -> f64 {
-    let coordinates = model.program().coordinates.iter().zip(positions);
+    let coordinates = model.program().coordinates.iter().zip(positions).take(model.mechanical());
     let largest = coordinates.fold(0.0, |largest, (coordinate, q)| math::maximum(largest, q.abs() / coordinate.scale));
     math::maximum(ROUNDING, SPACINGS * f64::EPSILON * largest)
 }

@@ -137,6 +137,7 @@ impl Profile {
             | Symbol::Input(..)
             | Symbol::Follower(..)
             | Symbol::Coordinate(..)
+            | Symbol::State(..)
             | Symbol::Reaction(_)
             | Symbol::Missing(..) => 0.0,
         };

@@ -29,14 +29,15 @@ pub struct Statics {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Group {
     pub title: &'static str,
-    pub values: Vec<(String, f64, &'static str)>,
+    /// Names, values \[SI\] and units.
+    pub values: Vec<(String, f64, String)>,
 }
 
 impl Statics {
     pub fn new(formulated: &mut Formulated, equilibrium: &Equilibrium) -> Self {
         let mechanism = &*formulated.equations.system.mechanism.clone();
         let mut reader = Reader { formulated, point: &equilibrium.point };
-        let mut groups = vec![reader.coordinates(), reader.read("pose", pose(mechanism))];
+        let mut groups = vec![reader.coordinates(), reader.states(), reader.read("pose", pose(mechanism))];
         let efforts = [("joints", joints(mechanism)), ("drivers", mechanism.driver_efforts())];
         let weightless = efforts.iter().find_map(|(_, variables)| reader.missing_mass(variables));
         if weightless.is_none() {
@@ -69,7 +70,7 @@ impl Statics {
         }
         let unknown =
             |body| line!["\nThe reactions are not known: body `", body, "` has no mass, so its weight is not known."];
-        let row = |(name, value, si): &(String, f64, &str)| row![name, number(*value, si), unit(si)];
+        let row = |(name, value, si): &(String, f64, String)| row![name, number(*value, si), unit(si)];
         let entry = |group: &Group, value| [row![group.title], row(value)].concat();
         let sheet = self.groups.iter().flat_map(|group| group.values.iter().map(move |value| entry(group, value)));
         let values =
@@ -106,9 +107,14 @@ impl Reader<'_> {
     fn coordinates(&self) -> Group {
         let coordinates = self.formulated.equations.coordinates.iter().zip(self.point.positions());
         let values = coordinates.map(|(coordinate, &value)| {
-            (coordinate.name.position.clone(), value, if coordinate.angular { "rad" } else { "m" })
+            (coordinate.name.position.clone(), value, if coordinate.angular { "rad" } else { "m" }.to_owned())
         });
         Group { title: "coordinates", values: values.collect() }
+    }
+
+    fn states(&self) -> Group {
+        let states = self.formulated.equations.system.mechanism.states.iter().zip(self.point.states());
+        Group { title: "states", values: states.map(|(own, &value)| (own.name.clone(), value, own.unit.si.clone())).collect() }
     }
 
     fn exprs(&mut self, variables: &[Variable]) -> Vec<Expr> {
@@ -120,7 +126,7 @@ impl Reader<'_> {
         let exprs = self.exprs(&variables);
         let values = variables.into_iter().zip(self.values(&exprs)).map(|(variable, value)| {
             let name = self.formulated.equations.system.mechanism.variable_name(variable);
-            (name, value, variable.quantity.measure().si)
+            (name, value, variable.quantity.measure().si.to_owned())
         });
         Group { title, values: values.collect() }
     }
@@ -142,6 +148,7 @@ impl Reader<'_> {
             | Symbol::Input(..)
             | Symbol::Follower(..)
             | Symbol::Coordinate(..)
+            | Symbol::State(..)
             | Symbol::Reaction(_)
             | Symbol::Argument => None,
         })

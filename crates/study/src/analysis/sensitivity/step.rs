@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use cotree::expr::{Order, Symbol, Values};
+use cotree::expr::{Order, Values};
 use cotree::formulate::Formulated;
 use cotree_fmu::instance::{self, Instance, Snapshot, Variational};
 use cotree_fmu::model::{Model, State};
@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::super::driven::Driven;
 use super::super::point::Point;
-use super::super::variation::{Column, Numbers, RowBlock, Variation};
+use super::super::variation::{Column, Numbers, RowBlock, Variation, unknown};
 use super::super::{Failure, decompose};
 use super::Varied;
 use super::collocation::SMALLEST;
@@ -105,6 +105,7 @@ impl<'f> Course<'f> {
     ) -> Result<Self, Failure> {
         let program = formulated.lowered.program.clone();
         let (experiment, kinematic) = (program.experiment, program.is_driven());
+        let (program_coordinates, mechanical) = (program.coordinates.len(), program.mechanical());
         let model = Arc::new(Model::new(program)?);
         let mut motion = Instance::new(Arc::clone(&model));
         let finer = (experiment.tolerance * FINER).max(FINEST);
@@ -119,8 +120,8 @@ impl<'f> Course<'f> {
         }
         driven.set(&mut motion, experiment.start, false)?;
         motion.initialise()?;
-        let empty = DMatrix::zeros(formulated.equations.coordinates.len(), varied.len());
-        let scale = model.program().coordinates.iter().fold(0.0, |most: f64, own| most.max(own.scale));
+        let empty = DMatrix::zeros(program_coordinates, varied.len());
+        let scale = model.program().coordinates.iter().take(mechanical).fold(0.0, |most: f64, own| most.max(own.scale));
         let size = |own: &Varied| if own.start == 0.0 { scale } else { scale / own.start.abs() };
         let least = ROUNDING / experiment.tolerance.max(SMALLEST);
         let places: Vec<instance::Varied> = varied.iter().map(|own| own.place).collect();
@@ -171,16 +172,26 @@ impl<'f> Course<'f> {
 
     /// Takes note of how large the derivatives are.
     pub(super) fn reach(&mut self) {
+        let mechanical = self.formulated.equations.coordinates.len();
         for (column, reached) in self.reached.iter_mut().enumerate() {
-            let size = |matrix: &DMatrix<f64>| matrix.column(column).amax();
+            // States count relative to their sizes.
+            let scales = self.model.program().coordinates.iter().map(|own| own.scale).enumerate();
+            let units: Vec<f64> = scales.map(|(index, scale)| if index < mechanical { 1.0 } else { scale }).collect();
+            let size = |matrix: &DMatrix<f64>| {
+                let column = matrix.column(column);
+                column.iter().zip(&units).map(|(own, unit)| own.abs() / unit).fold(0.0, f64::max)
+            };
             *reached = reached.max(size(&self.positions)).max(size(&self.rates));
         }
     }
 
     /// q, v or a of the coordinates.
     pub(super) fn values(&self, point: &Point, order: Order) -> DVector<f64> {
-        let count = self.formulated.equations.coordinates.len();
-        DVector::from_fn(count, |index, _| point.value(Symbol::Coordinate(index, order)))
+        let mechanical = self.formulated.equations.coordinates.len();
+        DVector::from_fn(self.model.coordinates(), |index, _| match index < mechanical || order != Order::Position {
+            true => point.value(unknown(mechanical, index, order)),
+            false => 0.0,
+        })
     }
 
     /// Moves a motion on to a time, and varies the loops there.

@@ -20,6 +20,9 @@ pub fn tree(equations: &Equations, letters: Letters, formula: &Formula) -> Tree 
         Formula::Input(id) => {
             Tree::Name(symbol_name(equations, cotree::expr::Symbol::Input(id.0, cotree::expr::Order::Position)))
         }
+        Formula::State(id) => {
+            Tree::Name(symbol_name(equations, cotree::expr::Symbol::State(id.0, cotree::expr::Order::Position)))
+        }
         Formula::Variable(own) => variable(equations, letters, *own),
         Formula::Call(function, arguments) => call(*function, arguments.iter().map(of).collect()),
         Formula::If(comparison, parts) => {

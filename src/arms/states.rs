@@ -1,0 +1,26 @@
+//! States in the arm form. z' = g is the equation of motion of a mass along an arm of its own: its rate is z, its force the mass times g, and where it is
+//! nobody asks. So states are in every series, and in all that is made of them.
+
+use super::tree::Carried;
+use super::{Arm, ArmEquations, Equations, Factor, Link, Push};
+use crate::equations::vector::FrameId;
+use crate::expr::Expr;
+
+impl Equations {
+    /// Adds an arm with this mass for each state.
+    pub(super) fn state_arms(&mut self, mass: f64, arms: &mut ArmEquations) {
+        let mass = self.system.arena.constant(mass);
+        let along = [mass, Expr::ZERO];
+        for (index, &rate) in (self.coordinates.len()..).zip(&self.states) {
+            let arm = Arm { frame: FrameId::WORLD, factor: Factor::Displacement(index) };
+            if arms.links.is_empty() {
+                arms.coupling.insert((arm, arm), along);
+            } else {
+                let carried = Carried { mass, moment: along, inertia: mass };
+                let begin = [Expr::ZERO; 2];
+                arms.links.push(Link { arm, parent: None, begin, carried, heavy: Carried::default() });
+            }
+            arms.pushes.push(Push { on: Err(index), value: rate, factor: mass });
+        }
+    }
+}

@@ -1,0 +1,110 @@
+//! States: quantities whose rates are given, such as currents and pressures.
+
+use super::Resolver;
+use super::context::Context;
+use super::parameters::{hertz, is_bare};
+use crate::diagnostic::fault::Fault;
+use crate::diagnostic::span::Span;
+use crate::model::measure::ANYTHING;
+use crate::model::{Formula, State, Unit};
+use crate::scene::dimension::Known;
+use crate::scene::quantity::Quantity;
+use crate::scene::unit::{compatible, from_exponents};
+use crate::scene::model;
+
+impl Resolver<'_> {
+    /// The states without their rates, which may name everything; their units are known from here on.
+    pub(super) fn declare_states(&mut self) -> Vec<State> {
+        let scene = self.scene;
+        let mut states = Vec::new();
+        for state in &scene.states {
+            let declared = self.within(state.within, |resolver| resolver.declare_state(state));
+            states.push(declared);
+        }
+        states
+    }
+
+    fn declare_state(&mut self, state: &model::State) -> State {
+        let what = format!("state `{}`", state.name.text);
+        let declared = self.unit(state.unit.as_ref());
+        let zero = Quantity::from(0.0);
+        let start = state.start.as_ref().unwrap_or(&zero);
+        let (formula, own) = self.in_unit(start, declared.as_ref(), &format!("`start` of {what}"));
+        let unit = declared.clone().or(own);
+        let hertz = hertz(unit.as_ref(), state.start.as_ref(), state.unit.as_ref());
+        self.state_units.push(unit.as_ref().map(|unit| (unit.exponents, hertz)));
+        let nominal = self.nominal(state, (&formula, declared.as_ref(), unit.as_ref()), &what);
+        State {
+            name: state.name.text.clone(),
+            description: state.description.as_ref().map(|text| text.text.clone()).unwrap_or_default(),
+            unit: unit.unwrap_or_default(),
+            start: formula,
+            rate: super::UNKNOWN,
+            nominal,
+            span: state.name.span,
+        }
+    }
+
+    /// A constant in a declared unit: a bare number is in that unit.
+    fn in_unit(&mut self, quantity: &Quantity, declared: Option<&Unit>, what: &str) -> (Formula, Option<Unit>) {
+        let (formula, own) = self.formula_and_unit(quantity, what, &ANYTHING, Context::Constant);
+        self.must_agree(what, declared, own.as_ref(), quantity.span);
+        let display = declared.and_then(|unit| unit.display.as_ref()).filter(|_| is_bare(quantity));
+        let formula = self.check_finite(formula, quantity, what);
+        let factor = display.map_or(1.0, |display| display.factor);
+        (formula * Formula::Number(factor), own)
+    }
+
+    fn must_agree(&mut self, what: &str, declared: Option<&Unit>, own: Option<&Unit>, span: Span) {
+        if let (Some(declared), Some(own)) = (declared, own)
+            && !compatible(declared.exponents, own.exponents)
+        {
+            self.declared_mismatch(what, declared, own, span);
+        }
+    }
+
+    /// The usual size: as it is given, or that of the start, or 1.
+    fn nominal(
+        &mut self,
+        state: &model::State,
+        (start, declared, unit): (&Formula, Option<&Unit>, Option<&Unit>),
+        what: &str,
+    ) -> f64 {
+        let Some(nominal) = &state.nominal else {
+            let size = self.value(start).abs();
+            return if size > 0.0 && size.is_finite() { size } else { 1.0 };
+        };
+        let what = format!("`nominal` of {what}");
+        let (formula, own) = self.in_unit(nominal, declared, &what);
+        self.must_agree(&what, unit, own.as_ref().filter(|_| declared.is_none()), nominal.span);
+        let formula = self.check_positive(formula, nominal, &what, &ANYTHING);
+        self.value(&formula)
+    }
+
+    /// The states with their rates.
+    pub(super) fn states(&mut self, mut states: Vec<State>) -> Vec<State> {
+        let scene = self.scene;
+        for (state, written) in states.iter_mut().zip(&scene.states) {
+            state.rate = self.within(written.within, |resolver| resolver.rate(written, &state.unit));
+        }
+        states
+    }
+
+    fn rate(&mut self, state: &model::State, unit: &Unit) -> Formula {
+        let what = format!("`rate` of state `{}`", state.name.text);
+        let (formula, own, known) = self.formula_and_known(&state.rate, &what, &ANYTHING, Context::Rate);
+        let wanted = unit.per_second();
+        let differs = |own: &Unit| known != Known::Number && !compatible(own.exponents, wanted.exponents);
+        if let Some(own) = own.filter(|own| !unit.si.is_empty() && differs(own)) {
+            let wanted = from_exponents(wanted.exponents).si;
+            let own = if own.si.is_empty() { "a pure number".to_owned() } else { format!("in `{}`", own.si) };
+            let message = format!("{what} must be in `{wanted}`, but is {own}");
+            let fault = Fault::new("scene::wrong_unit", message, state.rate.span).label(format!("not in `{wanted}`"));
+            self.faults.push(fault.help(format!(
+                "the state is in `{}`, so its rate is that divided by the second; parameters may carry units",
+                unit.si
+            )));
+        }
+        formula
+    }
+}
