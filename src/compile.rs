@@ -282,7 +282,7 @@ mod tests {
     use super::*;
 
     fn metre() -> Unit {
-        Unit { exponents: [0, 1, 0, 0], si: "m".into(), display: None }
+        Unit::length()
     }
 
     #[test]

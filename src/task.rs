@@ -349,7 +349,7 @@ impl Reader<'_> {
             }
         };
         let tolerance = list("tolerance", &Unit::length())?;
-        let weight = list("weight", &Unit { exponents: [0; 4], si: String::new(), display: None })?;
+        let weight = list("weight", &Unit::default())?;
         Some(Kind::Poses { at: poses, tolerance, weight })
     }
 
@@ -412,7 +412,7 @@ impl Reader<'_> {
             "write how far the output goes: `range = [\"0 deg\", \"90 deg\"]`",
             self.faults,
         )?;
-        let plain = Unit { exponents: [0; 4], si: String::new(), display: None };
+        let plain = Unit::default();
         let ends = self.numbers(x, "`x`", &plain)?;
         let turn = self.numbers(input, "`input`", &Unit::angle())?;
         let (ways, is_slider) = self.ways(range, "`range`")?;
@@ -501,7 +501,7 @@ impl Reader<'_> {
         let keys = ["crank_turn", "time_ratio", "swing", "stroke", "offset", "ground"];
         let fields = Fields::open(node, "`stroke`", span, &keys, self.faults)?;
         let turn = self.optional(&fields, "crank_turn", &Unit::angle())?;
-        let plain = Unit { exponents: [0; 4], si: String::new(), display: None };
+        let plain = Unit::default();
         let ratio = self.optional(&fields, "time_ratio", &plain)?;
         let swing = self.optional(&fields, "swing", &Unit::angle())?;
         let stroke = self.optional(&fields, "stroke", &Unit::length())?;

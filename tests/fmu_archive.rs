@@ -12,7 +12,7 @@ use cotree::export::runtime::{LIBRARY, Platform, Runtime};
 use cotree::export::scene_text::SceneText;
 use cotree::export::xml::fmi2 as xml;
 use cotree::export::{ExportError, FmiVersion};
-use cotree::model::{DisplayUnit, Experiment, Unit};
+use cotree::model::{DisplayUnit, Experiment, Exponents, Unit};
 use cotree::scene::{Scene, Source};
 use cotree_draw::drawing::{Body, Drawing};
 use cotree_fmu::context::Statistics;
@@ -23,7 +23,7 @@ use cotree_page::page::{Facts, Live, preformatted};
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 
-fn unit(si: &str, exponents: [i8; 4], display: Option<(&str, f64)>) -> Unit {
+fn unit(si: &str, exponents: Exponents, display: Option<(&str, f64)>) -> Unit {
     let display = display.map(|(name, factor)| DisplayUnit { name: name.into(), factor });
     Unit { exponents, si: si.into(), display }
 }
@@ -44,7 +44,7 @@ fn variable(name: &str, unit: Unit, causality: Causality) -> ScalarVariable {
 
 /// A pendulum: states angle and omega, an input torque, two parameters.
 fn pendulum() -> Description {
-    let rad = |si, s| unit(si, [0, 0, s, 1], None);
+    let rad = |si, exponents| unit(si, exponents, None);
     let length = Causality::Parameter { tunable: false, start: 0.5, min: Some(0.1), max: None };
     let damping = Causality::Parameter { tunable: true, start: 1e-7, min: None, max: Some(3.0) };
     let torque = Causality::Input { start: 0.0, min: None, max: None };
@@ -53,20 +53,20 @@ fn pendulum() -> Description {
         dependencies: vec![4].into(),
         ..variable(
             "arm.angle",
-            unit("rad", [0, 0, 0, 1], Some(("deg", std::f64::consts::PI / 180.0))),
+            unit("rad", Exponents::RADIAN, Some(("deg", std::f64::consts::PI / 180.0))),
             Causality::Output,
         )
     };
     let omega = ScalarVariable {
         derivative_of: Some(4),
         dependencies: vec![5].into(),
-        ..variable("arm.omega", rad("rad/s", -1), Causality::Local)
+        ..variable("arm.omega", rad("rad/s", Exponents::RADIAN.over(Exponents::SECOND)), Causality::Local)
     };
     let alpha = ScalarVariable {
         derivative_of: Some(5),
         dependencies: vec![5, 3, 4, 3].into(),
         state: None,
-        ..variable("arm.alpha", rad("rad/s2", -2), Causality::Output)
+        ..variable("arm.alpha", rad("rad/s2", Exponents::RADIAN.over(Exponents::SECOND.squared())), Causality::Output)
     };
     Description {
         model_name: "pendulum".into(),
@@ -82,10 +82,10 @@ fn pendulum() -> Description {
         followed: Vec::new(),
         moves_states: false,
         variables: vec![
-            variable("time", unit("s", [0, 0, 1, 0], None), Causality::Independent),
-            variable("length", unit("m", [0, 1, 0, 0], Some(("mm", 1e-3))), length),
-            variable("damping", unit("N.m.s", [1, 2, -1, 0], None), damping),
-            variable("torque", unit("N.m", [1, 2, -2, 0], None), torque),
+            variable("time", unit("s", Exponents::SECOND, None), Causality::Independent),
+            variable("length", unit("m", Exponents::METRE, Some(("mm", 1e-3))), length),
+            variable("damping", unit("N.m.s", Exponents::JOULE.times(Exponents::SECOND), None), damping),
+            variable("torque", unit("N.m", Exponents::JOULE, None), torque),
             angle,
             omega,
             alpha,

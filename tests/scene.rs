@@ -4,8 +4,8 @@ use crate::support::run;
 
 use cotree::expr::{Binary, Function, Unary};
 use cotree::model::{
-    BodyId, Coordinates, Dimension, Formula, InputId, JointId, LoadId, Mechanism, Motion, Owner, ParameterId, Place,
-    Quantity, Unit, Variable,
+    BodyId, Coordinates, Dimension, Exponents, Formula, InputId, JointId, LoadId, Mechanism, Motion, Owner,
+    ParameterId, Place, Quantity, Unit, Variable,
 };
 use cotree::scene::{Body, Driver, InputAs, Joint, Load, Parameter, Scene};
 
@@ -147,7 +147,7 @@ fn outputs_have_units_and_descriptions() {
     };
     assert_eq!(shown(0), ("stroke", "m", Some(("mm", 1e-3)), "how far"));
     assert_eq!(shown(1), ("bare", "m", Some(("cm", 1e-2)), "2*crank.x"));
-    assert_eq!(mechanism.outputs[2].unit.exponents, [1, 2, -3, 1], "rad/s N m");
+    assert_eq!(mechanism.outputs[2].unit.exponents, Exponents::WATT.times(Exponents::RADIAN), "rad/s N m");
     assert_eq!(shown(3), ("unknown", "", None, "2*crank.x"));
     let scene = Scene::from_toml(&text).unwrap();
     let built = Scene::new("crank").output_expression_in("mm", "stroke", "crank.end.x - block.x", "how far");

@@ -2,6 +2,8 @@
 
 use cotree::Scene;
 use cotree::compile::compile;
+use cotree::export::xml::{fmi2, fmi3};
+use cotree::model::Exponents;
 use cotree::scene::{Fault, Severity};
 
 const FAN: &str = r#"
@@ -132,4 +134,134 @@ axis = [1, 0]
     let found = faults(&format!("{FAN}{loop_}"));
     let errors = found.iter().filter(|fault| fault.severity == Severity::Error).count();
     assert!(errors > 0 && found.iter().any(|fault| fault.code == "scene::degrees"), "{found:#?}");
+}
+
+/// A motor of direct current without inductance that turns a disc: J dw/dt = k (u - k w)/R.
+const MOTOR: &str = r#"
+name = "motor"
+gravity = [0, 0]
+
+[parameters]
+k = "80 mN.m/A"
+back = "0.08 V.s/rad"
+resistance = "500 mohm"
+
+[inputs]
+supply = "12 V"
+
+[bodies.disc]
+mass = "2 kg"
+inertia = "4 g.m2"
+points = { hub = [0, 0] }
+
+[joints.shaft]
+type = "revolute"
+between = ["ground", "disc.hub"]
+
+[signals]
+current = { value = "(supply - back*shaft.omega)/resistance", unit = "mA" }
+
+[loads.armature]
+type = "torque"
+between = ["ground", "disc"]
+value = "k*current"
+
+[outputs]
+variables = ["shaft.omega", "current"]
+
+[experiment]
+stop = "0.2 s"
+step = "0.05 s"
+tolerance = 1e-9
+"#;
+
+#[test]
+fn a_motor_of_direct_current_has_its_closed_form() {
+    let results = Scene::from_toml(MOTOR).unwrap().simulate().unwrap();
+    let column = |name: &str| results.column(name).unwrap().values.clone();
+    for ((time, omega), current) in results.times().iter().zip(column("shaft.omega")).zip(column("current")) {
+        let share = (-0.08 * 0.08 / (0.5 * 0.004) * time).exp();
+        assert!((omega - 150.0 * (1.0 - share)).abs() < 1e-5, "{time}: {omega}");
+        assert!((current - 24.0 * share).abs() < 1e-6, "{time}: {current}");
+    }
+}
+
+/// In both versions of FMI a volt is kg m2/(s3 A).
+#[test]
+fn electrical_units_are_in_the_description() {
+    let compiled = compile(&Scene::from_toml(MOTOR).unwrap()).unwrap();
+    let unit = |name: &str| {
+        let variable = compiled.description.variables.iter().find(|variable| variable.name == name).unwrap();
+        let display = variable.unit.display.as_ref().map(|display| (display.name.as_str(), display.factor));
+        (variable.unit.si.as_str(), variable.unit.exponents, display)
+    };
+    assert_eq!(unit("supply"), ("V", Exponents::VOLT, None));
+    assert_eq!(unit("current"), ("A", Exponents::AMPERE, Some(("mA", 1e-3))));
+    assert_eq!(unit("k"), ("N.m/A", Exponents::WEBER, Some(("mN.m/A", 1e-3))));
+    assert_eq!(unit("back"), ("V.s/rad", Exponents::WEBER.over(Exponents::RADIAN), None));
+    assert_eq!(unit("resistance"), ("ohm", Exponents::OHM, Some(("mohm", 1e-3))));
+    for written in [fmi2::model_description, fmi3::model_description].map(|written| written(&compiled.description)) {
+        let description = String::from_utf8(written.unwrap()).unwrap();
+        assert!(description.contains(r#"<Unit name="V">"#), "{description}");
+        assert!(description.contains(r#"<BaseUnit kg="1" m="2" s="-3" A="-1"/>"#), "{description}");
+        assert!(description.contains(r#"<BaseUnit A="1"/>"#), "{description}");
+    }
+}
+
+#[test]
+fn electrical_units_agree_with_what_they_are_made_of() {
+    let with_signal = |value: &str| {
+        MOTOR
+            .replace("[signals]", &format!("[signals]\nown = \"{value}\""))
+            .replace(r#""current"]"#, r#""current", "own"]"#)
+    };
+    for right in [
+        "1[V] + 2[W/A]",
+        "1[V] + 2[A.ohm]",
+        "1[ohm] + 2[V/A] + 3[kohm] + 4[Ω] + 5[\u{2126}]",
+        "1[H] + 2[ohm.s]",
+        "1[F] + 2[C/V] + 3[uF]",
+        "1[C] + 2[A.s]",
+        "1[Wb] + 2[V.s] + 3[N.m/A]",
+        "1[T] + 2[Wb/m2]",
+        "1[W] + 2[V.mA]",
+        "1[J] + 2[H.A2]",
+        "1[V.s/rad] + 2[N.m/A]",
+        "1[kPa] + 2[bar] + 3[N/mm2]",
+    ] {
+        let found = faults(&with_signal(right));
+        assert!(found.is_empty(), "{right}: {found:?}");
+    }
+    for (wrong, named) in [
+        ("1[V] + 2[A]", ["`V`", "`A`"]),
+        ("1[ohm] + 2[H]", ["`ohm`", "`H`"]),
+        ("1[F] + 2[C]", ["`F`", "`C`"]),
+        ("1[N.m/A] + 2[T]", ["`N.m/A`", "`T`"]),
+        ("resistance + supply", ["`ohm`", "`V`"]),
+    ] {
+        let found = faults(&with_signal(wrong));
+        let is_said =
+            |fault: &Fault| fault.code == "scene::wrong_unit" && named.iter().all(|unit| fault.message.contains(unit));
+        assert!(found.iter().any(is_said), "{wrong}: {found:?}");
+    }
+    for (old, new, named) in [
+        ("value = \"k*current\"", "value = \"k*supply\"", "a torque"),
+        ("mass = \"2 kg\"", "mass = \"2 V\"", "`V`"),
+        ("unit = \"mA\"", "unit = \"mV\"", "`mV`"),
+    ] {
+        let found = faults(&MOTOR.replace(old, new));
+        assert!(
+            found.iter().any(|fault| fault.code == "scene::wrong_unit" && fault.message.contains(named)),
+            "{new}: {found:?}"
+        );
+    }
+    for (word, meant) in
+        [("volts", "`V`"), ("Ohm", "`ohm`"), ("mAh", "`mA.h`"), ("degC", "coulomb"), ("Nm/A", "`N.m/A`"), ("cV", "")]
+    {
+        let found = faults(&MOTOR.replace("12 V", &format!("12 {word}")));
+        assert!(
+            found.iter().any(|fault| fault.code == "scene::unknown_unit" && fault.help.contains(meant)),
+            "{word}: {found:?}"
+        );
+    }
 }

@@ -1,6 +1,6 @@
 //! The units in which people see numbers; inside, everything is SI.
 
-use super::{DisplayUnit, Unit};
+use super::{DisplayUnit, Exponents, Unit};
 
 /// Units to show values in, each for one kind of value. What has no unit here is shown in SI; velocities and accelerations follow the
 /// units of lengths and angles.
@@ -9,8 +9,8 @@ pub struct Units {
     units: Vec<Unit>,
 }
 
-/// J and N.m have the same exponents, but nobody means the one by the other.
-const ENERGY: [i8; 4] = [1, 2, -2, 0];
+/// Units with the exponents of others by which nobody means them: J and N.m, Wb and N.m/A.
+const AMBIGUOUS: [Exponents; 2] = [Exponents::JOULE, Exponents::WEBER];
 
 impl Units {
     /// Adds a unit, unless there is one of its kind already.
@@ -32,11 +32,10 @@ impl Units {
         if let Some(known) = self.units.iter().find(|known| same(known, unit)) {
             return shown(known);
         }
-        let [kg, m, s, rad] = unit.exponents;
-        let base = [kg, m, 0, rad];
-        let base =
-            self.units.iter().find(|known| matches!(base, [0, 1, 0, 0] | [0, 0, 0, 1]) && known.exponents == base);
-        match (base.map(shown), s) {
+        let base = unit.exponents.without_second();
+        let is_base = base == Exponents::METRE || base == Exponents::RADIAN;
+        let base = self.units.iter().find(|known| is_base && known.exponents == base);
+        match (base.map(shown), unit.exponents.second) {
             (Some(base), -1) => DisplayUnit { name: format!("{}/s", base.name), ..base },
             (Some(base), -2) => DisplayUnit { name: format!("{}/s2", base.name), ..base },
             _ => DisplayUnit { name: unit.si.clone(), factor: 1.0 },
@@ -45,7 +44,7 @@ impl Units {
 }
 
 fn same(known: &Unit, unit: &Unit) -> bool {
-    known.exponents == unit.exponents && (known.exponents != ENERGY || known.si == unit.si)
+    known.exponents == unit.exponents && (known.si == unit.si || !AMBIGUOUS.contains(&known.exponents))
 }
 
 /// A unit as it was written; the SI unit if it was.

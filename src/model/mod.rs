@@ -6,6 +6,7 @@
 mod body;
 mod bound;
 mod display;
+mod exponents;
 mod formula;
 pub(crate) mod measure;
 mod name;
@@ -20,6 +21,7 @@ mod written;
 pub use body::{Body, Outline, Place, Point};
 pub use bound::{Bound, Range};
 pub use display::Units;
+pub use exponents::Exponents;
 pub use formula::{Comparison, Formula};
 pub use name::identifier;
 pub use part::{Friction, Motion, Part, Value};

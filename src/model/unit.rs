@@ -1,18 +1,15 @@
 //! Units, and the parameters and inputs that have them.
 
-use super::Formula;
-use super::measure::Wanted;
+use super::measure::{ANGLE, LENGTH, TIME, Wanted};
+use super::{Exponents, Formula};
 use crate::diagnostic::Span;
 use crate::typeset::rounded;
 
-/// Exponents of the hertz.
-const HERTZ: [i8; 4] = [0, 0, -1, 0];
-
-/// Exponents of kg, m, s and rad, and how the user writes the unit.
+/// What kind of value it measures, and how the user writes it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Unit {
-    /// Exponents of kilogram, metre, second, radian.
-    pub exponents: [i8; 4],
+    /// Exponents of kilogram, metre, second, radian and ampere.
+    pub exponents: Exponents,
     /// SI name, such as `N.m`; empty for a pure number.
     pub si: String,
     /// The user's unit, such as `mm`, if not the SI name.
@@ -27,24 +24,24 @@ impl Unit {
 
     /// s
     pub fn time() -> Unit {
-        Unit { exponents: [0, 0, 1, 0], si: "s".to_string(), display: None }
+        Unit::of(&TIME, None)
     }
 
     /// rad
     pub fn angle() -> Unit {
-        Unit { exponents: [0, 0, 0, 1], si: "rad".to_string(), display: None }
+        Unit::of(&ANGLE, None)
     }
 
     /// m
     pub fn length() -> Unit {
-        Unit { exponents: [0, 1, 0, 0], si: "m".to_string(), display: None }
+        Unit::of(&LENGTH, None)
     }
 
     /// May the two stand for the same kind of value? The radian counts as a pure number; but 1 Hz is one turn a second to some and one radian a second to others.
     pub fn is_compatible(&self, other: &Unit) -> bool {
         let [one, two] = [self, other].map(|unit| unit.exponents);
-        let is_frequency = |exponents: [i8; 4]| exponents[..3] == HERTZ[..3];
-        one[..3] == two[..3] && (!is_frequency(one) || (one == HERTZ) == (two == HERTZ))
+        let is_in_hertz = |exponents: Exponents| exponents == Exponents::HERTZ;
+        one.is_compatible(two) && (!one.is_compatible(Exponents::HERTZ) || is_in_hertz(one) == is_in_hertz(two))
     }
 
     /// May a value \[SI\] of this unit lie within these bounds?
@@ -62,12 +59,11 @@ impl Unit {
 
     /// This unit divided by the second: rad/s, m/s2.
     pub fn per_second(&self) -> Unit {
-        let [kg, m, s, rad] = self.exponents;
         let si = match self.si.strip_suffix("/s") {
             Some(base) => format!("{base}/s2"),
             None => format!("{}/s", self.si),
         };
-        Unit { exponents: [kg, m, s - 1, rad], si, display: None }
+        Unit { exponents: self.exponents.over(Exponents::SECOND), si, display: None }
     }
 }
 
@@ -136,12 +132,13 @@ pub struct Input {
 
 #[cfg(test)]
 mod tests {
-    use crate::model::Unit;
+    use crate::model::{Exponents, Unit};
 
     #[test]
     fn hertz_are_no_unit_of_an_angular_velocity() {
         let unit = |exponents| Unit { exponents, ..Unit::default() };
-        let [hertz, velocity, angle, number] = [[0, 0, -1, 0], [0, 0, -1, 1], [0, 0, 0, 1], [0; 4]].map(unit);
+        let (hertz, velocity) = (unit(Exponents::HERTZ), unit(Exponents::RADIAN.over(Exponents::SECOND)));
+        let (angle, number) = (unit(Exponents::RADIAN), unit(Exponents::NONE));
         assert!(!hertz.is_compatible(&velocity) && !velocity.is_compatible(&hertz));
         assert!(hertz.is_compatible(&hertz) && angle.is_compatible(&number) && !angle.is_compatible(&velocity));
     }

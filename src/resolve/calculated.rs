@@ -9,9 +9,8 @@ use super::parameters::hertz;
 use super::{Resolver, UNKNOWN};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
-use crate::model::{Calculated, Formula, Parameter, ParameterId, Unit};
-use crate::scene::dimension::PURE;
-use crate::scene::unit::{self, Exponents};
+use crate::model::{Calculated, Exponents, Formula, Parameter, ParameterId, Unit};
+use crate::scene::unit;
 
 /// More operations than a calculated parameter may take when all that it uses is written out.
 const LONGEST: usize = 10_000;
@@ -91,7 +90,7 @@ impl Resolver<'_> {
         let known = known.unit();
         let found = known.map(unit::from_exponents);
         if let (Some(declared), Some(found)) = (&units[index], &found)
-            && !unit::compatible(declared.exponents, found.exponents)
+            && !declared.exponents.is_compatible(found.exponents)
         {
             let (declared, found) = (declared.clone(), found.clone());
             self.declared_mismatch(&what, &declared, &found, pending.text.span);
@@ -120,7 +119,8 @@ impl Resolver<'_> {
 
     /// Warns of an expression of mere numbers whose value could be meant in the declared unit: only a number that stands alone is in it.
     pub(super) fn suspect_unit(&mut self, what: &str, known: Option<Exponents>, declared: Option<&Unit>, text: &Text) {
-        let is_mere = |unit: &&Unit| known.is_none_or(|known| known == PURE && unit::compatible(unit.exponents, known));
+        let is_mere =
+            |unit: &&Unit| known.is_none_or(|known| known == Exponents::NONE && unit.exponents.is_compatible(known));
         let Some(unit) = declared.filter(is_mere) else { return };
         if unit.display.as_ref().is_some_and(|display| display.factor != 1.0) {
             let (written, si) = (unit.shown(), &unit.si);

@@ -12,11 +12,11 @@ use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
 use crate::diagnostic::suggest;
 use crate::expr::{Binary, Function, Unary};
-use crate::model::{Class, Formula, JointId, LoadId, Owner, Quantity, StateId, Variable};
+use crate::model::{Class, Exponents, Formula, JointId, LoadId, Owner, Quantity, StateId, Variable};
 use crate::scene::constant;
-use crate::scene::dimension::{self, Known, SECOND};
+use crate::scene::dimension::{self, Known};
 use crate::scene::expression::{self, Tree, TreeKind};
-use crate::scene::unit::{Exponents, from_exponents};
+use crate::scene::unit::from_exponents;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Context {
@@ -219,7 +219,7 @@ impl Resolver<'_> {
                 ("t" | "time", _) if site.context.is_constant() => {
                     self.not_constant(&format!("the time `{name}`"), tree, site)
                 }
-                ("t" | "time", _) => Some((Formula::Time, Known::moving(Some(SECOND)))),
+                ("t" | "time", _) => Some((Formula::Time, Known::moving(Some(Exponents::SECOND)))),
                 (_, Some(own)) => self.seen_there(own, tree, site),
                 _ if name.contains('.') => self.lower_variable(name, tree, site),
                 _ => self.unknown_name(name, tree, site),

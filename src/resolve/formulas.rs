@@ -13,13 +13,13 @@ use crate::expr::{Binary, Function};
 use crate::model::measure::{
     ANGLE, ANGULAR_VELOCITY, DAMPING, INERTIA, STIFFNESS, TORSION_DAMPING, TORSION_STIFFNESS, Wanted,
 };
-use crate::model::{Bound, Formula, Range, Unit};
+use crate::model::{Bound, Exponents, Formula, Range, Unit};
 use crate::scene::constant;
-use crate::scene::dimension::{Known, SECOND};
+use crate::scene::dimension::Known;
 use crate::scene::expression::shortened;
 use crate::scene::model::Vector;
 use crate::scene::quantity::{Quantity, Reading, Value, read};
-use crate::scene::unit::{compatible, from_exponents};
+use crate::scene::unit::from_exponents;
 use crate::typeset::counted;
 
 /// What says whether turns or radians are meant.
@@ -253,7 +253,7 @@ impl Resolver<'_> {
         let Some(exponents) = wanted.exponents else {
             return;
         };
-        if !compatible(unit.exponents, exponents) {
+        if !unit.exponents.is_compatible(exponents) {
             self.wrong_unit(unit.shown(), what, wanted, text.span, "a bare number is taken as SI");
         } else if exponents == ANGULAR_VELOCITY.exponents.unwrap_or_default() && text.text.contains("Hz") {
             // 1 Hz is one turn per second to some and one radian per second to others.
@@ -272,11 +272,11 @@ impl Resolver<'_> {
         let (Some(exponents), Some(unit)) = (wanted.exponents, known.unit()) else {
             return;
         };
-        let is_time = unit == SECOND && context != Context::Constant;
+        let is_time = unit == Exponents::SECOND && context != Context::Constant;
         let is_mass_written_out = known.is_area_times_number() && Some(exponents) == INERTIA.exponents;
-        if known.hertz() != 0 && compatible(unit, exponents) && wanted.is_turning() {
+        if known.hertz() != 0 && unit.is_compatible(exponents) && wanted.is_turning() {
             self.open_hertz(&format!("{what} is {}", wanted.what), span, FACTOR);
-        } else if !compatible(unit, exponents) && !is_time && !is_mass_written_out {
+        } else if !unit.is_compatible(exponents) && !is_time && !is_mass_written_out {
             let factors = "a number in an expression may carry its unit: `0.5[m]`";
             self.wrong_unit(&from_exponents(unit).si, what, wanted, span, factors);
         }

@@ -14,7 +14,7 @@ use crate::scene::constant;
 use crate::scene::decode::Fields;
 use crate::scene::document::{Content, Node};
 use crate::scene::model::{InputAs, Vector};
-use crate::scene::unit::{compatible, from_exponents};
+use crate::scene::unit::from_exponents;
 
 impl Resolver<'_> {
     pub(super) fn axis(&mut self, axis: &Vector, what: &str) -> [Formula; 2] {
@@ -131,9 +131,9 @@ impl Resolver<'_> {
         let (Some((found, hertz)), Some(exponents)) = (known, wanted.exponents) else {
             return;
         };
-        if compatible(found, exponents) && hertz != 0 && wanted.is_turning() {
+        if found.is_compatible(exponents) && hertz != 0 && wanted.is_turning() {
             self.open_hertz(&format!("{what} is {}", wanted.what), span, FACTOR);
-        } else if !compatible(found, exponents) {
+        } else if !found.is_compatible(exponents) {
             let found = from_exponents(found).si;
             self.faults.push(
                 Fault::new(

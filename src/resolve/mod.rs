@@ -37,9 +37,10 @@ use crate::component::{ALL, Room, Section};
 use crate::diagnostic::fault::{Fault, Faults, Sink};
 use crate::diagnostic::span::{Source, Span, Text};
 use crate::diagnostic::suggest;
-use crate::model::{Bound, Dimension, Formula, InputId, Mechanism, Owner, Place, StateId, Units, Variable};
+use crate::model::{
+    Bound, Dimension, Exponents, Formula, InputId, Mechanism, Owner, Place, StateId, Units, Variable,
+};
 use crate::scene::model::Within;
-use crate::scene::unit::Exponents;
 use crate::scene::{Resolved, Scene};
 
 #[cfg(test)]

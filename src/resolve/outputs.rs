@@ -11,8 +11,8 @@ use crate::diagnostic::span::{Span, Text};
 use crate::model::measure::ANYTHING;
 use crate::model::{Formula, Output, StateId, Unit};
 use crate::scene::dimension::Known;
+use crate::scene::model;
 use crate::scene::quantity::Quantity;
-use crate::scene::{model, unit};
 
 impl Resolver<'_> {
     pub(super) fn outputs(&mut self) -> Vec<Output> {
@@ -49,11 +49,10 @@ impl Resolver<'_> {
             return Some(self.state_output(id, name.span));
         }
         let variable = self.variable(name, user, "scene::unknown_output")?;
-        let wanted = variable.quantity.measure();
         Some(Output {
             name: name.text.clone(),
             description: Resolver::describe(variable, &name.text),
-            unit: Unit { exponents: wanted.exponents.unwrap_or_default(), si: wanted.si.to_string(), display: None },
+            unit: Unit::of(&variable.quantity.measure(), None),
             is_open: false,
             value: Formula::Variable(variable),
             span: name.span,
@@ -94,7 +93,7 @@ impl Resolver<'_> {
         let (formula, own, known) = self.formula_and_known(value, &what, &ANYTHING, Context::Output);
         let declared = self.unit(unit.as_ref());
         if let (Some(declared), Some(own)) = (&declared, &own)
-            && !unit::compatible(declared.exponents, own.exponents)
+            && !declared.exponents.is_compatible(own.exponents)
         {
             let (problem, span) =
                 (format!("{what} is in `{}`", own.shown()), unit.as_ref().map_or(name.span, |unit| unit.span));

@@ -100,7 +100,7 @@ impl Resolver<'_> {
     fn declared(&mut self, quantity: &Quantity, declared: Option<&Unit>, what: &str) -> (f64, Option<Unit>) {
         let (formula, own) = self.formula_and_unit(quantity, what, &ANYTHING, Context::Constant);
         if let (Some(declared), Some(own)) = (declared, &own)
-            && !unit::compatible(declared.exponents, own.exponents)
+            && !declared.exponents.is_compatible(own.exponents)
         {
             self.declared_mismatch(what, declared, own, quantity.span);
         }
@@ -136,7 +136,7 @@ impl Resolver<'_> {
             let Some(limit) = limit else { continue };
             let (bound, own) = self.declared(limit, declared, &format!("`{name}` of {what}"));
             if let (None, Some(unit), Some(own)) = (declared, unit, &own)
-                && !unit::compatible(unit.exponents, own.exponents)
+                && !unit.exponents.is_compatible(own.exponents)
             {
                 self.declared_mismatch(&format!("`{name}` of {what}"), unit, own, limit.span);
             }
@@ -175,5 +175,5 @@ pub(super) fn hertz(unit: Option<&Unit>, value: Option<&Quantity>, declared: Opt
         Value::Number(_) => false,
     });
     let in_hertz = of_value || declared.is_some_and(|declared| declared.text.contains("Hz"));
-    unit.filter(|_| in_hertz).map_or(0, |unit| -unit.exponents[2])
+    unit.filter(|_| in_hertz).map_or(0, |unit| unit.exponents.second.saturating_neg())
 }

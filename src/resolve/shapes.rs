@@ -10,11 +10,11 @@ use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
 use crate::diagnostic::suggest;
 use crate::model::measure::{ANYTHING, DENSITY, LENGTH};
-use crate::model::{Body, Formula, Range, Value};
+use crate::model::{Body, Exponents, Formula, Range, Value};
 use crate::scene::decode::Fields;
 use crate::scene::document::{Content, Node};
 use crate::scene::key::{Form, Key, Need, names};
-use crate::scene::unit::{compatible, from_exponents};
+use crate::scene::unit::from_exponents;
 
 /// A shape, and the mass that its density gives it.
 pub(super) struct Shaped {
@@ -220,7 +220,7 @@ impl Resolver<'_> {
         let (formula, unit) = self.formula_and_unit(&quantity, &what, &ANYTHING, Context::Constant);
         let own = shape.density;
         let exponents = unit.map(|unit| unit.exponents);
-        let is = |wanted: Option<[i8; 4]>| wanted.zip(exponents).is_some_and(|(a, b)| compatible(a, b));
+        let is = |wanted: Option<Exponents>| wanted.zip(exponents).is_some_and(|(a, b)| a.is_compatible(b));
         if exponents.is_some() && !is(DENSITY.exponents) && !is(own.exponents) {
             let found = exponents.map(|exponents| from_exponents(exponents).si).unwrap_or_default();
             let message = format!("{what} must be a density, but is in `{found}`");

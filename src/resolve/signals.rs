@@ -10,7 +10,7 @@ use crate::diagnostic::span::Span;
 use crate::model::measure::ANYTHING;
 use crate::model::{Formula, Unit, Variable};
 use crate::scene::dimension::Known;
-use crate::scene::unit::{compatible, from_exponents};
+use crate::scene::unit::from_exponents;
 use crate::scene::{constant, model};
 
 /// What the name of a signal stands for.
@@ -77,7 +77,7 @@ impl Resolver<'_> {
         }
         let own = known.unit().map(from_exponents);
         if let (Some(declared), Some(own)) = (&declared, &own)
-            && !compatible(declared.exponents, own.exponents)
+            && !declared.exponents.is_compatible(own.exponents)
         {
             self.declared_mismatch(&what, declared, own, signal.value.span);
         }

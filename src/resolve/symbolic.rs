@@ -241,10 +241,9 @@ impl Namer<'_> {
         }
         self.taken.insert(name.clone());
         let parameter = ParameterId(self.mechanism.parameters.len());
-        let exponents = about.measure.exponents.unwrap_or_default();
         self.mechanism.parameters.push(Parameter {
             name,
-            unit: Unit { exponents, si: about.measure.si.to_owned(), display: None },
+            unit: Unit::of(&about.measure, None),
             value,
             ..Parameter::default()
         });

@@ -5,10 +5,9 @@
 //! product is open. What a parameter without a unit is made of is not known. The radian counts as a pure number. 1 Hz is one turn a second to some and one
 //! radian a second to others: what is written in hertz and becomes an angle needs a factor that says which, `2*pi` or `1 rad`.
 
-use super::unit::{Exponents, compatible};
 use crate::expr::{Binary, Function, Units};
-use crate::model::Formula;
 pub(crate) use crate::model::measure::*;
+use crate::model::{Exponents, Formula};
 
 /// What is known of the unit of an expression.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,10 +30,6 @@ pub(crate) struct Measured {
     hertz: i8,
 }
 
-pub(crate) const PURE: Exponents = [0; 4];
-pub(crate) const SECOND: Exponents = [0, 0, 1, 0];
-const RADIAN: Exponents = [0, 0, 0, 1];
-
 impl Known {
     /// The unit of a parameter, if it has one.
     pub fn constant(unit: Option<Exponents>) -> Known {
@@ -45,7 +40,7 @@ impl Known {
 
     /// The unit of a number that is written with it. An angle in degrees is a number, too: as a coefficient it may have a unit of its own, as in `360[deg]*t`.
     pub fn written(exponents: Exponents) -> Known {
-        Known::Unit(Measured { exponents, scaled: exponents == RADIAN, moving: false, hertz: 0 })
+        Known::Unit(Measured { exponents, scaled: exponents == Exponents::RADIAN, moving: false, hertz: 0 })
     }
 
     /// The same, so many times in hertz.
@@ -59,7 +54,7 @@ impl Known {
     /// How many times it is in hertz, without a factor that says what turns.
     pub fn hertz(self) -> i8 {
         match self {
-            Known::Unit(unit) if !unit.scaled && unit.exponents[3] == 0 => unit.hertz,
+            Known::Unit(unit) if !unit.scaled && unit.exponents.radian == 0 => unit.hertz,
             _ => 0,
         }
     }
@@ -87,7 +82,7 @@ impl Known {
     fn measured(self) -> Option<Measured> {
         match self {
             Known::Nothing => None,
-            Known::Number => Some(Measured { exponents: PURE, scaled: true, moving: false, hertz: 0 }),
+            Known::Number => Some(Measured { exponents: Exponents::NONE, scaled: true, moving: false, hertz: 0 }),
             Known::Unit(unit) => Some(unit),
         }
     }
@@ -100,14 +95,14 @@ pub(crate) fn join(a: Known, b: Known) -> Result<Known, (Exponents, Exponents)> 
     let hertz = if a.hertz() == 0 { b.hertz() } else { a.hertz() };
     let certain = |exponents| Ok(Known::Unit(Measured { exponents, scaled: false, moving, hertz }));
     match (a.unit(), b.unit()) {
-        (Some(a), Some(b)) if !compatible(a, b) => Err((a, b)),
+        (Some(a), Some(b)) if !a.is_compatible(b) => Err((a, b)),
         // What is open stays so beside an angle.
-        (Some(a), Some(b)) => certain(if a[3] == 0 && hertz == 0 {
+        (Some(a), Some(b)) => certain(if a.radian == 0 && hertz == 0 {
             b
         } else if hertz == 0 {
             a
         } else {
-            without_radian(a)
+            a.without_radian()
         }),
         (Some(unit), None) | (None, Some(unit)) => certain(unit),
         (None, None) if a == Known::Nothing || b == Known::Number => Ok(a),
@@ -127,13 +122,9 @@ pub(crate) fn multiply(operator: Binary, a: Known, b: Known, exponent: &Formula)
     let (Some(a), Some(b)) = (a.measured(), b.measured()) else {
         return Known::Nothing;
     };
-    let mut exponents = a.exponents;
-    for (sum, other) in exponents.iter_mut().zip(b.exponents) {
-        let Some(product) = other.checked_mul(sign).and_then(|other| sum.checked_add(other)) else {
-            return Known::Nothing;
-        };
-        *sum = product;
-    }
+    let Some(exponents) = Exponents::product([(a.exponents, 1), (b.exponents, i32::from(sign))]) else {
+        return Known::Nothing;
+    };
     let hertz = a.hertz.saturating_add(b.hertz.saturating_mul(sign));
     Known::Unit(Measured { exponents, scaled: a.scaled || b.scaled, moving: a.moving || b.moving, hertz })
 }
@@ -143,21 +134,14 @@ fn power(base: Known, right: Known, exponent: &Formula) -> Known {
         return if (base, right) == (Known::Number, Known::Number) { Known::Number } else { Known::Nothing };
     };
     let Formula::Number(exponent) = exponent else {
-        let is_pure = compatible(unit.exponents, PURE);
-        return if is_pure { Known::Unit(Measured { exponents: PURE, ..unit }) } else { Known::Nothing };
+        let is_pure = unit.exponents.is_compatible(Exponents::NONE);
+        return if is_pure { Known::Unit(Measured { exponents: Exponents::NONE, ..unit }) } else { Known::Nothing };
     };
-    let mut scaled = unit.exponents.map(|e| f64::from(e) * exponent);
-    // The radian counts as a pure number, and so does its root.
-    scaled[3] = if scaled[3].fract() == 0.0 { scaled[3] } else { 0.0 };
-    if scaled.iter().any(|e| e.fract() != 0.0 || e.abs() > f64::from(i8::MAX)) {
+    let Some(exponents) = unit.exponents.raised(*exponent) else {
         return Known::Nothing;
-    }
+    };
     let hertz = (f64::from(unit.hertz) * exponent) as i8;
-    Known::Unit(Measured { exponents: scaled.map(|e| e as i8), hertz, ..unit })
-}
-
-fn without_radian([kg, m, s, _]: Exponents) -> Exponents {
-    [kg, m, s, 0]
+    Known::Unit(Measured { exponents, hertz, ..unit })
 }
 
 /// The unit that a function returns, given the joined unit of its arguments.
@@ -166,7 +150,9 @@ pub(crate) fn returned(function: Function, argument: Known) -> Known {
     match function.units() {
         Units::Kept => argument,
         Units::Halved => power(argument, Known::Number, &Formula::Number(0.5)),
-        Units::Bearing | Units::Angle => Known::Unit(Measured { exponents: RADIAN, scaled: false, moving, hertz: 0 }),
+        Units::Bearing | Units::Angle => {
+            Known::Unit(Measured { exponents: Exponents::RADIAN, scaled: false, moving, hertz: 0 })
+        }
         Units::Dropped | Units::Pure => Known::Number,
     }
 }
@@ -174,5 +160,5 @@ pub(crate) fn returned(function: Function, argument: Known) -> Known {
 /// Must the argument be a pure number or an angle? Seconds pass as well: `sin(t)` is what everyone writes.
 pub(crate) fn accepts(function: Function, argument: Known) -> bool {
     let takes_any = !matches!(function.units(), Units::Angle | Units::Pure);
-    takes_any || argument.unit().is_none_or(|unit| compatible(unit, PURE) || unit == SECOND)
+    takes_any || argument.unit().is_none_or(|unit| unit.is_compatible(Exponents::NONE) || unit == Exponents::SECOND)
 }

@@ -3,22 +3,46 @@
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
 use crate::diagnostic::suggest;
-use crate::model::{DisplayUnit, Unit};
+use crate::model::{DisplayUnit, Exponents, Unit};
 use std::f64::consts::{PI, TAU};
 
-/// Exponents of kilogram, metre, second and radian.
-pub(crate) type Exponents = [i8; 4];
+/// A unit of which SI names are made.
+struct Base {
+    name: &'static str,
+    exponents: Exponents,
+}
+
+const fn base(name: &'static str, exponents: Exponents) -> Base {
+    Base { name, exponents }
+}
+
+const KG: Base = base("kg", Exponents::KILOGRAM);
+const M: Base = base("m", Exponents::METRE);
+const S: Base = base("s", Exponents::SECOND);
+const RAD: Base = base("rad", Exponents::RADIAN);
+const A: Base = base("A", Exponents::AMPERE);
+const N: Base = base("N", Exponents::NEWTON);
+const J: Base = base("J", Exponents::JOULE);
+const W: Base = base("W", Exponents::WATT);
+const PA: Base = base("Pa", Exponents::PASCAL);
+const V: Base = base("V", Exponents::VOLT);
+const OHM: Base = base("ohm", Exponents::OHM);
+const H: Base = base("H", Exponents::HENRY);
+const F: Base = base("F", Exponents::FARAD);
+const C: Base = base("C", Exponents::COULOMB);
+const WB: Base = base("Wb", Exponents::WEBER);
+const T: Base = base("T", Exponents::TESLA);
 
 /// A symbol: SI value of one of it, and the SI units that it is made of.
 struct Symbol {
     name: &'static str,
     factor: f64,
-    si: &'static [(&'static str, i8)],
+    si: &'static [(Base, i32)],
     /// Which prefixes may stand before it.
     prefixes: &'static str,
 }
 
-const fn symbol(name: &'static str, factor: f64, si: &'static [(&'static str, i8)], prefixes: &'static str) -> Symbol {
+const fn symbol(name: &'static str, factor: f64, si: &'static [(Base, i32)], prefixes: &'static str) -> Symbol {
     Symbol { name, factor, si, prefixes }
 }
 
@@ -26,30 +50,43 @@ const ALL: &str = "nuµμmckMG";
 const NONE: &str = "";
 /// Larger angles have no prefix: `Grad` and `grad` are degrees or gons to those who write them.
 const SMALL: &str = "nuµμmk";
+/// Centi is not used with electrical units: `cV` is a slip.
+const ELECTRICAL: &str = "nuµμmkMG";
 
 const POUND: f64 = 0.453_592_37;
 
-const SYMBOLS: [Symbol; 21] = [
-    symbol("m", 1.0, &[("m", 1)], ALL),
-    symbol("in", 0.0254, &[("m", 1)], NONE),
-    symbol("ft", 0.3048, &[("m", 1)], NONE),
-    symbol("g", 1e-3, &[("kg", 1)], ALL),
-    symbol("tonne", 1e3, &[("kg", 1)], NONE),
-    symbol("lb", POUND, &[("kg", 1)], NONE),
-    symbol("s", 1.0, &[("s", 1)], ALL),
-    symbol("min", 60.0, &[("s", 1)], NONE),
-    symbol("h", 3600.0, &[("s", 1)], NONE),
-    symbol("rad", 1.0, &[("rad", 1)], SMALL),
-    symbol("deg", PI / 180.0, &[("rad", 1)], NONE),
-    symbol("rev", TAU, &[("rad", 1)], NONE),
-    symbol("rpm", TAU / 60.0, &[("rad", 1), ("s", -1)], NONE),
-    symbol("Hz", 1.0, &[("s", -1)], ALL),
-    symbol("N", 1.0, &[("N", 1)], ALL),
-    symbol("lbf", POUND * 9.80665, &[("N", 1)], NONE),
-    symbol("J", 1.0, &[("J", 1)], ALL),
-    symbol("W", 1.0, &[("W", 1)], ALL),
-    symbol("Pa", 1.0, &[("Pa", 1)], ALL),
-    symbol("bar", 1e5, &[("Pa", 1)], NONE),
+const SYMBOLS: [Symbol; 31] = [
+    symbol("m", 1.0, &[(M, 1)], ALL),
+    symbol("in", 0.0254, &[(M, 1)], NONE),
+    symbol("ft", 0.3048, &[(M, 1)], NONE),
+    symbol("g", 1e-3, &[(KG, 1)], ALL),
+    symbol("tonne", 1e3, &[(KG, 1)], NONE),
+    symbol("lb", POUND, &[(KG, 1)], NONE),
+    symbol("s", 1.0, &[(S, 1)], ALL),
+    symbol("min", 60.0, &[(S, 1)], NONE),
+    symbol("h", 3600.0, &[(S, 1)], NONE),
+    symbol("rad", 1.0, &[(RAD, 1)], SMALL),
+    symbol("deg", PI / 180.0, &[(RAD, 1)], NONE),
+    symbol("rev", TAU, &[(RAD, 1)], NONE),
+    symbol("rpm", TAU / 60.0, &[(RAD, 1), (S, -1)], NONE),
+    symbol("Hz", 1.0, &[(S, -1)], ALL),
+    symbol("N", 1.0, &[(N, 1)], ALL),
+    symbol("lbf", POUND * 9.80665, &[(N, 1)], NONE),
+    symbol("J", 1.0, &[(J, 1)], ALL),
+    symbol("W", 1.0, &[(W, 1)], ALL),
+    symbol("Pa", 1.0, &[(PA, 1)], ALL),
+    symbol("bar", 1e5, &[(PA, 1)], NONE),
+    symbol("A", 1.0, &[(A, 1)], ELECTRICAL),
+    symbol("V", 1.0, &[(V, 1)], ELECTRICAL),
+    symbol("ohm", 1.0, &[(OHM, 1)], ELECTRICAL),
+    // The Greek letter, and the sign that looks like it.
+    symbol("Ω", 1.0, &[(OHM, 1)], ELECTRICAL),
+    symbol("\u{2126}", 1.0, &[(OHM, 1)], ELECTRICAL),
+    symbol("H", 1.0, &[(H, 1)], ELECTRICAL),
+    symbol("F", 1.0, &[(F, 1)], ELECTRICAL),
+    symbol("C", 1.0, &[(C, 1)], ELECTRICAL),
+    symbol("Wb", 1.0, &[(WB, 1)], ELECTRICAL),
+    symbol("T", 1.0, &[(T, 1)], ELECTRICAL),
     // `1/s`
     symbol("1", 1.0, &[], NONE),
 ];
@@ -58,13 +95,16 @@ const PREFIXES: [(char, f64); 9] =
     [('n', 1e-9), ('u', 1e-6), ('µ', 1e-6), ('μ', 1e-6), ('m', 1e-3), ('c', 1e-2), ('k', 1e3), ('M', 1e6), ('G', 1e9)];
 
 /// The units that "did you mean" knows beside the symbols.
-const USUAL: [&str; 14] = ["mm", "cm", "km", "kg", "mg", "ms", "us", "kN", "mN", "kJ", "kW", "N.m", "kg.m2", "rad/s"];
+const USUAL: [&str; 24] = [
+    "mm", "cm", "km", "kg", "mg", "ms", "us", "kN", "mN", "kJ", "kW", "kPa", "MPa", "mA", "mV", "kV", "kohm", "mH",
+    "uF", "N.m", "N.m/A", "V.s/rad", "kg.m2", "rad/s",
+];
 
 /// Other spellings of units, and how they are written here: each word with its plural; case does not count.
-const OTHERWISE: [(&[&str], &str); 24] = [
+const OTHERWISE: [(&[&str], &str); 32] = [
     (&["°", "º", "˚", "degree", "degrees"], "deg"),
     (&["\"", "″", "”", "''", "inch", "inches"], "in"),
-    (&["foot", "feet"], "ft"),
+    (&["foot", "feet", "FT"], "ft"),
     (&["lbm", "lbs", "pound", "pounds"], "lb"),
     (&["RPM", "U/min", "r/min"], "rpm"),
     (&["turn", "turns", "revolution", "revolutions"], "rev"),
@@ -87,10 +127,18 @@ const OTHERWISE: [(&[&str], &str); 24] = [
     (&["watt", "watts"], "W"),
     (&["pascal", "pascals"], "Pa"),
     (&["hertz"], "Hz"),
+    (&["amp", "amps", "ampere", "amperes"], "A"),
+    (&["volt", "volts"], "V"),
+    (&["Ohm", "ohms"], "ohm"),
+    (&["henry", "henries"], "H"),
+    (&["farad", "farads"], "F"),
+    (&["coulomb", "coulombs"], "C"),
+    (&["weber", "webers"], "Wb"),
+    (&["tesla", "teslas"], "T"),
 ];
 
 /// Units that are not known, and what each is: exactly, but for the horsepower (550 ft lbf/s) and the pound on the square inch.
-const UNKNOWN: [(&[&str], &str); 17] = [
+const UNKNOWN: [(&[&str], &str); 19] = [
     (&["t"], "`t` is the time; the unit of 1000 kg is `tonne`"),
     (&["ton", "tons"], "write `tonne` for 1000 kg; a ton of 2000 pounds is 907.18474 kg"),
     (&["dm"], "1 dm is 100 mm"),
@@ -110,27 +158,14 @@ const UNKNOWN: [(&[&str], &str); 17] = [
         &["ft-lb", "lb-ft", "ft-lbs", "ft lb", "lb ft", "ft-lbf", "in-lb", "lb-in", "in lb", "in-lbf"],
         "write `lbf.ft` or `lbf.in`: `lb` is a mass",
     ),
+    (&["°C", "degC", "°F", "degF", "kelvin"], "there are no temperatures; `C` is the coulomb, `F` the farad"),
+    (&["Ah", "mAh"], "write `A.h` or `mA.h`"),
     (&["%", "percent"], "write a share as a number: 0.02 for 2 %"),
 ];
 
-/// Exponents of a unit of which SI names are made.
-fn exponents_of(si: &str) -> Exponents {
-    match si {
-        "kg" => [1, 0, 0, 0],
-        "m" => [0, 1, 0, 0],
-        "s" => [0, 0, 1, 0],
-        "rad" => [0, 0, 0, 1],
-        "N" => [1, 1, -2, 0],
-        "J" => [1, 2, -2, 0],
-        "W" => [1, 2, -3, 0],
-        // "Pa", the only other name in the table of symbols
-        _ => [1, -1, -2, 0],
-    }
-}
-
 pub(crate) fn parse(text: &Text) -> Result<Unit, Fault> {
     let mut factor = 1.0;
-    let mut parts: Vec<(&'static str, i32)> = Vec::new();
+    let mut parts: Vec<(&'static Base, i32)> = Vec::new();
     let mut sign = 1;
     let mut at = 0;
     loop {
@@ -138,8 +173,8 @@ pub(crate) fn parse(text: &Text) -> Result<Unit, Fault> {
         let (symbol, size, exponent) = parse_factor(text, at, end)?;
         let exponent = sign * exponent;
         factor *= size.powi(exponent);
-        for &(name, power) in symbol.si {
-            add(&mut parts, name, i32::from(power) * exponent);
+        for (base, power) in symbol.si {
+            add(&mut parts, base, power * exponent);
         }
         let Some(operator) = text.text[end..].chars().next() else {
             break;
@@ -147,8 +182,10 @@ pub(crate) fn parse(text: &Text) -> Result<Unit, Fault> {
         sign = if operator == '/' { -1 } else { 1 };
         at = end + operator.len_utf8();
     }
-    let exponents = total(&parts).ok_or_else(|| unknown(text, 0, text.text.len()))?;
-    let si = name(&parts);
+    let powers = parts.iter().map(|(base, power)| (base.exponents, *power));
+    let exponents = Exponents::product(powers).ok_or_else(|| unknown(text, 0, text.text.len()))?;
+    let named: Vec<(&str, i32)> = parts.iter().map(|(base, power)| (base.name, *power)).collect();
+    let si = name(&named);
     let display = (factor != 1.0).then(|| DisplayUnit { name: text.text.clone(), factor });
     Ok(Unit { exponents, si, display })
 }
@@ -272,30 +309,15 @@ fn factors<'w>(word: &'w str, known: &dyn Fn(&str) -> bool) -> Option<Vec<&'w st
     rest.min_by_key(Vec::len)
 }
 
-fn add(parts: &mut Vec<(&'static str, i32)>, name: &'static str, exponent: i32) {
-    match parts.iter_mut().find(|(other, _)| *other == name) {
+fn add(parts: &mut Vec<(&'static Base, i32)>, base: &'static Base, exponent: i32) {
+    match parts.iter_mut().find(|(other, _)| other.name == base.name) {
         Some((_, sum)) => *sum += exponent,
-        None => parts.push((name, exponent)),
+        None => parts.push((base, exponent)),
     }
-}
-
-/// The exponents of a product; none if they are out of all reason.
-fn total(parts: &[(&'static str, i32)]) -> Option<Exponents> {
-    let mut sum = [0_i32; 4];
-    for (name, exponent) in parts {
-        for (total, base) in sum.iter_mut().zip(exponents_of(name)) {
-            *total += i32::from(base) * exponent;
-        }
-    }
-    let mut exponents = [0_i8; 4];
-    for (exponent, total) in exponents.iter_mut().zip(sum) {
-        *exponent = i8::try_from(total).ok()?;
-    }
-    Some(exponents)
 }
 
 /// `N.m/rad`, `1/s2`; empty for a pure number.
-fn name(parts: &[(&'static str, i32)]) -> String {
+fn name(parts: &[(&str, i32)]) -> String {
     let power = |name: &str, exponent: i32| {
         if exponent == 1 { name.to_string() } else { format!("{name}{exponent}") }
     };
@@ -309,21 +331,39 @@ fn name(parts: &[(&'static str, i32)]) -> String {
     }
 }
 
+/// The usual names of units that are not made of kilograms, metres and seconds for people.
+const NAMED: [(&str, Exponents); 18] = [
+    ("N", Exponents::NEWTON),
+    ("N.m", TORQUE),
+    ("N.m/rad", TORQUE.over(Exponents::RADIAN)),
+    ("W", Exponents::WATT),
+    ("N/m", Exponents::NEWTON.over(Exponents::METRE)),
+    ("N.s/m", Exponents::NEWTON.times(Exponents::SECOND).over(Exponents::METRE)),
+    ("N.m.s", TORQUE.times(Exponents::SECOND)),
+    ("N.m.s/rad", TORQUE.times(Exponents::SECOND).over(Exponents::RADIAN)),
+    ("V", Exponents::VOLT),
+    ("V/s", Exponents::VOLT.over(Exponents::SECOND)),
+    ("V.s/rad", Exponents::WEBER.over(Exponents::RADIAN)),
+    ("N.m/A", Exponents::WEBER),
+    ("N/A", Exponents::NEWTON.over(Exponents::AMPERE)),
+    ("ohm", Exponents::OHM),
+    ("H", Exponents::HENRY),
+    ("F", Exponents::FARAD),
+    ("C", Exponents::COULOMB),
+    ("T", Exponents::TESLA),
+];
+const TORQUE: Exponents = Exponents::JOULE;
+
 /// The unit with these exponents, by its usual name.
 pub(crate) fn from_exponents(exponents: Exponents) -> Unit {
-    let si = match exponents {
-        [1, 1, -2, 0] => "N".to_string(),
-        [1, 2, -2, 0] => "N.m".to_string(),
-        [1, 2, -2, -1] => "N.m/rad".to_string(),
-        [1, 2, -3, 0] => "W".to_string(),
-        [1, 0, -2, 0] => "N/m".to_string(),
-        [1, 0, -1, 0] => "N.s/m".to_string(),
-        [1, 2, -1, 0] => "N.m.s".to_string(),
-        [1, 2, -1, -1] => "N.m.s/rad".to_string(),
+    let usual = NAMED.iter().find(|(_, named)| *named == exponents).map(|(name, _)| (*name).to_owned());
+    let made = || {
+        let Exponents { kilogram, metre, second, radian, ampere } = exponents;
         // The radian first: rad/s, rad/s2.
-        [kg, m, s, rad] => name(&[("rad", rad.into()), ("kg", kg.into()), ("m", m.into()), ("s", s.into())]),
+        let powers = [("rad", radian), ("kg", kilogram), ("m", metre), ("A", ampere), ("s", second)];
+        name(&powers.map(|(name, power)| (name, i32::from(power))))
     };
-    Unit { exponents, si, display: None }
+    Unit { exponents, si: usual.unwrap_or_else(made), display: None }
 }
 
 impl Unit {
@@ -333,7 +373,42 @@ impl Unit {
     }
 }
 
-/// May the two stand for the same thing? The radian counts as a pure number.
-pub(crate) fn compatible(a: Exponents, b: Exponents) -> bool {
-    a[..3] == b[..3]
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::measure::*;
+
+    #[test]
+    fn names_and_exponents_of_units_agree() {
+        for wanted in [
+            TIME,
+            MASS,
+            INERTIA,
+            LENGTH,
+            CURVATURE,
+            AREA,
+            DENSITY,
+            AREA_DENSITY,
+            LINE_DENSITY,
+            VELOCITY,
+            ACCELERATION,
+            ANGLE,
+            ANGULAR_VELOCITY,
+            ANGULAR_ACCELERATION,
+            FORCE,
+            TORQUE,
+            ENERGY,
+            POWER,
+            STIFFNESS,
+            TORSION_STIFFNESS,
+            CUBIC_STIFFNESS,
+            CUBIC_TORSION_STIFFNESS,
+            DAMPING,
+            TORSION_DAMPING,
+        ] {
+            let unit = parse(&Text::from(wanted.si)).unwrap();
+            assert_eq!(Some(unit.exponents), wanted.exponents, "{}", wanted.what);
+            assert_eq!(unit.display, None, "{}", wanted.what);
+        }
+    }
 }

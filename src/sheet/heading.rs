@@ -22,6 +22,8 @@ type Named = (String, Option<Unit>);
 
 /// Words at the end of a name that are also the ends of names without a unit: minimum, input, mean, mass centre, lower bound, reversed; and letters of quantities.
 const MISTAKABLE: [&str; 8] = ["min", "in", "bar", "cm", "lb", "rev", "h", "g"];
+/// Electrical units that name points and bodies more often: `x_A`, `lift C`. They are units where brackets, a slash or the row of units say so.
+const POINTS: [&str; 6] = ["A", "V", "H", "F", "C", "T"];
 const BRACKETS: [[char; 2]; 4] = [['[', ']'], ['(', ')'], ['{', '}'], ['<', '>']];
 /// What stands between a name and its last word.
 const BEFORE_LAST: [char; 7] = [' ', '_', ',', ':', '-', '=', '\u{a0}'];
@@ -155,7 +157,7 @@ impl Heading {
     fn last_word(&self) -> Option<(String, Unit)> {
         let at = self.text.rfind(BEFORE_LAST)?;
         let separator = self.text[at..].chars().next().map_or(1, char::len_utf8);
-        let unit = parsed(&self.text[at + separator..])?;
+        let unit = word(&self.text[at + separator..])?;
         let name = name_alone(&self.text[..at]);
         (!name.is_empty()).then(|| (name.to_owned(), unit))
     }
@@ -206,6 +208,11 @@ fn parsed(text: &str) -> Option<Unit> {
     (!text.starts_with(|c: char| c.is_ascii_digit())).then(|| unit::parse(&Text::from(text)).ok())?
 }
 
+/// The unit that a word behind a name is.
+fn word(text: &str) -> Option<Unit> {
+    parsed(text).filter(|_| !POINTS.contains(&text.trim()))
+}
+
 /// A name without what leads to its unit.
 fn name_alone(text: &str) -> &str {
     let text = text.trim().trim_end_matches([',', ':', '-', '_', '/', '=']).trim_end();
@@ -214,7 +221,7 @@ fn name_alone(text: &str) -> &str {
 
 /// `torque N` of `torque N mm`
 fn ends_with_unit(name: &str) -> bool {
-    name.rfind(BEFORE_LAST).is_some_and(|at| parsed(name[at..].trim_start_matches(BEFORE_LAST)).is_some())
+    name.rfind(BEFORE_LAST).is_some_and(|at| word(name[at..].trim_start_matches(BEFORE_LAST)).is_some())
 }
 
 fn factor(unit: &Unit) -> f64 {
@@ -263,12 +270,20 @@ mod tests {
             ("v (km/h)", "m/s", 1.0 / 3.6),
             ("n/rpm", "rad/s", std::f64::consts::TAU / 60.0),
             ("speed_rpm", "rad/s", std::f64::consts::TAU / 60.0),
+            ("i [A]", "A", 1.0),
+            ("i/A", "A", 1.0),
+            ("i_mA", "A", 1e-3),
+            ("u / kV", "V", 1e3),
         ] {
             let (_, unit) = heading(text).read().unwrap();
             let unit = unit.unwrap();
             assert_eq!(unit.si, si, "{text}");
             assert!((factor(&unit) - factor_).abs() < 1e-15 * factor_.max(1.0), "{text}");
         }
+        for text in ["x_A", "lift C"] {
+            assert_eq!(heading(text).read().unwrap(), (text.to_owned(), None), "a point, not a unit");
+        }
+        assert_eq!(heading("lift A mm").read().unwrap().0, "lift A");
         for text in ["Lift", "Lift [1]", "Lift (-)", "Lift [-]", "s", "h", "cam_s", "Lift 2", "lift_max"] {
             assert_eq!(heading(text).read().unwrap().1, None, "{text}");
         }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use cotree::compile::{Compiled, compile_with_equations, with_everything};
 use cotree::export::description::{Description, ScalarVariable, Start};
 use cotree::formulate::Formulated;
-use cotree::model::{Dimension, Experiment, Place, Unit, Units};
+use cotree::model::{Dimension, Experiment, Exponents, Place, Unit, Units};
 use cotree::scene::{Faults, Scene, Text};
 use cotree_draw::drawing::Geometry;
 use cotree_draw::pose::{draw, frames, positions};
@@ -183,7 +183,7 @@ fn is_seen(name: &str) -> bool {
 
 /// The units that the scene wants instead of SI units: those of its variables, and of what the page says beside them.
 fn displayed(variables: &[ScalarVariable], units: &Units) -> BTreeMap<String, Display> {
-    let newton = Unit { exponents: [1, 1, -2, 0], si: "N".to_owned(), display: None };
+    let newton = Unit { exponents: Exponents::NEWTON, si: "N".to_owned(), display: None };
     let others = [Unit::time(), Unit::length(), Unit::angle(), newton];
     let all = variables.iter().map(|variable| &variable.unit).chain(&others);
     let wanted = all.map(|unit| (unit.si.clone(), units.of(unit)));

@@ -139,9 +139,7 @@ fn units<'a>(out: &mut Out, all: impl Iterator<Item = &'a Unit>) -> io::Result<(
 }
 
 fn exponents(unit: &Unit) -> Attributes {
-    let names = ["kg", "m", "s", "rad"];
-    let powers = names.into_iter().zip(unit.exponents).filter(|(_, power)| *power != 0);
-    powers.map(|(name, power)| (name, power.to_string())).collect()
+    unit.exponents.powers().map(|(name, power)| (name, power.to_string())).collect()
 }
 
 /// The shortest text that reads back as the same number.

@@ -16,7 +16,7 @@ use crate::model::{Comparison, Formula};
 use crate::scene::decode::text;
 use crate::scene::dimension::Known;
 use crate::scene::expression::Lookup;
-use crate::scene::unit::{compatible, from_exponents};
+use crate::scene::unit::from_exponents;
 use crate::scene::{Scene, constant};
 pub(super) use read::Table;
 
@@ -42,7 +42,7 @@ impl Resolver<'_> {
     ) -> Option<(Formula, Known)> {
         let table = self.table(file, place)?;
         if let (Some(found), Some(wanted)) = (known.unit(), table.units[0])
-            && !compatible(found, wanted)
+            && !found.is_compatible(wanted)
         {
             let [found, wanted] = [found, wanted].map(|unit| from_exponents(unit).si);
             let message =

@@ -2,7 +2,7 @@
 
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Span;
-use crate::scene::unit::Exponents;
+use crate::model::Exponents;
 use crate::sheet::{Sheet, SheetError};
 
 /// Two columns in SI.

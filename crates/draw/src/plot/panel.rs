@@ -179,6 +179,8 @@ fn quantity(unit: &str) -> &'static str {
         "N.m" | "kN.m" | "N.mm" => "torque",
         "J" | "kJ" | "mJ" => "energy",
         "W" | "kW" | "mW" => "power",
+        "A" | "mA" => "current",
+        "V" | "mV" | "kV" => "voltage",
         _ => "",
     }
 }

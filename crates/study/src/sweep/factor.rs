@@ -125,7 +125,7 @@ mod tests {
     use super::*;
 
     fn values(text: &str) -> Result<Values, String> {
-        Values::read(text, &Unit { exponents: [0, 1, 0, 0], si: "m".into(), display: None })
+        Values::read(text, &Unit::length())
     }
 
     #[test]
