@@ -1,14 +1,17 @@
 //! Linkages whose bars almost lie in line: whether branches meet there is geometry, whatever the tolerance.
 
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use crate::support::hard::four_bar::{FourBar, bar, nearly_neutral};
+use crate::support::hard::four_bar::{FourBar, bar, nearly_neutral, neutral};
 use crate::support::one_freedom::{Linkage, Motion};
 use cotree::compile::compile;
 use cotree::scene::{Body, Scene};
 use cotree_fmu::instance::Instance;
+use cotree_fmu::machine::Machine;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::Engine;
+use cotree_fmu::taylor::Jet;
 
 const STOP: f64 = 1.2;
 const POINTS: u32 = 24;
@@ -40,9 +43,8 @@ fn four_bar(name: &str, bars: FourBar) -> Case {
 }
 
 /// A crank and a rod of almost equal lengths: the slider's pin comes close to the crank's axle.
-fn slider(defect: f64) -> Case {
-    let (crank, rod, masses, gravity) = (1.0, 1.0 - defect, [1.0, 0.7, 0.4], 9.81);
-    let (angle, rate): (f64, f64) = (0.6, 8.0);
+fn slider([crank, rod]: [f64; 2], angle: f64, rate: f64) -> Case {
+    let (masses, gravity) = ([1.0, 0.7, 0.4], 9.81);
     let turned = -(crank * angle.sin() / rod).asin();
     let place = crank * angle.cos() + rod * turned.cos();
     let scene = Scene::new("slider")
@@ -61,7 +63,8 @@ fn slider(defect: f64) -> Case {
         .guess("slider.x", place);
     let read = ["crank.angle", "rod.angle", "slider.x"];
     let linkage = Linkage::Slider { crank, rod, masses, gravity };
-    Case { name: format!("slider {defect:e}"), linkage, scene, start: [angle, turned, place], rate, read }
+    let name = format!("slider {crank} {rod} from {angle}");
+    Case { name, linkage, scene, start: [angle, turned, place], rate, read }
 }
 
 fn cases(defect: f64) -> Vec<Case> {
@@ -71,7 +74,7 @@ fn cases(defect: f64) -> Vec<Case> {
     let mut cases = vec![
         four_bar(&format!("parallelogram {defect:e}"), parallelogram),
         four_bar(&format!("kite {defect:e}"), kite),
-        slider(defect),
+        slider([1.0, 1.0 - defect], 0.6, 8.0),
     ];
     cases.extend((0..6).map(|seed| four_bar(&format!("four-bar {seed} {defect:e}"), nearly_neutral(seed, defect))));
     cases
@@ -198,6 +201,76 @@ fn long_steps_leap_over_no_pose_wherever_they_begin() {
     }
     assert!(count.runs > 180 && count.wrong.is_empty(), "{count:?}");
     assert!(count.told == 0 && count.refused.is_empty(), "{count:?}");
+}
+
+/// The same of other shapes and lengths, sliders among them.
+#[test]
+fn long_steps_leap_over_no_pose_of_other_shapes() {
+    let mut count = Count::default();
+    for (place, defect) in [8e-6, -2e-6, 5e-7, -6e-8, 7e-9].into_iter().enumerate() {
+        for start in 0..7 {
+            let angle = 0.39 + 0.11 * f64::from(start) + 0.013 * place as f64;
+            let bars = |sides: [f64; 4], omega: f64| {
+                let [crank, coupler, rocker, base] = sides;
+                FourBar { omega, angle, ..FourBar::new(crank, coupler - defect, rocker, base) }
+            };
+            let shapes = [([0.7, 1.3, 0.7, 1.3], 7.0), ([0.6, 1.1, 1.1, 0.6], 6.0), ([0.5, 1.4, 1.2, 2.1], 11.0)];
+            let mut cases: Vec<Case> = shapes
+                .map(|(sides, omega)| four_bar(&format!("{sides:?} {defect:e} {angle}"), bars(sides, omega)))
+                .into();
+            cases.push(slider([0.8 + defect, 0.8], angle, 9.0));
+            for case in cases {
+                let Some(expected) = case.expected() else { continue };
+                let model = case.model();
+                for tolerance in [1e-3, 1e-4, 1e-5] {
+                    count.note(&case, &model, None, tolerance, &expected);
+                }
+            }
+        }
+    }
+    assert!(count.runs > 250 && count.wrong.is_empty(), "{count:?}");
+    assert!(count.told == 0 && count.refused.is_empty(), "{count:?}");
+}
+
+/// Bars that turn as far as to the pose in which they are in line may have come by it, and bars that turn by a small part of that have not: the angles of that
+/// pose are known, with the signs of the lengths that add up to nothing.
+#[test]
+fn a_pose_is_clear_of_another_until_arms_have_turned_as_far() {
+    let mut poses = 0;
+    for seed in 0..40 {
+        let bars = neutral(seed);
+        let sides = [bars.crank, bars.coupler, -bars.rocker];
+        let signs = (0..8).map(|bits| [0, 1, 2].map(|bar| if bits >> bar & 1 == 0 { 1.0 } else { -1.0 }));
+        let in_line = |signs: &[f64; 3]| {
+            (sides.iter().zip(signs).map(|(side, sign)| side * sign).sum::<f64>() - bars.base).abs() < 1e-12
+        };
+        let flat = signs.filter(in_line).next().expect("bars that can lie in line").map(|sign| f64::acos(sign));
+        let case = four_bar("neutral", bars);
+        let model = case.model();
+        let mut machine = Machine::new(&model);
+        machine.load(&model, &model.default_state(0.0));
+        let mut jet = Jet::new(&model).expect("an arm form");
+        let mut changes = jet.changes();
+        let mut unknowns = |jet: &mut Jet, angles: [f64; 3]| {
+            let motion: Vec<f64> = angles.into_iter().chain([0.0; 3]).collect();
+            let regular = jet.begin(&model, machine.registers(), 2, &motion).is_ok();
+            (regular, jet.polynomial(0).to_vec())
+        };
+        let [coupler, rocker] = bars.angles();
+        let turn = |from: f64, to: f64| from + (to - from - TAU * ((to - from) / TAU).round());
+        let there = [0, 1, 2].map(|bar| turn([bars.angle, coupler, rocker][bar], flat[bar]));
+        let (singular, there) = unknowns(&mut jet, there);
+        let (regular, here) = unknowns(&mut jet, [bars.angle, coupler, rocker]);
+        assert!(regular && !singular, "{seed}: {regular} {singular}");
+        let mut is_clear = |share: f64| {
+            let way = here.iter().zip(&there).map(|(here, there)| share * (there - here));
+            let polynomial: Vec<f64> = here.iter().copied().chain(way).collect();
+            jet.stays_clear(&mut changes, (&polynomial, 1), 1.0)
+        };
+        assert!(!is_clear(1.0) && is_clear(0.1), "{seed}: {bars:?}");
+        poses += 1;
+    }
+    assert_eq!(poses, 40);
 }
 
 /// Methods that are named do not pass such places: they follow what is wide enough, and stop at the rest instead of taking the wrong branch.

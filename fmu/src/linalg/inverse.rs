@@ -112,6 +112,14 @@ impl Inverse {
         self.rows.as_flattened()[place * self.width * WIDTH + place]
     }
 
+    /// Adds the sizes of the entries of an equation's row, times a factor, to sums by places.
+    pub fn add_sizes(&self, equation: usize, factor: f64, sums: &mut [Lane]) {
+        let row = &self.rows[self.places[equation] * self.width..][..self.width];
+        for (sum, entries) in sums.iter_mut().zip(row) {
+            *sum = plus(*sum, splat(factor), entries.map(f64::abs));
+        }
+    }
+
     /// Its rows by places; none if they are not N lanes wide.
     #[inline(always)]
     pub fn rows<const N: usize>(&self) -> &[[Lane; N]] {

@@ -12,7 +12,7 @@
 use nalgebra::DMatrix;
 
 use crate::constraints::poses::{imposed, rows_of};
-use crate::constraints::reciprocals::{STEADY, is_jump, is_within};
+use crate::constraints::reciprocals::{is_jump, is_within};
 use crate::linalg::sparse::SparseRow;
 use crate::linalg::spectrum::{ends, ends_of_many};
 use crate::math::{self, Random};
@@ -27,7 +27,7 @@ pub(crate) const HORIZON: f64 = 12.0;
 /// A row that has passed a pose has less than this share of its distance about there.
 pub(crate) const HALF: f64 = 0.5;
 /// Steps at this tolerance or a larger one are as long as the way between poses, and may lie across one and show nothing at their ends.
-const COARSE: f64 = 1e-5;
+pub(crate) const COARSE: f64 = 1e-5;
 /// A row that comes closer by this factor in one step is about to arrive.
 const SOON: f64 = 0.8;
 /// A row that was coming closer and ends a step with more than this share of its distance has turned round, or has passed a singular pose.
@@ -116,12 +116,9 @@ pub fn refine(at: f64, span: f64, mut share_at: impl FnMut(f64) -> f64) -> f64 {
     })
 }
 
-/// The place of a singular pose within a step of length h that none was announced for, where the smallest distance at its end is this share of that at its start:
-/// a row that comes much closer could have gone past the others. `share_at` is that share after a time.
-pub(crate) fn leapt_over(h: f64, share: f64, tolerance: f64, mut share_at: impl FnMut(f64) -> f64) -> Option<f64> {
-    if tolerance < COARSE && share * STEADY >= 1.0 {
-        return None;
-    }
+/// The place of a singular pose within a step of length h that none was announced for, where the smallest distance at its end is this share of that at its start.
+/// `share_at` is that share after a time.
+pub(crate) fn leapt_over(h: f64, share: f64, mut share_at: impl FnMut(f64) -> f64) -> Option<f64> {
     let [mut before, mut best, mut after] = valley([0.0, 1.0], [h, share], 1, &mut share_at)?;
     for _ in 0..SECANTS {
         if best[1] < THERE {

@@ -18,7 +18,7 @@ use crate::model::Model;
 use crate::motion::Run;
 use crate::singular::dependence::begins_near;
 use crate::singular::detect::Guard;
-use crate::taylor::Jet;
+use crate::taylor::{Changes, Jet};
 pub(crate) use memory::Memory;
 pub(crate) use propose::{order_for, share};
 
@@ -35,6 +35,7 @@ pub struct Taylor {
     /// Accelerations at the end of a step, and those that are demanded there.
     residuals: Vec<f64>,
     guard: Guard,
+    changes: Changes,
     /// Does what the jet holds begin at the end of the last step?
     known: Start,
     /// Has it been begun with the loops closed tightly?
@@ -69,6 +70,7 @@ impl Taylor {
         let jet = Jet::new(model)?;
         let layers = Layers::new(model.program().arms.as_ref()?.tape.steep_laws());
         let guard = Guard::new(jet.groups());
+        let changes = jet.changes();
         Some(Self {
             jet,
             layers,
@@ -77,6 +79,7 @@ impl Taylor {
             left: vec![0.0; model.coordinates()],
             residuals: vec![0.0; size],
             guard,
+            changes,
             known: Start::Unknown,
             tight: false,
             memory: Memory::default(),

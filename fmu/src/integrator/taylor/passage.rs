@@ -2,6 +2,7 @@
 
 use super::propose::{REACH, order_near, share};
 use super::{Start, Taylor};
+use crate::constraints::reciprocals::STEADY;
 use crate::context::Context;
 use crate::events::{Choices, half_width};
 use crate::failure::Failure;
@@ -10,7 +11,7 @@ use crate::math;
 use crate::model::State;
 use crate::motion::Run;
 use crate::singular::dependence::{not_passed, undecided};
-use crate::singular::detect::{HALF, LANDING, leapt_over, locate, refine};
+use crate::singular::detect::{COARSE, HALF, LANDING, leapt_over, locate, refine};
 use crate::singular::leaving::{CORRECTIONS, Search, Verdict};
 use crate::singular::passing::{finds_avoided, note_left, note_passage};
 
@@ -61,8 +62,12 @@ impl Taylor {
             return false;
         }
         let (h, share, known) = (end - run.last.end_time, self.guard.share(), run.singular.ahead);
+        // A row that comes much closer could have gone past the others.
+        if share * STEADY >= 1.0 && (context.settings.tolerance < COARSE || self.stays_clear(run, h)) {
+            return false;
+        }
         let mut looked = false;
-        let found = leapt_over(h, share, context.settings.tolerance, |time| {
+        let found = leapt_over(h, share, |time| {
             looked = true;
             self.share_at(context, run, time)
         });
@@ -77,6 +82,12 @@ impl Taylor {
             self.restore_end(context, run, end);
         }
         false
+    }
+
+    /// Do arms turn and stretch so little in the last step that there is no singular pose in it?
+    fn stays_clear(&mut self, run: &Run, h: f64) -> bool {
+        let order = run.last.order as usize;
+        self.jet.stays_clear(&mut self.changes, (&run.last.dense, order), h)
     }
 
     /// The smallest distance from a singular pose along the polynomial, as a share of that where the step begins.

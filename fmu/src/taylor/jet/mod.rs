@@ -8,6 +8,7 @@
 //! and the loop equations are constant combinations of the b_k themselves. At every order the newest coefficients enter linearly, with the
 //! matrix \[M J^T; J 0\] of the start: see McPhee's Eq. (22).
 
+mod clearance;
 mod frames;
 mod orders;
 mod pairs;
@@ -30,6 +31,7 @@ use crate::program::arm_form::ORDERS;
 use crate::program::arm_form::{ArmForm, Factor, Link, Load, LoopEquation, Slot};
 use crate::taylor::coupling::Coupling;
 use crate::taylor::tape::{Scalars, Vectors};
+pub use clearance::Changes;
 use response::Response;
 use step::Read;
 use terms::{Plan, Terms};

@@ -35,7 +35,7 @@ struct Mass {
 /// p . derivative
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Slope {
-    derivative: usize,
+    pub(super) derivative: usize,
     p: [u32; 2],
 }
 
@@ -44,6 +44,12 @@ impl Slope {
     pub(super) fn value<N: Number>(&self, c: &[N], [dx, dy]: [&[N]; 2]) -> N {
         let (px, py) = (c[self.p[0] as usize], c[self.p[1] as usize]);
         px * dx[self.derivative] + py * dy[self.derivative]
+    }
+
+    /// The largest value for a derivative of length 1.
+    pub(super) fn size(&self, c: &[f64]) -> f64 {
+        let [x, y] = self.p.map(|part| c[part as usize]);
+        (x * x + y * y).sqrt()
     }
 }
 
@@ -291,6 +297,11 @@ impl<N: Elementary> Terms<N> {
 }
 
 impl Terms {
+    /// What the entries of loop equations are made of that changes: row, column, and how.
+    pub(super) fn slopes(&self) -> impl Iterator<Item = (usize, usize, &Slope)> {
+        self.loops.iter().map(|term| (term.row, term.column, &term.value))
+    }
+
     /// The same of frames only, whose arms are x + i y: an entry of the masses for every two of them, four at a time.
     #[inline(always)]
     pub(super) fn assemble_frames(
