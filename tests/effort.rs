@@ -46,7 +46,12 @@ fn assert_close(what: &str, found: &[f64], expected: &[f64], tolerance: f64) {
 
 fn pose(formulated: &Formulated) -> Pose {
     let state = &formulated.state;
-    Pose { time: state.time(), positions: state.positions().to_vec(), followers: state.follower_positions().to_vec() }
+    Pose {
+        time: state.time(),
+        positions: state.positions().to_vec(),
+        followers: state.follower_positions().to_vec(),
+        states: state.states().to_vec(),
+    }
 }
 
 /// Accelerations, reactions and a projection by a solve tree against those in branch coordinates.

@@ -98,6 +98,7 @@ mod simulate_command;
 mod simulate_hand_made;
 mod single_faults;
 mod slips;
+mod states;
 mod stored_programs;
 mod sweep;
 mod synthesis;

@@ -35,7 +35,7 @@ fn slider_crank(rod: f64, angle: f64) -> Instance {
 }
 
 /// Classical Runge-Kutta steps up to a time, as an importer takes them.
-fn integrate(instance: &mut Instance, stop: f64, h: f64) -> Result<(), InstanceError> {
+pub fn integrate(instance: &mut Instance, stop: f64, h: f64) -> Result<(), InstanceError> {
     instance.initialise_exchange()?;
     let n = instance.state_count();
     while instance.time() < stop - 0.5 * h {

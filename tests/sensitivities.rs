@@ -51,7 +51,7 @@ fn difference(compiled: &cotree::Compiled, name: &str, stop: f64, step: f64) -> 
 }
 
 /// The largest error, relative to the largest derivative of the same parameter among outputs of the scene.
-fn check(text: &str, names: &[&str], stop: f64, step: f64, limit: f64) {
+pub fn check(text: &str, names: &[&str], stop: f64, step: f64, limit: f64) {
     let scene = Scene::from_toml(text).unwrap();
     let compiled = cotree::compile(&scene).unwrap();
     let names: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();

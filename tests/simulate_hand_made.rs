@@ -40,6 +40,7 @@ fn program() -> data::Program {
         inputs: vec![data::Input { name: "push".into(), start: 0.0, min: None, max: None }],
         followers: vec![],
         coordinates: vec![data::Coordinate { name: "mass.x".into(), scale: 1.0 }],
+        states: 0,
         constraints: vec![],
         length: 1.0,
         variables: vec![

@@ -14,11 +14,14 @@ impl Scene {
     /// The same scene with every variable that it has among its outputs, after those that it asks for.
     pub fn with_every_output(&self) -> Scene {
         let mut scene = self.clone();
+        let asked = |scene: &Scene, name: &str| scene.outputs.variables.iter().any(|known| known.text == name);
+        for state in self.states.iter().filter(|state| !asked(self, &state.name.text)) {
+            scene.outputs.variables.push(Text::from(state.name.text.as_str()));
+        }
         for (owner, has) in self.owners() {
             for quantity in has.into_iter().filter(|&quantity| self.knows(quantity)) {
                 let name = quantity.of(&owner);
-                let asked = scene.outputs.variables.iter().any(|known| known.text == name);
-                if !asked {
+                if !asked(&scene, &name) {
                     scene.outputs.variables.push(Text::from(name.as_str()));
                 }
             }
@@ -26,12 +29,13 @@ impl Scene {
         scene
     }
 
-    /// The variables of the scene, its outputs and its signals, with their units.
+    /// The variables of the scene, its outputs, its states and its signals, with their units.
     ///
     /// # Errors
     /// Everything that is wrong with the scene.
     pub fn variables(&self) -> Result<HashMap<String, Unit>, Faults> {
-        let named = self.outputs.expressions.iter().chain(&self.signals).map(|own| own.name.text.as_str());
+        let laws = self.outputs.expressions.iter().chain(&self.signals).map(|own| own.name.text.as_str());
+        let named = laws.chain(self.states.iter().map(|own| own.name.text.as_str()));
         let own = self.reporting(named).resolve()?.mechanism.outputs;
         let of_parts = self.owners().into_iter().flat_map(|(owner, has)| {
             has.into_iter().map(move |quantity| (quantity.of(&owner), Unit::of(&quantity.measure(), None)))

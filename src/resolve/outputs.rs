@@ -62,7 +62,7 @@ impl Resolver<'_> {
     fn state_output(&mut self, id: StateId, span: Span) -> Output {
         self.used_states.insert(id);
         let model::State { name, rate, description, .. } = &self.scene.states[id.0];
-        let unit = self.state_units[id.0].map(|(exponents, _)| unit::from_exponents(exponents));
+        let unit = self.state_units[id.0].map(|(exponents, _)| crate::scene::unit::from_exponents(exponents));
         Output {
             name: name.text.clone(),
             description: described(description.as_ref(), rate),

@@ -9,7 +9,7 @@ use crate::model::measure::ANYTHING;
 use crate::model::{Formula, State, Unit};
 use crate::scene::dimension::Known;
 use crate::scene::quantity::Quantity;
-use crate::scene::unit::{compatible, from_exponents};
+use crate::scene::unit::from_exponents;
 use crate::scene::model;
 
 impl Resolver<'_> {
@@ -57,7 +57,7 @@ impl Resolver<'_> {
 
     fn must_agree(&mut self, what: &str, declared: Option<&Unit>, own: Option<&Unit>, span: Span) {
         if let (Some(declared), Some(own)) = (declared, own)
-            && !compatible(declared.exponents, own.exponents)
+            && !declared.exponents.is_compatible(own.exponents)
         {
             self.declared_mismatch(what, declared, own, span);
         }
@@ -94,7 +94,7 @@ impl Resolver<'_> {
         let what = format!("`rate` of state `{}`", state.name.text);
         let (formula, own, known) = self.formula_and_known(&state.rate, &what, &ANYTHING, Context::Rate);
         let wanted = unit.per_second();
-        let differs = |own: &Unit| known != Known::Number && !compatible(own.exponents, wanted.exponents);
+        let differs = |own: &Unit| known != Known::Number && !own.exponents.is_compatible(wanted.exponents);
         if let Some(own) = own.filter(|own| !unit.si.is_empty() && differs(own)) {
             let wanted = from_exponents(wanted.exponents).si;
             let own = if own.si.is_empty() { "a pure number".to_owned() } else { format!("in `{}`", own.si) };

@@ -17,6 +17,8 @@ pub fn value(layout: &Layout, registers: &[f64], symbol: Symbol) -> f64 {
         Symbol::Coordinate(i, Order::Position) => layout.positions() + i,
         Symbol::Coordinate(i, Order::Velocity) => layout.rates() + i,
         Symbol::Coordinate(i, Order::Acceleration) => layout.accelerations() + i,
+        Symbol::State(i, Order::Position) => layout.states() + i,
+        Symbol::State(i, _) => layout.state_rates() + i,
         Symbol::Reaction(i) => layout.reactions() + i,
         Symbol::Missing(..) | Symbol::Argument => panic!("{symbol:?} has no value"),
     };

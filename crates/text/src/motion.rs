@@ -3,13 +3,13 @@
 use std::collections::{HashMap, HashSet};
 
 use cotree::equations::{Constraint, Equations, Share};
-use cotree::expr::{Arena, Expr, Node, Symbol, Unary};
+use cotree::expr::{Arena, Expr, Node, Order, Symbol, Unary};
 use cotree::model::{BodyId, Coordinates, Dimension, JointId, Owner, Part, Place, Quantity, Variable};
 use cotree::network::{Direction, Force, Held, Origin, Torque};
 
 use super::document::{Block, Piece};
 use super::matrices::Matrices;
-use super::name::Name;
+use super::name::{Name, symbol_name};
 use super::read::Context;
 use super::signals::signals;
 use super::tree::{Formulas, Tree, formulas};
@@ -36,6 +36,7 @@ impl MotionEquations {
             groups.extend(dynamics(equations));
             groups.extend(vibration(equations));
         }
+        groups.push(("Rates of the states", rates_of_states(equations)));
         groups.extend(loops(equations));
         groups.push(("Slides that are no coordinates", slides(equations)));
         if dynamic {
@@ -96,7 +97,8 @@ impl MotionEquations {
         let mut blocks = Vec::new();
         let signals = signals(equations, &self.expressions());
         if !signals.is_empty() {
-            blocks.push(Block::Heading("Inputs".into()));
+            let heading = if equations.states.is_empty() { "Inputs" } else { "Inputs and states" };
+            blocks.push(Block::Heading(heading.into()));
             blocks.push(Block::table(Vec::new(), signals));
         }
         if !angles.is_empty() || !definitions.is_empty() {
@@ -126,6 +128,12 @@ impl MotionEquations {
         }
         rows
     }
+}
+
+/// z' = g of each state of the scene.
+fn rates_of_states(equations: &Equations) -> Vec<Entry> {
+    let rates = equations.states.iter().enumerate();
+    rates.map(|(index, &rate)| (symbol_name(equations, Symbol::State(index, Order::Velocity)), rate)).collect()
 }
 
 fn column(base: &str, subscript: &str) -> Tree {

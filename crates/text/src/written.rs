@@ -1,6 +1,8 @@
 //! Equations of a scene, as the commands write them.
 
 use cotree::diagnostic::{Fault, Faults};
+use cotree::equations::Equations;
+use cotree::expr::Expr;
 use cotree::formulate::explain::size::check_written;
 use cotree::formulate::{Formulated, formulate};
 use cotree::scene::Scene;
@@ -79,7 +81,22 @@ pub fn written(formulated: &mut Formulated, notation: Notation) -> Result<String
         Notation::Html => return Ok(crate::motion(equations, Prose::Html)),
         Notation::Json => return Ok(crate::json(equations)),
     };
+    if let Some(fault) = without_code(equations, &lowered.solved) {
+        return Err(vec![fault]);
+    }
     Ok(code::code(equations, &lowered.solved, redundant, language))
+}
+
+/// Why there is no code: that of driven mechanisms solves for positions, and knows no states.
+fn without_code(equations: &Equations, solved: &[Expr]) -> Option<Fault> {
+    let state = equations.system.mechanism.states.first()?;
+    let driven = solved.is_empty() && !equations.coordinates.is_empty();
+    driven.then(|| {
+        let message = format!("drivers determine the motion beside the state `{}`: there is no code of that", state.name);
+        Fault::new("equations::driven_states", message, state.span)
+            .label("a state")
+            .help("print the equations as `text` or `latex`, or export an FMU")
+    })
 }
 
 /// Equations that have been formulated, with a name for every number.

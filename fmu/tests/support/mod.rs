@@ -62,6 +62,7 @@ fn empty(name: &str) -> Program {
         inputs: Vec::new(),
         followers: Vec::new(),
         coordinates: Vec::new(),
+        states: 0,
         constraints: Vec::new(),
         length: 1.0,
         variables: Vec::new(),

@@ -40,17 +40,21 @@ impl Language for C {
         let known: &[CodeBlock] =
             if function.knows_motion { &[CodeBlock::Acceleration, CodeBlock::Reaction] } else { &[] };
         let known: String = known.iter().map(|known| format!("const double *{}, ", known.name())).collect();
+        let states = if sizes.states > 0 { "const double *z, " } else { "" };
         let outputs: Vec<String> = function.outputs.iter().map(|output| format!("double *{}", output.name())).collect();
         let shapes: Vec<String> = function.outputs.iter().map(|output| output.described(sizes)).collect();
         let about = function.comment().join("\n   ");
         let mut text = format!(
             "\n/* {about}\n   Sizes: {}. */\nvoid {}(double t, const double *p, const double *u, const double *f, \
-             const double *q, const double *v,\n    {known}{})\n{{\n    \
+             const double *q, const double *v,\n    {states}{known}{})\n{{\n    \
              (void)t; (void)p; (void)u; (void)f; (void)q; (void)v;\n   ",
             shapes.join(", "),
             function.name,
             outputs.join(", ")
         );
+        if sizes.states > 0 {
+            text.push_str(" (void)z;");
+        }
         if function.knows_motion {
             text.push_str(" (void)a; (void)lambda;");
         }

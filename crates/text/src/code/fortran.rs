@@ -101,14 +101,18 @@ impl Language for Fortran {
         let name = identifier(&function.name);
         let outputs: Vec<&str> = function.outputs.iter().map(|output| SYNTAX.array(output.name())).collect();
         let known = if function.knows_motion { "a, lambda, " } else { "" };
+        let states = if sizes.states > 0 { "z, " } else { "" };
         let mut text = format!(
-            "\n  ! {}\n  subroutine {name}(t, p, u, f, q, v, {known}&\n      {})\n    real(real64), intent(in) :: t\n",
+            "\n  ! {}\n  subroutine {name}(t, p, u, f, q, v, {states}{known}&\n      {})\n    real(real64), intent(in) :: t\n",
             function.comment().join("\n  ! "),
             outputs.join(", ")
         );
         let Sizes { parameters, inputs, followers, coordinates, constraints, .. } = sizes;
         let mut arguments =
             vec![("p", *parameters), ("u", 3 * inputs), ("f", 3 * followers), ("q", *coordinates), ("v", *coordinates)];
+        if sizes.states > 0 {
+            arguments.push(("z", sizes.states));
+        }
         if function.knows_motion {
             arguments.extend([("a", *coordinates), ("lambda", *constraints)]);
         }

@@ -38,6 +38,8 @@ pub struct Sizes {
     pub inputs: usize,
     pub followers: usize,
     pub coordinates: usize,
+    /// States of the scene; functions take them after the rates if there are any.
+    pub states: usize,
     pub constraints: usize,
     pub slides: usize,
     /// Reactions of all joints and efforts of all drivers.
@@ -71,6 +73,8 @@ pub enum CodeBlock {
     Gamma,
     Acceleration,
     Reaction,
+    /// Rates of the states of the scene.
+    StateRate,
     /// Displacements of the slides that are no coordinates.
     Slide,
     /// Reactions of all joints and efforts of all drivers.
@@ -125,6 +129,7 @@ impl CodeBlock {
             CodeBlock::Load | CodeBlock::Acceleration => [n, 1],
             CodeBlock::Constraint | CodeBlock::TimeRate | CodeBlock::Gamma | CodeBlock::Reaction => [m, 1],
             CodeBlock::Jacobian => [m, n],
+            CodeBlock::StateRate => [sizes.states, 1],
             CodeBlock::Slide => [sizes.slides, 1],
             CodeBlock::Effort => [sizes.efforts, 1],
         }
@@ -144,6 +149,7 @@ impl CodeBlock {
             CodeBlock::Gamma => "gamma",
             CodeBlock::Acceleration => "a",
             CodeBlock::Reaction => "lambda",
+            CodeBlock::StateRate => "dz",
             CodeBlock::Slide => "s",
             CodeBlock::Effort => "effort",
         }
@@ -167,6 +173,7 @@ pub fn code(equations: &mut Equations, solved: &[Expr], redundant: &[usize], lan
         inputs: equations.system.mechanism.inputs.len(),
         followers: equations.system.followers.len(),
         coordinates: equations.coordinates.len(),
+        states: equations.states.len(),
         constraints: loops.len(),
         slides: slides.len(),
         efforts: efforts.len(),
@@ -180,6 +187,9 @@ pub fn code(equations: &mut Equations, solved: &[Expr], redundant: &[usize], lan
         text.push_str(&writer.accelerations(solved));
     } else if !rows.is_empty() && rows.len() == sizes.coordinates {
         text.push_str(&language.kinematics(&Kinematics { name: &name, sizes, rows: &rows, masses }));
+    }
+    if sizes.states > 0 {
+        text.push_str(&writer.states(&equations.states));
     }
     if !slides.is_empty() {
         text.push_str(&writer.slides(&slides));
@@ -218,11 +228,17 @@ impl Writer<'_> {
     }
 
     fn accelerations(&self, solved: &[Expr]) -> String {
-        let (accelerations, reactions) = solved.split_at(self.sizes.coordinates.min(solved.len()));
+        let (accelerations, others) = solved.split_at(self.sizes.coordinates.min(solved.len()));
+        let reactions = others.get(self.sizes.states..).unwrap_or_default();
         let reactions = self.loops.iter().filter_map(|&index| reactions.get(index));
         let results = [column(CodeBlock::Acceleration, accelerations), column(CodeBlock::Reaction, reactions)].concat();
         let about = "Accelerations a and reactions lambda, from the equations of motion.".to_owned();
         self.function("accelerations", about, SOLUTION, &results)
+    }
+
+    fn states(&self, rates: &[Expr]) -> String {
+        let about = "Rates dz of the states z of the scene.".to_owned();
+        self.function("states", about, &[CodeBlock::StateRate], &column(CodeBlock::StateRate, rates))
     }
 
     fn slides(&self, slides: &[Entry]) -> String {
@@ -340,6 +356,7 @@ fn legend(equations: &Equations) -> Vec<String> {
         list("u: value, rate and acceleration of the inputs", inputs),
         list("f: position, rate and acceleration of the drivers that integrate an input", followers.collect()),
         list("q, v: coordinates and their rates", coordinates),
+        list("z: states", system.mechanism.states.iter().map(|state| state.name.clone()).collect()),
         list("lambda: reactions", reactions),
     ];
     lines.into_iter().flatten().collect()

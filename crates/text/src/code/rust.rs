@@ -47,6 +47,9 @@ impl Language for Rust {
             format!("q: &[f64; {coordinates}]"),
             format!("v: &[f64; {coordinates}]"),
         ];
+        if sizes.states > 0 {
+            arguments.push(format!("z: &[f64; {}]", sizes.states));
+        }
         if function.knows_motion {
             arguments.extend([format!("a: &[f64; {coordinates}]"), format!("lambda: &[f64; {constraints}]")]);
         }

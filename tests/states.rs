@@ -1,0 +1,362 @@
+//! States of a scene, whose rates are given: against closed forms, absolute coordinates, differences, and themselves by other methods.
+
+use crate::model_exchange::integrate;
+use crate::sensitivities::check as check_sensitivities;
+use crate::support::absolute::{At as Corner, Body as Rigid, Joint as Held, JointKind, Load as Applied, State as Pose, System};
+use crate::support::motion::Run;
+use crate::support::run::{compiled, model, sound, started, value};
+
+use std::sync::Arc;
+
+use cotree::compile::compile;
+use cotree::diagnostic::Faults;
+use cotree::scene::{Body, Joint, Load, Scene, State};
+use cotree_fmu::instance::Instance;
+use cotree_fmu::model::Model;
+use cotree_fmu::program::Engine;
+use cotree_study::analysis::{At, Study};
+use nalgebra::{Complex, DVector, Matrix2, Matrix3, Vector2};
+
+const METHODS: [Engine; 3] = [Engine::Taylor, Engine::Dop853, Engine::Radau];
+
+/// A motor turns a wheel that a damper brakes: R = 0.8 ohm, L = 4 mH, k = 0.05 N.m/A, J = 2e-3 kg.m2, c = 1e-3 N.m.s.
+const MOTOR: &str = r#"
+name = "motor"
+[parameters]
+resistance = "0.8 ohm"
+inductance = "4 mH"
+constant   = "0.05 N.m/A"
+[inputs]
+voltage = { start = "6 V" }
+[states]
+current = { start = "0.5 A", rate = "(voltage - resistance*current - constant*wheel.omega)/inductance" }
+[bodies.wheel]
+mass    = 1.0
+inertia = 2e-3
+[joints.axle]
+type    = "revolute"
+between = ["ground", "wheel"]
+damping = 1e-3
+[loads.motor]
+type  = "torque"
+on    = "wheel"
+value = "constant*current"
+[initial]
+"wheel.angle" = 0.0
+"wheel.omega" = 10.0
+[outputs]
+variables = ["wheel.angle", "wheel.omega", "current"]
+[experiment]
+stop = "1 s"
+tolerance = 1e-10
+"#;
+
+/// Current and rate of the wheel, in closed form.
+fn motor_at(time: f64) -> [f64; 2] {
+    let system = Matrix2::new(-0.8 / 4e-3, -0.05 / 4e-3, 0.05 / 2e-3, -1e-3 / 2e-3);
+    let rest = -system.try_inverse().unwrap() * Vector2::new(6.0 / 4e-3, 0.0);
+    let now = rest + (system * time).exp() * (Vector2::new(0.5, 10.0) - rest);
+    [now.x, now.y]
+}
+
+#[test]
+fn a_motor_on_a_wheel_follows_its_closed_form_by_every_method() {
+    for engine in METHODS {
+        let mut motor = started(&model(MOTOR), Some(engine), 1.0, 1e-10);
+        for time in [0.0, 2e-3, 0.05, 0.3, 1.0] {
+            if time > 0.0 {
+                motor.step_to(time).unwrap();
+            }
+            let expected = motor_at(time);
+            for (name, expected) in ["current", "wheel.omega"].iter().zip(expected) {
+                let found = value(&mut motor, name);
+                let close = (found - expected).abs() < 2e-9 * (1.0 + expected.abs());
+                assert!(close, "{engine:?}: {name} at {time} s is {found}, not {expected}");
+            }
+        }
+    }
+}
+
+/// Communication points and saved states change no bit.
+#[test]
+fn runs_do_not_depend_on_who_asks_when() {
+    let model = model(MOTOR);
+    let mut whole = started(&model, None, 1.0, 1e-8);
+    whole.step_to(1.0).unwrap();
+    let end = whole.state().registers().to_vec();
+    for step in [1e-3, 0.013, 0.25] {
+        let mut run = started(&model, None, 1.0, 1e-8);
+        let mut saved = None;
+        let mut time = 0.0;
+        while time < 1.0 {
+            time = f64::min(time + step, 1.0);
+            run.step_to(time).unwrap();
+            if saved.is_none() && time > 0.4 {
+                saved = Some(run.save());
+            }
+        }
+        let own = |run: &Instance| [run.state().rates(), run.state().states()].concat();
+        assert_eq!(own(&run), own(&whole), "steps of {step} s");
+        run.restore(saved.as_ref().unwrap()).unwrap();
+        run.step_to(1.0).unwrap();
+        assert_eq!(own(&run), own(&whole), "restored, steps of {step} s");
+    }
+    assert_eq!(whole.state().registers(), end);
+}
+
+#[test]
+fn an_integrator_outside_has_the_states_after_the_pairs() {
+    let model = model(MOTOR);
+    let mut outside = Instance::new(model.clone());
+    outside.setup(0.0, None, None).unwrap();
+    integrate(&mut outside, 0.3, 2e-4).unwrap();
+    let mut states = [0.0; 3];
+    outside.states(&mut states).unwrap();
+    let [current, omega] = motor_at(0.3);
+    assert!((states[1] - omega).abs() < 1e-7 && (states[2] - current).abs() < 1e-7, "{states:?}");
+    let description = compiled(MOTOR).description;
+    let derivatives: Vec<&str> =
+        description.derivatives().iter().map(|&place| description.variables[place].name.as_str()).collect();
+    assert_eq!(derivatives, ["wheel.omega", "wheel.alpha", "der(current)"]);
+}
+
+#[test]
+fn sensitivities_go_through_states() {
+    check_sensitivities(MOTOR, &["resistance", "inductance", "voltage", "current", "wheel.omega"], 0.4, 1e-3, 1e-8);
+}
+
+#[test]
+fn the_linear_system_has_the_states() {
+    let system = Study::new(&Scene::from_toml(MOTOR).unwrap()).unwrap().linearize(&At::Times(vec![0.0])).unwrap();
+    let system = &system.points[0];
+    let names: Vec<&str> = system.states.iter().map(|state| state.name.as_str()).collect();
+    assert_eq!(names, ["wheel.angle", "wheel.omega", "current"]);
+    let expected = Matrix3::new(0.0, 1.0, 0.0, 0.0, -0.5, 25.0, 0.0, -12.5, -200.0);
+    assert!((system.a.clone() - expected).amax() < 1e-9, "{}", system.a);
+    assert!((system.b[(2, 0)] - 250.0).abs() < 1e-9);
+}
+
+/// Against a torsion spring the motor rests where the torque of the current U/R is that of the spring; its modes are the eigenvalues of the linear system.
+#[test]
+fn a_motor_rests_against_a_spring_and_swings_about_it() {
+    let spring = "[loads.spring]\ntype = \"torsion_spring\"\nbetween = [\"ground\", \"wheel\"]\nstiffness = 0.5\n[initial]";
+    let scene = Scene::from_toml(&MOTOR.replacen("[initial]", spring, 1)).unwrap();
+    let rest = Study::new(&scene).unwrap().equilibrium().unwrap();
+    for (name, expected) in [("current", 6.0 / 0.8), ("wheel.angle", 0.05 * 6.0 / 0.8 / 0.5)] {
+        let found = rest.value(name).unwrap();
+        assert!((found - expected).abs() < 1e-9, "{name} rests at {found}, not {expected}");
+    }
+    let found = Study::new(&scene).unwrap().modes(None).unwrap().modes;
+    let system = Matrix3::new(0.0, 1.0, 0.0, -250.0, -0.5, 25.0, 0.0, -12.5, -200.0);
+    let mut expected: Vec<Complex<f64>> = system.complex_eigenvalues().iter().copied().filter(|value| value.im >= 0.0).collect();
+    expected.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
+    assert_eq!(found.len(), expected.len());
+    for (mode, expected) in found.iter().zip(expected) {
+        assert!((mode.eigenvalue - expected).norm() < 1e-8 * expected.norm(), "{} {expected}", mode.eigenvalue);
+    }
+}
+
+/// What drivers prescribe has states beside it.
+#[test]
+fn a_driven_mechanism_has_states() {
+    let scene = Scene::new("driven")
+        .body("crank", Body::new().point("tip", [0.3, 0.0]))
+        .revolute("axle", "ground", "crank")
+        .driver("motor", cotree::scene::Driver::angle("axle", "3*t"))
+        .state("lag", State::new(0.0, "crank.omega - 2*lag"))
+        .state("swing", State::new(1.0, "cos(crank.angle)"))
+        .output("lag")
+        .output("swing");
+    let mut run = Run::new(&scene);
+    for time in [0.0, 0.4, 2.0, 9.0] {
+        run.to(time).check("lag", 1.5 * (1.0 - (-2.0 * time).exp()));
+        run.check("swing", 1.0 + (3.0 * time).sin() / 3.0);
+    }
+}
+
+#[test]
+fn a_state_does_not_drift() {
+    let scene = Scene::new("long")
+        .body("wheel", Body::new().mass(1.0).inertia(1.0))
+        .revolute("axle", "ground", "wheel")
+        .initial("wheel.angle", 0.0)
+        .initial("wheel.omega", 1.0)
+        .state("wave", State::new(0.0, "cos(wheel.angle)"))
+        .state("count", State::new(0.0, "1").nominal(100))
+        .output("wave")
+        .output("count");
+    let mut run = Run::new(&scene);
+    run.to(1000.0).check("wave", 1000_f64.sin());
+    run.check("count", 1000.0);
+}
+
+/// A number between two bounds from a sequence that looks random.
+struct Random(f64);
+
+impl Random {
+    fn within(&mut self, low: f64, high: f64) -> f64 {
+        self.0 = (self.0 * 78.233 + 0.371).sin() * 43758.5453;
+        self.0 -= self.0.floor();
+        low + (high - low) * self.0
+    }
+}
+
+/// z' = -d z + a angle + b omega + s sin(w t) + c tanh(z of another), and a torque t.z on the crank.
+struct Network(Vec<[f64; 7]>);
+
+impl Network {
+    fn rates(&self, crank: [f64; 2], z: &[f64], time: f64) -> Vec<f64> {
+        let rate = |(index, own): (usize, &[f64; 7])| {
+            let [d, a, b, s, w, c, _] = own;
+            let other = z[(index + 1) % z.len()];
+            -d * z[index] + a * crank[0].sin() + b * crank[1] + s * (w * time).sin() + c * other.tanh()
+        };
+        self.0.iter().enumerate().map(rate).collect()
+    }
+
+    fn torque(&self, z: &[f64]) -> f64 {
+        self.0.iter().zip(z).map(|(own, z)| own[6] * z).sum()
+    }
+
+    fn scene(&self) -> Scene {
+        let count = self.0.len();
+        let bar = |length: f64, mass: f64| {
+            let body = Body::new().mass(mass).inertia(mass * length * length / 12.0);
+            body.point("a", [-length / 2.0, 0.0]).point("b", [length / 2.0, 0.0])
+        };
+        let torque: Vec<String> = self.0.iter().enumerate().map(|(index, own)| format!("{}*z{index}", own[6])).collect();
+        let mut scene = Scene::new("network")
+            .gravity([0.0, -9.81])
+            .ground_point("right", [0.9, 0.0])
+            .body("crank", bar(0.3, 1.1))
+            .body("coupler", bar(0.8, 0.9))
+            .body("rocker", bar(0.6, 1.3))
+            .joint("p1", Joint::revolute("ground", "crank.a").damping(0.3))
+            .revolute("p2", "crank.b", "coupler.a")
+            .revolute("p3", "coupler.b", "rocker.b")
+            .revolute("p4", "ground.right", "rocker.a")
+            .load("motor", Load::torque("ground", "crank", torque.join(" + ").as_str()))
+            .initial("crank.angle", 0.4)
+            .initial("crank.omega", 1.0)
+            .guess("coupler.angle", 0.7)
+            .guess("rocker.angle", 1.6);
+        for (index, [d, a, b, s, w, c, _]) in self.0.iter().enumerate() {
+            let other = (index + 1) % count;
+            let rate = format!(
+                "-{d}*z{index} + {a}*sin(crank.angle) + {b}*crank.omega + {s}*sin({w}*t) + {c}*tanh(z{other})"
+            );
+            scene = scene.state(&format!("z{index}"), State::new(0.1 * index as f64, rate.as_str()));
+        }
+        scene
+    }
+
+    /// The same in absolute coordinates, by classical Runge-Kutta steps: crank, its rate, states.
+    fn reference(&self, start: &Pose, stop: f64, steps: usize) -> Vec<f64> {
+        let bar = |mass: f64, length: f64| Rigid { mass, inertia: mass * length * length / 12.0 };
+        let at = |body: usize, x: f64| Corner { body: Some(body), local: Vector2::new(x, 0.0) };
+        let fixed = |x: f64| Corner { body: None, local: Vector2::new(x, 0.0) };
+        let pin = |between: [Corner; 2], damping: f64| Held { between, kind: JointKind::Revolute, damping };
+        let system = System {
+            gravity: Vector2::new(0.0, -9.81),
+            bodies: vec![bar(1.1, 0.3), bar(0.9, 0.8), bar(1.3, 0.6)],
+            joints: vec![
+                pin([fixed(0.0), at(0, -0.15)], 0.3),
+                pin([at(0, 0.15), at(1, -0.4)], 0.0),
+                pin([at(1, 0.4), at(2, 0.3)], 0.0),
+                pin([fixed(0.9), at(2, -0.3)], 0.0),
+            ],
+            ..System::default()
+        };
+        let count = self.0.len();
+        let rate = |y: &DVector<f64>, time: f64| {
+            let pose = Pose { q: y.rows(0, 9).into_owned(), v: y.rows(9, 9).into_owned() };
+            let z = &y.as_slice()[18..];
+            let torque = Applied::Torque { between: [None, Some(0)], value: self.torque(z) };
+            let acceleration = System { loads: vec![torque], ..system.clone() }.solve(&pose, time).acceleration;
+            let own = self.rates([y[2], y[11]], z, time);
+            DVector::from_iterator(18 + count, y.rows(9, 9).iter().chain(acceleration.iter()).copied().chain(own))
+        };
+        let z = (0..count).map(|index| 0.1 * index as f64);
+        let mut y = DVector::from_iterator(18 + count, start.q.iter().chain(start.v.iter()).copied().chain(z));
+        let h = stop / steps as f64;
+        for step in 0..steps {
+            let time = step as f64 * h;
+            let k1 = rate(&y, time);
+            let k2 = rate(&(&y + &k1 * (h / 2.0)), time + h / 2.0);
+            let k3 = rate(&(&y + &k2 * (h / 2.0)), time + h / 2.0);
+            let k4 = rate(&(&y + &k3 * h), time + h);
+            y += (k1 + (k2 + k3) * 2.0 + k4) * (h / 6.0);
+        }
+        [&[y[2], y[11]], &y.as_slice()[18..]].concat()
+    }
+}
+
+/// Networks of first order, with one to four states, on a four-bar that they drive and that they hear of.
+#[test]
+fn networks_on_a_four_bar_agree_with_absolute_coordinates() {
+    let mut random = Random(0.37);
+    for case in 0..12 {
+        let count = 1 + case % 4;
+        let mut row = || {
+            let ends = [(0.2, 8.0), (-3.0, 3.0), (-2.0, 2.0), (-4.0, 4.0), (0.5, 9.0), (-2.0, 2.0), (-1.5, 1.5)];
+            ends.map(|(low, high)| (1e4 * random.within(low, high)).round() / 1e4)
+        };
+        let network = Network((0..count).map(|_| row()).collect());
+        let scene = network.scene().with_every_output();
+        let mut run = Run::new(&scene);
+        let mut pose = |quantities: [&str; 3]| {
+            let all = ["crank", "coupler", "rocker"].iter().flat_map(|body| quantities.map(|own| format!("{body}.{own}")));
+            DVector::from_vec(all.map(|name| run.get(&name)).collect::<Vec<f64>>())
+        };
+        let start = Pose { q: pose(["x", "y", "angle"]), v: pose(["vx", "vy", "omega"]) };
+        let stop = 1.0;
+        let expected = network.reference(&start, stop, 4000);
+        run.to(stop);
+        let names = ["crank.angle".to_owned(), "crank.omega".to_owned()];
+        let states = (0..count).map(|index| format!("z{index}"));
+        for (name, expected) in names.into_iter().chain(states).zip(expected) {
+            let found = run.get(&name);
+            let close = (found - expected).abs() < 2e-8 * (1.0 + expected.abs());
+            assert!(close, "network {case}: {name} is {found}, not {expected}");
+        }
+    }
+}
+
+/// Those of a part have its name in front.
+#[test]
+fn a_part_brings_its_states() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("motor.toml"), MOTOR).unwrap();
+    let whole = folder.path().join("both.toml");
+    std::fs::write(&whole, "name = \"both\"\n[parts]\nleft = { file = \"motor.toml\" }\nright = { file = \"motor.toml\" }\n").unwrap();
+    let scene = sound(Scene::read(&whole));
+    let program = sound(compile(&scene)).program;
+    let mut run = Instance::new(Arc::new(Model::new(program).unwrap()));
+    run.setup(0.0, None, Some(1e-10)).unwrap();
+    run.initialise().unwrap();
+    run.step_to(0.05).unwrap();
+    let [current, omega] = motor_at(0.05);
+    for part in ["left", "right"] {
+        assert!((value(&mut run, &format!("{part}_current")) - current).abs() < 1e-8);
+        assert!((value(&mut run, &format!("{part}_wheel.omega")) - omega).abs() < 1e-8);
+    }
+}
+
+fn fault(text: &str) -> String {
+    let faults: Faults = Scene::from_toml(text).and_then(|scene| compile(&scene)).expect_err("a fault");
+    faults.render(false, 400)
+}
+
+#[test]
+fn what_a_rate_and_a_driver_may_not_use_is_said() {
+    let rate = "(voltage - resistance*current - constant*wheel.omega)/inductance";
+    let with = |other: &str| fault(&MOTOR.replace(rate, other));
+    assert!(with("voltage/inductance + 1[A/s]*wheel.alpha/1[rad/s2]").contains("`wheel.alpha`, an acceleration"));
+    assert!(with("1[A/s]*axle.torque/1[N.m]").contains("`axle.torque`"));
+    let other = with("voltage");
+    assert!(other.contains("must be in `A/s`") && other.contains("`V`"), "{other}");
+    let driven = MOTOR.replace("[initial]", "[drivers.turn]\nangle = \"current\"\njoint = \"axle\"\n[initial]");
+    assert!(fault(&driven).contains("cannot depend on a state"), "{}", fault(&driven));
+    let twice = MOTOR.replace("[inputs]", "[inputs]\ncurrent = 0");
+    assert!(fault(&twice).contains("as input and as state"), "{}", fault(&twice));
+}
