@@ -83,7 +83,8 @@ fn own_start(mechanism: &Mechanism, starts: usize) -> Result<Own, Vec<Fault>> {
         for start in 0..=last {
             let mut program = draft.clone();
             if start > 0 {
-                let follow = std::iter::repeat_n(0.0, equations.system.followers.len());
+                let others = equations.states.len() + equations.system.followers.len();
+                let follow = std::iter::repeat_n(0.0, others);
                 begin_at(&mut program, even_place(start, &ranges).chain(follow).collect());
             }
             let (model, Some(state)) = solved(program, mechanism)? else { continue };
@@ -188,7 +189,7 @@ fn search(
         let stays = |index: usize| start == 0 || known.contains(&equations.coordinates[index].name.position);
         let place = |(index, place): (usize, f64)| if stays(index) { own.positions()[index] } else { place };
         let mut positions: Vec<f64> = even_place(start, &ranges).enumerate().map(place).collect();
-        positions.extend(own.follower_positions());
+        positions.extend(own.positions().iter().skip(ranges.len()).chain(own.follower_positions()));
         begin_at(&mut program, positions);
         match solved(program, mechanism)? {
             (_, None) => found.failed += 1,

@@ -49,9 +49,10 @@ pub(super) fn begin(equations: &mut Equations, initial: &mut Initial) {
     let exprs: Vec<Expr> = mechanism.begins.iter().map(|begin| equations.formula(&begin.value)).collect();
     let values = equations.system.arena.evaluate(&exprs, &|symbol: Symbol| default_value(mechanism, symbol));
     let of = |name: &String| names.iter().position(|own| own == name).map_or(0.0, |place| values[place]);
-    let followers = equations.system.followers.len();
+    // Integrals of states and what drivers integrate begin at zero.
+    let others = equations.states.len() + equations.system.followers.len();
     initial.first_positions = equations.coordinates.iter().map(|own| of(&own.name.position)).collect();
-    initial.first_positions.extend(std::iter::repeat_n(0.0, followers));
+    initial.first_positions.extend(std::iter::repeat_n(0.0, others));
     initial.first_rates = vec![0.0; initial.first_positions.len()];
 }
 
@@ -113,7 +114,8 @@ impl Start {
     /// Where the search for the initial state begins, in the coordinates of these equations.
     pub fn begin(&self, equations: &Equations, initial: &mut Initial) {
         let coordinates = self.coordinates(equations);
-        let all = || coordinates.iter().chain(&self.followers);
+        let states = vec![[0.0; 2]; equations.states.len()];
+        let all = || coordinates.iter().chain(&states).chain(&self.followers);
         initial.first_positions = all().map(|[position, _]| *position).collect();
         initial.first_rates = all().map(|[_, rate]| *rate).collect();
     }

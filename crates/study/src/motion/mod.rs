@@ -128,12 +128,22 @@ impl Drive {
     }
 }
 
+/// What states are in a pose depends on the way there: figures of a turn or stroke cannot say what acts.
+fn without_states(mechanism: &Mechanism) -> Result<(), MotionError> {
+    let Some(state) = mechanism.states.first() else { return Ok(()) };
+    Err(MotionError::Request(format!(
+        "what the state `{}` is in a pose depends on the way there, so that no turn or stroke tells what acts: use `simulate`, or a scene without `[states]` and what uses them",
+        state.name
+    )))
+}
+
 /// Moves a scene through one turn or stroke of its input, and says what there is to say.
 ///
 /// # Errors
 /// Faults of the scene, a request that does not fit it, a motion that cannot be found.
 pub fn study(scene: &Scene, request: &Request) -> Result<Figures, MotionError> {
     let mechanism = scene.resolve()?.mechanism;
+    without_states(&mechanism)?;
     let input @ (joint, motion) = input::driven(&mechanism, request.input.as_deref())?;
     let output = input::output(scene, &mechanism, input, request.output.as_deref())?;
     let Start { position: start, speed, scene } = input::start(scene, &mechanism, input)?;
