@@ -489,3 +489,80 @@ fn double_wishbone() {
     });
     check("double_wishbone", 2.0, &reference);
 }
+
+/// A motor with a controller on a four-bar: its current, and how far the crank is behind.
+#[test]
+fn motor_four_bar() {
+    let (resistance, inductance, constant, kp, ki, speed) = (0.9, 6e-3, 0.28, 1.2, 9.0, 8.0);
+    let (crank, coupler, rocker) = (0, 1, 2);
+    let system = System {
+        gravity: Vector2::new(0.0, -G),
+        bodies: vec![body(0.6, 0.004), body(0.9, 0.023), body(1.1, 0.016)],
+        joints: vec![
+            pin(fixed(0.0, 0.0), at(crank, -0.09, 0.0), 0.0),
+            pin(at(crank, 0.09, 0.0), at(coupler, -0.275, 0.0), 0.0),
+            pin(at(coupler, 0.275, 0.0), at(rocker, 0.21, 0.0), 0.0),
+            pin(fixed(0.5, 0.0), at(rocker, -0.21, 0.0), 0.02),
+        ],
+        ..System::default()
+    };
+    // Where the circles of coupler and rocker meet, above.
+    let knee = Vector2::new(0.5_f64.cos(), 0.5_f64.sin()) * 0.18;
+    let (to, foot) = (Vector2::new(0.5, 0.0) - knee, Vector2::new(0.5, 0.0));
+    let along = (0.55_f64.powi(2) - 0.42_f64.powi(2) + to.norm_squared()) / (2.0 * to.norm());
+    let across = (0.55_f64.powi(2) - along * along).sqrt();
+    let top = knee + to.normalize() * along + Vector2::new(-to.y, to.x).normalize() * across;
+    let place = |from: Vector2<f64>, to: Vector2<f64>| {
+        let (middle, way) = ((from + to) / 2.0, to - from);
+        [middle.x, middle.y, way.y.atan2(way.x)]
+    };
+    let q = [place(Vector2::zeros(), knee), place(knee, top), place(foot, top)].concat();
+    let voltage = move |y: &DVector<f64>| kp * (speed - y[11]) + ki * y[19];
+    let rate = move |y: &DVector<f64>| {
+        let now = State { q: y.rows(0, 9).into_owned(), v: y.rows(9, 9).into_owned() };
+        let torque = Load::Torque { between: [None, Some(crank)], value: constant * y[18] };
+        let a = System { loads: vec![torque], ..system.clone() }.solve(&now, 0.0).acceleration;
+        let states = [(voltage(y) - resistance * y[18] - constant * y[11]) / inductance, speed - y[11]];
+        DVector::from_iterator(20, now.v.iter().chain(a.iter()).copied().chain(states))
+    };
+    let reference = Reference {
+        start: DVector::from_vec(q).resize_vertically(20, 0.0),
+        rate: Box::new(rate),
+        outputs: Box::new(move |y| vec![y[2], y[11], y[18], y[19], voltage(y), constant * y[18]]),
+    };
+    check("motor_four_bar", 2.0, &reference);
+}
+
+/// A lever on two chambers of oil: its angle and rate, and both pressures; the time is counted, too.
+#[test]
+fn hydraulic_lever() {
+    let (cap_area, rod_area, bulk, [cap_volume, rod_volume]) = (7e-4, 4.5e-4, 1.1e9, [1.8e-4, 2.6e-4]);
+    let (supply, tank, valve, retracted, leakage): (f64, f64, f64, f64, f64) = (11e6, 1e5, 1.9e-8, 0.5, 2e-13);
+    let (mass, inertia, centre, eye, base) = (22.0, 2.4, 0.55, 0.45, Vector2::new(0.35, -0.35));
+    // The eye, the length of the cylinder, and how both change with the angle.
+    let cylinder = move |angle: f64| {
+        let way = Vector2::new(angle.cos(), angle.sin()) * eye - base;
+        let slope = way.dot(&(Vector2::new(-angle.sin(), angle.cos()) * eye)) / way.norm();
+        [way.norm(), slope]
+    };
+    let force = move |y: &DVector<f64>| y[2] * cap_area - y[3] * rod_area;
+    let opening = |time: f64| 0.5 * (4.0 * time).sin();
+    let rate = move |y: &DVector<f64>| {
+        let ([length, slope], open) = (cylinder(y[0]), opening(y[4]));
+        let (speed, stroke, leak) = (slope * y[1], length - retracted, leakage * (y[2] - y[3]));
+        let root = |high: f64, low: f64| valve * open * (high - low).sqrt();
+        let (into, out) =
+            if open > 0.0 { (root(supply, y[2]), root(y[3], tank)) } else { (root(y[2], tank), root(supply, y[3])) };
+        let turning = (force(y) * slope - mass * G * centre * y[0].cos()) / (inertia + mass * centre * centre);
+        let cap = bulk * (into - cap_area * speed - leak) / (cap_volume + cap_area * stroke);
+        let rod = bulk * (rod_area * speed - out + leak) / (rod_volume - rod_area * stroke);
+        DVector::from_vec(vec![y[1], turning, cap, rod, 1.0])
+    };
+    let outputs = move |y: &DVector<f64>| vec![y[0], y[1], y[2], y[3], opening(y[4]), cylinder(y[0])[0], force(y)];
+    let reference = Reference {
+        start: DVector::from_vec(vec![18_f64.to_radians(), 0.0, 1.6e6, 2e6, 0.0]),
+        rate: Box::new(rate),
+        outputs: Box::new(outputs),
+    };
+    check("hydraulic_lever", 3.0, &reference);
+}

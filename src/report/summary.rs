@@ -19,6 +19,8 @@ pub struct Summary {
     pub loads: Vec<String>,
     pub parameters: Vec<String>,
     pub inputs: Vec<String>,
+    /// Quantities whose rates are given.
+    pub states: Vec<String>,
     pub outputs: Vec<String>,
     pub mobility: usize,
     /// Does the motion follow from drivers and loops alone, without forces?
@@ -120,12 +122,13 @@ impl fmt::Display for Summary {
         writeln!(f, "{}{about}\n", self.name)?;
         list(f, "bodies", &self.bodies)?;
         self.write_joints(f)?;
-        let Summary { drivers, loads, parameters, inputs, outputs, .. } = self;
+        let Summary { drivers, loads, parameters, inputs, states, outputs, .. } = self;
         let lists = [
             ("drivers", drivers),
             ("loads", loads),
             ("parameters", parameters),
             ("inputs", inputs),
+            ("states", states),
             ("outputs", outputs),
         ];
         lists.into_iter().try_for_each(|(title, names)| list(f, title, names))?;

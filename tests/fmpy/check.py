@@ -31,6 +31,8 @@ LIMITS = {
     "trammel": 1e-7,
     "friction": 1e-7,
     "gas_strut": 1e-7,
+    "hydraulic_lever": 1e-6,
+    "motor_four_bar": 1e-7,
     "screw_lift": 1e-7,
     "metronome": 1e-7,
     "cam_follower": 1e-6,
