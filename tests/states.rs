@@ -77,6 +77,58 @@ fn a_motor_on_a_wheel_follows_its_closed_form_by_every_method() {
     }
 }
 
+/// The component is what its equations say, and a gear turns its rotor faster.
+#[test]
+fn a_dc_motor_is_a_torque_and_a_state() {
+    let values: [cotree::scene::Quantity; 3] = ["0.8 ohm".into(), "4 mH".into(), "0.05 N.m/A".into()];
+    let scene = |load: Load| {
+        Scene::new("motor")
+            .body("wheel", Body::new().mass(1.0).inertia(2e-3))
+            .joint("axle", Joint::revolute("ground", "wheel").damping(1e-3))
+            .input("voltage", "6 V")
+            .load("motor", load)
+            .initial("wheel.angle", 0.0)
+            .initial("wheel.omega", 10.0)
+            .with_every_output()
+    };
+    let motor = Load::dc_motor("ground", "wheel", "voltage", values.clone()).current("0.5 A");
+    let mut run = Run::new(&scene(motor));
+    for time in [0.0, 0.05, 1.0] {
+        let [current, omega] = motor_at(time);
+        run.to(time).check("motor.current", current);
+        run.check("wheel.omega", omega);
+        run.check("motor.torque", 0.05 * current);
+        run.check("energy.total", 0.5 * 2e-3 * omega * omega + 0.5 * 4e-3 * current * current);
+    }
+    let geared = Load::dc_motor("ground", "wheel", "voltage", [values[0].clone(), values[1].clone(), "0.025 N.m/A".into()]);
+    let mut run = Run::new(&scene(geared.ratio(2).current("0.5 A")));
+    let [current, omega] = motor_at(0.3);
+    run.to(0.3).check("motor.current", current);
+    run.check("wheel.omega", omega);
+}
+
+/// Seen in a mirror a motor turns the other way, at the same current.
+#[test]
+fn a_mirrored_motor_has_the_same_current() {
+    let folder = tempfile::tempdir().unwrap();
+    let start = MOTOR.find("[states]").unwrap();
+    let end = MOTOR.find("[bodies.wheel]").unwrap();
+    let law = "type  = \"torque\"\non    = \"wheel\"\nvalue = \"constant*current\"";
+    let component = "type = \"dc_motor\"\nbetween = [\"ground\", \"wheel\"]\nvoltage = \"voltage\"\nresistance = \"resistance\"\ninductance = \"inductance\"\nconstant = \"constant\"\ncurrent = \"0.5 A\"";
+    let text = format!("{}{}", &MOTOR[..start], &MOTOR[end..]).replace(law, component).replace("\"current\"]", "\"motor.current\"]");
+    std::fs::write(folder.path().join("motor.toml"), text).unwrap();
+    let whole = folder.path().join("both.toml");
+    std::fs::write(&whole, "name = \"both\"\n[parts]\nleft = { file = \"motor.toml\", mirror = true }\n").unwrap();
+    let program = sound(compile(&sound(Scene::read(&whole)))).program;
+    let mut run = Instance::new(Arc::new(Model::new(program).unwrap()));
+    run.setup(0.0, None, Some(1e-10)).unwrap();
+    run.initialise().unwrap();
+    run.step_to(0.05).unwrap();
+    let [current, omega] = motor_at(0.05);
+    assert!((value(&mut run, "left_motor.current") - current).abs() < 1e-8);
+    assert!((value(&mut run, "left_wheel.omega") + omega).abs() < 1e-8);
+}
+
 /// Communication points and saved states change no bit.
 #[test]
 fn runs_do_not_depend_on_who_asks_when() {

@@ -23,8 +23,9 @@ pub use schema::schema;
 use std::sync::Arc;
 
 use crate::diagnostic::Fault;
-use crate::model::{Dimension, Formula, Mechanism, Part, Quantity, Variable};
+use crate::model::{Dimension, Formula, Mechanism, Part, Quantity, State, Unit, Variable};
 use crate::network::{Rows, System};
+use crate::scene::constant;
 use crate::scene::key::Key;
 
 /// The variables `energy.x`.
@@ -104,6 +105,8 @@ pub struct Component {
     /// The energy that it stores \[J\], likewise, and as a text.
     pub energy: fn(&Part) -> Option<Formula>,
     pub stored: &'static str,
+    /// The states that it brings.
+    pub states: fn(&Part) -> Vec<OwnState>,
     /// Its share of a linear vibrating system; none if its law is to be taken as it is, an error if it can never be linear.
     pub linear: fn(&Part) -> Result<Option<Linear>, String>,
     /// What is wrong with it that only the whole mechanism shows.
@@ -140,6 +143,7 @@ impl Component {
             law: |_| None,
             energy: |_| None,
             stored: "",
+            states: |_| Vec::new(),
             linear: |_| Ok(None),
             check: |_, _| Vec::new(),
             profile: |_, _, _| None,
@@ -237,7 +241,41 @@ impl System {
     }
 }
 
+/// A state that a component brings: one of its variables.
+#[derive(Clone, Debug)]
+pub struct OwnState {
+    pub quantity: Quantity,
+    /// Its value at the start.
+    pub start: Formula,
+    pub rate: Formula,
+    /// Its usual size, SI, where its start says none.
+    pub nominal: f64,
+}
+
 impl Mechanism {
+    /// Adds the states that components bring.
+    pub(crate) fn add_own_states(&mut self) {
+        let parameters = self.parameter_values();
+        let of = |part: &Part| {
+            let state = |own: OwnState| {
+                let size = constant::evaluate(&own.start, &parameters).abs();
+                State {
+                    name: own.quantity.of(&part.name),
+                    description: format!("{} `{}`", own.quantity.words(), part.name),
+                    unit: Unit::of(&own.quantity.measure(), None),
+                    start: own.start,
+                    rate: own.rate,
+                    nominal: if size > 0.0 { size } else { own.nominal },
+                    variable: Some(Variable { owner: part.owner, quantity: own.quantity }),
+                    span: part.span,
+                }
+            };
+            (part.component().states)(part).into_iter().map(state).collect::<Vec<State>>()
+        };
+        let own: Vec<State> = self.parts().flat_map(of).collect();
+        self.states.extend(own);
+    }
+
     /// What is wrong with parts that only the whole mechanism shows.
     pub(crate) fn check(&self) -> Vec<Fault> {
         self.parts().flat_map(|part| (part.component().check)(part, self)).collect()

@@ -58,7 +58,7 @@ impl Equations {
                 self.of_angle(&angle, order)
             }
             Aspect::Along(axis, order) => self.of_point(place, axis, order),
-            Aspect::Slide(_) | Aspect::Length(_) | Aspect::PressureAngle | Aspect::Curvature => Expr::ZERO,
+            Aspect::Slide(_) | Aspect::Length(_) | Aspect::PressureAngle | Aspect::Curvature | Aspect::State => Expr::ZERO,
             Aspect::Effort(_) | Aspect::Whole(_) => Expr::ZERO,
         }
     }
@@ -125,9 +125,8 @@ impl Equations {
                 Effort::Torque => self.joint_torque(id),
                 Effort::Power => self.power(id),
             },
-            Aspect::Along(..) | Aspect::Length(_) | Aspect::PressureAngle | Aspect::Curvature | Aspect::Whole(_) => {
-                Expr::ZERO
-            }
+            Aspect::Along(..) | Aspect::Length(_) | Aspect::PressureAngle | Aspect::Curvature => Expr::ZERO,
+            Aspect::State | Aspect::Whole(_) => Expr::ZERO,
         }
     }
 
@@ -156,7 +155,7 @@ impl Equations {
                 arena.multiply(lever, reaction)
             }
             Aspect::Angle(Order::Velocity | Order::Acceleration) | Aspect::Along(..) | Aspect::Slide(_) => Expr::ZERO,
-            Aspect::Length(_) | Aspect::Whole(_) => Expr::ZERO,
+            Aspect::Length(_) | Aspect::State | Aspect::Whole(_) => Expr::ZERO,
             Aspect::Effort(Effort::X | Effort::Y | Effort::Tangential | Effort::Force | Effort::Power) => Expr::ZERO,
         }
     }
@@ -292,6 +291,11 @@ impl Equations {
                 Effort::Power => self.power(id),
                 Effort::Normal | Effort::Tangential => Expr::ZERO,
             },
+            Aspect::State => {
+                let variable = Some(Variable { owner: Owner::Load(load), quantity });
+                let place = self.system.mechanism.states.iter().position(|state| state.variable == variable);
+                place.map_or(Expr::ZERO, |index| self.system.arena.symbol(Symbol::State(index, Order::Position)))
+            }
             Aspect::Slide(_) | Aspect::PressureAngle | Aspect::Curvature | Aspect::Whole(_) => Expr::ZERO,
         }
     }

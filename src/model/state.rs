@@ -1,6 +1,6 @@
 //! States beside those of the motion: currents, pressures, temperatures, integrals of controllers.
 
-use super::{Formula, Unit};
+use super::{Formula, Unit, Variable};
 use crate::diagnostic::Span;
 
 /// A quantity z whose rate is given: z' = g(q, v, z, u, t). Joined to Eq. (22) of McPhee 1998, whose {Q} may depend on it.
@@ -18,6 +18,8 @@ pub struct State {
     pub rate: Formula,
     /// Its usual size, SI: tolerances are relative to it.
     pub nominal: f64,
+    /// What it is of a component that brings it, such as the current of a motor.
+    pub variable: Option<Variable>,
     /// Where it stands in the file.
     pub span: Span,
 }

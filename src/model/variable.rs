@@ -51,6 +51,9 @@ pub enum Quantity {
     Acceleration,
     PressureAngle,
     Curvature,
+    Current,
+    CapPressure,
+    RodPressure,
     KineticEnergy,
     PotentialEnergy,
     TotalEnergy,
@@ -67,6 +70,7 @@ pub enum Class {
     Velocity,
     Acceleration,
     Effort,
+    State,
     System,
 }
 
@@ -77,7 +81,7 @@ pub enum Axis {
     Y,
 }
 
-/// What a quantity is of its owner: a motion with its order in time, a property of a contact, an effort, or a property of the whole mechanism.
+/// What a quantity is of its owner: a motion with its order in time, a property of a contact, an effort, a state, or a property of the whole mechanism.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Aspect {
     /// The motion of a point along an axis.
@@ -90,6 +94,8 @@ pub enum Aspect {
     PressureAngle,
     Curvature,
     Effort(Effort),
+    /// A state that the owner brings.
+    State,
     Whole(Whole),
 }
 
@@ -136,6 +142,7 @@ impl Quantity {
             Acceleration => Aspect::Length(Order::Acceleration),
             PressureAngle => Aspect::PressureAngle,
             Curvature => Aspect::Curvature,
+            Current | CapPressure | RodPressure => Aspect::State,
             Fx => Aspect::Effort(Effort::X),
             Fy => Aspect::Effort(Effort::Y),
             Fn => Aspect::Effort(Effort::Normal),
@@ -157,7 +164,8 @@ impl Quantity {
             Aspect::Along(_, order) | Aspect::Angle(order) | Aspect::Slide(order) | Aspect::Length(order) => {
                 Some(order)
             }
-            Aspect::PressureAngle | Aspect::Curvature | Aspect::Effort(_) | Aspect::Whole(_) => None,
+            Aspect::PressureAngle | Aspect::Curvature => None,
+            Aspect::Effort(_) | Aspect::State | Aspect::Whole(_) => None,
         }
     }
 
@@ -194,6 +202,9 @@ impl Quantity {
             Quantity::Acceleration => ("acceleration", "acceleration of length of", ACCELERATION, Class::Acceleration),
             PressureAngle => ("pressure_angle", "pressure angle of", ANGLE, Position),
             Curvature => ("curvature", "curvature of the profile of", CURVATURE, Position),
+            Current => ("current", "current of", CURRENT, State),
+            CapPressure => ("cap_pressure", "pressure behind the piston of", PRESSURE, State),
+            RodPressure => ("rod_pressure", "pressure around the rod of", PRESSURE, State),
             KineticEnergy => ("kinetic", "kinetic energy", ENERGY, System),
             PotentialEnergy => ("potential", "potential energy", ENERGY, System),
             TotalEnergy => ("total", "total energy", ENERGY, System),

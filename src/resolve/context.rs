@@ -358,7 +358,8 @@ impl Resolver<'_> {
 fn refusal(variable: Variable, site: Site<'_>, called: &str) -> Option<(&'static str, String, &'static str)> {
     let what = site.what;
     let refused = match (site.context, variable.quantity.class()) {
-        (Context::Law(_) | Context::Rate, Class::Position | Class::Velocity) | (Context::Output, _) => return None,
+        (Context::Law(_) | Context::Rate, Class::Position | Class::Velocity | Class::State)
+        | (Context::Output, _) => return None,
         (Context::Law(own), _) if variable.owner == Owner::Load(own) => {
             let message = format!("{what} depends on itself: {called}");
             return Some(("scene::cycle", message, "a load may use positions and velocities of the scene"));

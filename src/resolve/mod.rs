@@ -123,6 +123,7 @@ impl Scene {
             units: Units::default(),
             display,
         };
+        mechanism.add_own_states();
         mechanism.units = mechanism.display.clone().before(&resolver.written_in);
         resolver.islands(&mechanism.bodies);
         if !resolver.faults.has_errors() {

@@ -41,6 +41,7 @@ impl Resolver<'_> {
             start: formula,
             rate: super::UNKNOWN,
             nominal,
+            variable: None,
             span: state.name.span,
         }
     }

@@ -6,7 +6,9 @@ mod belt;
 mod bushing;
 mod cam;
 mod constant_force;
+mod cylinder;
 mod damper;
+mod dc_motor;
 mod displacement_driver;
 mod distance;
 mod force;
@@ -57,4 +59,6 @@ pub(crate) const ALL: &[&Component] = &[
     &constant_force::CONSTANT_FORCE,
     &torsion_damper::TORSION_DAMPER,
     &bushing::BUSHING,
+    &dc_motor::DC_MOTOR,
+    &cylinder::CYLINDER,
 ];
