@@ -251,6 +251,7 @@ fn vibration(
         time: point.time(),
         resting,
         coordinates: formulated.lowered.program.coordinates.iter().map(|own| own.name.clone()).collect(),
+        states: formulated.equations.states.len(),
         modes: modes(formulated, &system)?,
     })
 }

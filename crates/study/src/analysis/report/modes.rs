@@ -17,7 +17,10 @@ pub struct Vibration {
     pub time: f64,
     /// At rest, or frozen in its motion?
     pub resting: bool,
+    /// Names of the coordinates, then of the states of the scene.
     pub coordinates: Vec<String>,
+    /// How many of them are states: their sizes are others.
+    pub states: usize,
     pub modes: Vec<Mode>,
 }
 
@@ -61,7 +64,13 @@ impl Vibration {
 
     fn shapes(&self) -> Table {
         let modes: Vec<String> = (1..=self.modes.len()).map(|mode| format!("mode {mode}")).collect();
-        Table::matrix("shape (SI)", &self.coordinates, &modes, |row, mode| part(self.modes[mode].shape[row]))
+        // Where all are coordinates, one is the largest.
+        let largest = |row: usize| match self.states {
+            0 => 1.0,
+            _ => self.modes.iter().map(|mode| mode.shape[row].norm()).fold(0.0, f64::max),
+        };
+        let value = |row: usize, mode: usize| part(self.modes[mode].shape[row], STILL * largest(row));
+        Table::matrix("shape (SI)", &self.coordinates, &modes, value)
     }
 }
 
@@ -77,10 +86,10 @@ pub(super) fn ratio(mode: &Mode) -> Cell {
 }
 
 /// Amplitude with its sign if all move in step, otherwise amplitude and phase.
-fn part(value: nalgebra::Complex<f64>) -> Cell {
-    match value.im.abs() > STILL * value.re.abs().max(STILL) && value.norm() > STILL {
-        true => line![plain(value.norm(), 1e-13), format!(" /_ {:.1} deg", value.arg().to_degrees())],
-        false => plain(value.re, STILL),
+fn part(value: nalgebra::Complex<f64>, still: f64) -> Cell {
+    match value.im.abs() > STILL * value.re.abs().max(still) && value.norm() > still {
+        true => line![plain(value.norm(), 1e-4 * still), format!(" /_ {:.1} deg", value.arg().to_degrees())],
+        false => plain(value.re, still),
     }
 }
 
