@@ -1,6 +1,6 @@
 //! From a scene to its program, its description and its FMU.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::path::Path;
 
 use cotree_fmu::program::Program;
@@ -18,7 +18,7 @@ use crate::formulate::{Formulated, formulate, lacking, undetermined};
 use crate::model::Unit;
 use crate::report::figures::summarise;
 use crate::report::summary::Summary;
-use crate::scene::{Fault, Faults, Reading, Scene, Source, Span, Text, read};
+use crate::scene::{Asked, Fault, Faults, Reading, Scene, Source, Span, Text, read};
 
 /// A scene, compiled.
 #[derive(Clone, Debug)]
@@ -46,7 +46,15 @@ pub fn compile(scene: &Scene) -> Result<Compiled, Faults> {
 /// # Errors
 /// Everything that is wrong with the scene.
 pub fn compile_with_equations(scene: &Scene) -> Result<(Compiled, Formulated), Faults> {
-    let mut resolved = scene.resolve()?;
+    compile_asking(scene, &Asked::Own)
+}
+
+/// As [`compile_with_equations`], with the outputs that are asked for.
+///
+/// # Errors
+/// Everything that is wrong with the scene; an output that it does not have.
+pub fn compile_asking(scene: &Scene, asked: &Asked) -> Result<(Compiled, Formulated), Faults> {
+    let mut resolved = scene.resolve_asking(asked)?;
     let mut formulated = formulate(&resolved.mechanism).map_err(|errors| resolved.refused(scene, errors))?;
     resolved.warnings.append(&mut formulated.warnings);
     let mut program = formulated.lowered.program.clone();
@@ -63,27 +71,30 @@ pub fn compile_with_equations(scene: &Scene) -> Result<(Compiled, Formulated), F
     Ok((compiled, formulated))
 }
 
-/// The scene with every variable that can be computed among its outputs, and warnings that say which cannot, and why.
+/// The names of all outputs of a scene and of every variable that can be computed, and warnings that say which cannot, and why.
 ///
 /// # Errors
 /// Everything that is wrong with the scene.
-pub fn with_everything(scene: &Scene) -> Result<(Scene, Vec<Fault>), Faults> {
-    let mut whole = scene.with_every_output();
-    let mechanism = whole.resolve()?.mechanism;
+pub fn everything(scene: &Scene) -> Result<(Vec<String>, Vec<Fault>), Faults> {
+    let mechanism = scene.resolve_asking(&Asked::Everything)?.mechanism;
+    let is_own = |name: &str| scene.outputs.variables.iter().any(|own| own.text == name);
     let lacking = lacking(&mechanism).map_err(|list| Faults::new(scene.source.clone(), list))?;
     let mut left_out: BTreeMap<(usize, Property), Vec<&str>> = BTreeMap::new();
     for (output, body, property) in lacking {
-        if !scene.outputs.variables.iter().any(|asked| asked.text == output.name) {
-            whole.outputs.variables.retain(|variable| variable.text != output.name);
+        if !is_own(&output.name) {
             left_out.entry((body, property)).or_default().push(&output.name);
         }
     }
     let undetermined = undetermined(&mechanism).map_err(|list| Faults::new(scene.source.clone(), list))?;
-    for name in undetermined.into_iter().map(|variable| mechanism.variable_name(variable)) {
-        if !scene.outputs.variables.iter().any(|asked| asked.text == name) {
-            whole.outputs.variables.retain(|variable| variable.text != name);
-        }
-    }
+    let undetermined: Vec<String> = undetermined
+        .into_iter()
+        .map(|variable| mechanism.variable_name(variable))
+        .filter(|name| !is_own(name))
+        .collect();
+    let missing: HashSet<&str> =
+        left_out.values().flatten().copied().chain(undetermined.iter().map(String::as_str)).collect();
+    let names = mechanism.outputs.iter().map(|output| output.name.as_str()).filter(|name| !missing.contains(name));
+    let names = names.map(str::to_owned).collect();
     let warnings = left_out.iter().map(|(&(body, property), names)| {
         let key = if property == Property::Mass { "mass" } else { "inertia" };
         let owner = &mechanism.bodies[body];
@@ -97,7 +108,7 @@ pub fn with_everything(scene: &Scene) -> Result<(Scene, Vec<Fault>), Faults> {
             .help(format!("add `{key} = ...` to `[bodies.{}]` if you want them", owner.name))
     });
     let warnings = warnings.collect();
-    Ok((whole, warnings))
+    Ok((names, warnings))
 }
 
 /// A name for these very bytes: their 128-bit FNV-1a hash, written as a GUID.

@@ -9,6 +9,7 @@ use std::path::Path;
 use command::{code, cotree, stderr, stdout};
 use cotree::Scene;
 use cotree::report::csv::Table;
+use cotree::scene::Asked;
 use cotree_study::analysis::Study;
 use cotree_study::fit::{Ended, Fit, Request, Trial, Vary, fit, fit_watched};
 
@@ -95,8 +96,8 @@ fn request(table: Table, vary: &[&str]) -> Request {
 
 fn fitted(request: &Request) -> Fit {
     let scene = Scene::from_toml(SCENE).unwrap();
-    let scene = scene.reporting(request.table.names().iter().map(String::as_str));
-    fit(&mut Study::new(&scene).unwrap(), request).unwrap()
+    let asked = Asked::these(request.table.names());
+    fit(&mut Study::asking(&scene, &asked).unwrap(), request).unwrap()
 }
 
 /// Of 3 times 40 intervals that hold the truth in 95 of 100 cases 114 do so, give or take 2.4: the noise is the same every time.
@@ -128,7 +129,7 @@ fn truth_is_within_its_limits_as_often_as_they_say() {
 fn errors_and_correlations_are_those_of_linear_least_squares() {
     let times: Vec<f64> = (0..40).map(|index| 0.01 + 0.05 * f64::from(index)).collect();
     let scene = Scene::from_toml(SCENE).unwrap();
-    let mut study = Study::new(&scene.reporting(["block.x"])).unwrap();
+    let mut study = Study::asking(&scene, &Asked::these(["block.x"])).unwrap();
     let unit: Vec<f64> = {
         let found = study.sensitivities(&["block.x".to_owned()], &times).unwrap();
         found.derivatives.iter().map(|row| row[(0, 0)]).collect()
@@ -385,7 +386,7 @@ step = 0.5
 fn a_search_that_is_stopped_keeps_the_best_values() {
     let scene = Scene::from_toml(SCENE).unwrap();
     let request = request(measured(3), &["stiffness", "damping"]);
-    let mut study = Study::new(&scene.reporting(request.table.names().iter().map(String::as_str))).unwrap();
+    let mut study = Study::asking(&scene, &Asked::these(request.table.names())).unwrap();
     let (mut best, mut lengths) = (Vec::new(), Vec::new());
     let found = fit_watched(&mut study, &request, &mut |trial: Trial| {
         if trial.is_accepted {

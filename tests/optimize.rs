@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use command::{code, cotree, stderr, stdout};
 use cotree::Scene;
 use cotree::report::csv::Table;
+use cotree::scene::Asked;
 use cotree_study::analysis::Study;
 use cotree_study::fit::Vary;
 use cotree_study::optimize::{Aim, Best, Ended, OptimizeError, Progress, Request, optimize};
@@ -118,8 +119,8 @@ fn least(goal: &str) -> Aim {
 
 fn watched(scene: &str, request: &Request, watch: &(dyn Fn(Progress) -> bool + Sync)) -> Result<Best, OptimizeError> {
     let scene = Scene::from_toml(scene).unwrap();
-    let reporting = scene.reporting(request.variables().iter().map(String::as_str));
-    optimize(&scene, &mut Study::new(&reporting).unwrap(), request, watch)
+    let mut study = Study::asking(&scene, &Asked::these(request.variables())).unwrap();
+    optimize(&scene, &mut study, request, watch)
 }
 
 fn best(scene: &str, request: &Request) -> Best {

@@ -6,7 +6,8 @@ use std::collections::HashMap;
 
 use cotree::compile;
 use cotree::formulate::formulate;
-use cotree::scene::Scene;
+use cotree::run::Results;
+use cotree::scene::{Asked, Scene};
 use cotree_text::Prose;
 use cotree_text::Written;
 use cotree_text::written::{self, Notation};
@@ -103,13 +104,19 @@ fn solve(json: &Value, names: &HashMap<String, f64>) -> Vec<f64> {
     matrix.lu().solve(&right).expect("a regular pose").iter().copied().collect()
 }
 
+/// A run with every variable that can be computed.
+fn with_everything(scene: &Scene) -> Results {
+    let (names, _) = compile::everything(scene).unwrap();
+    let (compiled, _) = compile::compile_asking(scene, &Asked::Also(names)).unwrap();
+    compiled.simulate().unwrap()
+}
+
 /// Compares with the runtime at instants of a run; returns how many reactions there were.
 fn agrees(name: &str, json: &str, stop: f64) -> usize {
     let json: Value = serde_json::from_str(json).unwrap();
     let mut scene = model(name);
     scene.experiment.stop = Some(format!("{stop} s").as_str().into());
-    let (scene, _) = compile::with_everything(&scene).unwrap();
-    let results = scene.simulate().unwrap();
+    let results = with_everything(&scene);
     let column = |own: &str| &results.column(own).unwrap_or_else(|| panic!("{own}")).values;
     let rows = results.times().len();
     let mut compared = 0;
@@ -233,8 +240,7 @@ fn reduced_equations_move_as_all_equations_do() {
             let independent: Vec<&str> =
                 json["independent"].as_array().unwrap().iter().map(|own| own.as_str().unwrap()).collect();
             assert_eq!(independent.len(), freedoms, "{name}");
-            let (whole, _) = compile::with_everything(&scene).unwrap();
-            let results = whole.simulate().unwrap();
+            let results = with_everything(&scene);
             let equations = json["equations"].as_object().unwrap();
             let rows = results.times().len();
             for row in [0, rows / 2, rows - 1] {

@@ -8,7 +8,8 @@ use cotree::diagnostic::every;
 use cotree::export::FmiVersion;
 use cotree::report::csv::Table;
 use cotree::report::statistics::Accumulator;
-use cotree::scene::{EditError, Text};
+use cotree::compile::compile_asking;
+use cotree::scene::{Asked, EditError};
 use cotree::run::{Ended, Ensemble, Measure, Run, points};
 use cotree::{Compiled, Scene};
 use cotree_fmu::instance::Instance;
@@ -376,14 +377,12 @@ impl Core {
         settings: Vec<(String, Value)>,
         inputs: Option<Columns>,
     ) -> PyResult<String> {
-        let mut scene = self.reporting(of);
-        for (name, _) in &levels {
-            let known = scene.outputs.expressions.iter().any(|own| own.name.text == *name);
-            if !known && !scene.outputs.variables.iter().any(|own| own.text == *name) {
-                scene.outputs.variables.push(Text::from(name.as_str()));
-            }
-        }
-        let mut study = self.study_of(scene, &settings, inputs)?;
+        let crossed = levels.iter().map(|(name, _)| name.clone());
+        let asked = match of.filter(|names| !names.is_empty()) {
+            Some(names) => Asked::these(names.into_iter().chain(crossed)),
+            None => Asked::also(crossed),
+        };
+        let mut study = self.study_of(&asked, &settings, inputs)?;
         let level = |(name, value): &(String, Value)| {
             let unit = study.output_unit(name).cloned().unwrap_or_default();
             let value = value.read(&unit).map_err(|message| wrong(format!("crossing: {name}: {message}")))?;
@@ -411,14 +410,14 @@ impl Core {
         inputs: Option<Columns>,
     ) -> PyResult<String> {
         let (at, names, columns) = measured;
-        let scene = self.scene.reporting(names.iter().map(String::as_str));
+        let asked = Asked::these(&names);
         let table = Table::with_gaps(names, at, columns).map_err(|message| wrong(format!("measured: {message}")))?;
         let vary = vary
             .into_iter()
             .map(|(name, low, high)| Vary { name, bounds: [low, high].map(|own| own.map(|value| value.to_string())) });
         let deviations = deviations.into_iter().map(|(name, value)| (name, value.to_string())).collect();
         let request = Request { table, vary: vary.collect(), deviations };
-        let mut study = self.study_of(scene, &settings, inputs)?;
+        let mut study = self.study_of(&asked, &settings, inputs)?;
         study.set_experiment(times.experiment(study.experiment())?);
         let found = interruptible(py, || fit(&mut study, &request))?.map_err(|error| match error {
             FitError::Study(error) => study_error(error, &settings),
@@ -499,20 +498,12 @@ impl Core {
 
     /// The scene with these outputs and with what is known at its start.
     fn scene_of(&self, variant: &Variant) -> Scene {
-        let scene = self.reporting(Some(variant.outputs.clone()));
-        variant.known.iter().fold(scene, |scene, name| scene.initial(name, 0.0))
-    }
-
-    /// The scene; with these outputs in place of its own, if any are given.
-    fn reporting(&self, outputs: Option<Vec<String>>) -> Scene {
-        match outputs.filter(|names| !names.is_empty()) {
-            Some(names) => self.scene.reporting(names.iter().map(String::as_str)),
-            None => self.scene.clone(),
-        }
+        variant.known.iter().fold(self.scene.clone(), |scene, name| scene.initial(name, 0.0))
     }
 
     fn compile(&self, variant: &Variant) -> PyResult<Ready> {
-        let compiled = cotree::compile(&self.scene_of(variant)).map_err(|faults| scene_error(&faults))?;
+        let compiled = compile_asking(&self.scene_of(variant), &asked(Some(variant.outputs.clone())));
+        let (compiled, _) = compiled.map_err(|faults| scene_error(&faults))?;
         let model = Model::new(compiled.program.clone()).map_err(|error| RunError::new_err(error.to_string()))?;
         Ok(Ready { compiled, model: Arc::new(model), spare: Mutex::default() })
     }
@@ -523,15 +514,15 @@ impl Core {
         settings: &[(String, Value)],
         inputs: Option<Columns>,
     ) -> PyResult<Study> {
-        self.study_of(self.reporting(outputs), settings, inputs)
+        self.study_of(&asked(outputs), settings, inputs)
     }
 
-    fn study_of(&self, scene: Scene, settings: &[(String, Value)], inputs: Option<Columns>) -> PyResult<Study> {
+    fn study_of(&self, asked: &Asked, settings: &[(String, Value)], inputs: Option<Columns>) -> PyResult<Study> {
         let scene = self
             .known(settings.iter().map(|(name, _)| name))
             .iter()
-            .fold(scene, |scene, name| scene.initial(name, 0.0));
-        let mut study = Study::new(&scene).map_err(|faults| scene_error(&faults))?;
+            .fold(self.scene.clone(), |scene, name| scene.initial(name, 0.0));
+        let mut study = Study::asking(&scene, asked).map_err(|faults| scene_error(&faults))?;
         let wrongs = settings.iter().map(|(name, value)| {
             study.set(name, |unit| value.read(unit)).map_err(|message| format!("{name}: {message}"))
         });
@@ -653,6 +644,11 @@ fn warn_of<C>(py: Python<'_>, ended: &[(C, Ended)]) -> PyResult<()> {
     let Some(first) = found.next() else { return Ok(()) };
     let of = if ended.len() > 1 { format!("{} of {} runs: ", 1 + found.count(), ended.len()) } else { String::new() };
     warn(py, &of, first)
+}
+
+/// These outputs in place of those of the scene, if any are given.
+fn asked(outputs: Option<Vec<String>>) -> Asked {
+    outputs.filter(|names| !names.is_empty()).map_or(Asked::Own, Asked::These)
 }
 
 /// As arrays: the outputs (time, output), and their derivatives (time, output, parameter).

@@ -3,11 +3,11 @@
 //! A fault does not stop the work: a formula that cannot be resolved stands as "not a number" in the unfinished
 //! mechanism, which is not returned, and checks of its value pass.
 
+mod asked;
 mod bodies;
 mod calculated;
 mod context;
 mod efforts;
-mod everything;
 mod formulas;
 mod initial;
 mod islands;
@@ -40,6 +40,7 @@ use crate::diagnostic::suggest;
 use crate::model::{
     Bound, Dimension, Exponents, Formula, InputId, Mechanism, Owner, Place, StateId, Units, Variable,
 };
+use crate::scene::Asked;
 use crate::scene::model::Within;
 use crate::scene::{Resolved, Scene};
 
@@ -65,7 +66,7 @@ impl Scene {
         if faults.has_errors() {
             // What a missing part has is not known.
             if complete {
-                scene.resolve_into(&mut faults);
+                scene.resolve_into(&Asked::Own, &mut faults);
             }
             return Err(faults.into_faults(scene.source));
         }
@@ -78,8 +79,16 @@ impl Scene {
     /// # Errors
     /// All of them.
     pub fn resolve(&self) -> Result<Resolved, Faults> {
+        self.resolve_asking(&Asked::Own)
+    }
+
+    /// As [`Scene::resolve`], with the outputs that are asked for.
+    ///
+    /// # Errors
+    /// All faults; an output that there is not among them.
+    pub fn resolve_asking(&self, asked: &Asked) -> Result<Resolved, Faults> {
         let mut faults = Sink::default();
-        let mechanism = self.resolve_into(&mut faults);
+        let mechanism = self.resolve_into(asked, &mut faults);
         if faults.has_errors() {
             return Err(faults.into_faults(self.source.clone()));
         }
@@ -87,7 +96,7 @@ impl Scene {
     }
 
     /// The mechanism as far as it can be resolved; complete if there are no errors.
-    fn resolve_into(&self, faults: &mut Sink) -> Mechanism {
+    fn resolve_into(&self, asked: &Asked, faults: &mut Sink) -> Mechanism {
         let names = Names::collect(self, faults);
         let mut resolver = Resolver::new(self, names, faults);
         resolver.name();
@@ -114,7 +123,7 @@ impl Scene {
             states: resolver.states(states),
             initial: resolver.initial(),
             begins: resolver.begins(),
-            outputs: resolver.outputs(),
+            outputs: resolver.outputs(asked),
             experiment: resolver.experiment(),
             solver: resolver.solver(),
             coordinates: resolver.coordinates(),
@@ -127,7 +136,8 @@ impl Scene {
         mechanism.units = mechanism.display.clone().before(&resolver.written_in);
         resolver.islands(&mechanism.bodies);
         if !resolver.faults.has_errors() {
-            if !resolver.scene.outputs.chosen {
+            // What only the outputs of the scene use is of use, whatever else is asked for.
+            if !matches!(asked, Asked::These(_)) {
                 resolver.unused();
             }
             mechanism.check().into_iter().for_each(|fault| resolver.faults.push(fault));

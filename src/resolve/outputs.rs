@@ -11,21 +11,22 @@ use crate::diagnostic::span::{Span, Text};
 use crate::model::measure::ANYTHING;
 use crate::model::{Formula, Output, StateId, Unit};
 use crate::scene::dimension::Known;
-use crate::scene::model;
 use crate::scene::quantity::Quantity;
+use crate::scene::{Asked, model};
 
 impl Resolver<'_> {
-    pub(super) fn outputs(&mut self) -> Vec<Output> {
+    pub(super) fn outputs(&mut self, asked: &Asked) -> Vec<Output> {
         let scene = self.scene;
+        let (variables, expressions) = scene.asked(asked);
         let mut seen = HashSet::new();
         let mut outputs = Vec::new();
-        for name in &scene.outputs.variables {
+        for name in &variables {
             outputs.extend(self.variable_output(name));
             if !seen.insert(&name.text) {
                 self.duplicate_output(format!("output `{}` is listed twice", name.text), name.span);
             }
         }
-        for output in &scene.outputs.expressions {
+        for output in expressions {
             let name = &output.name;
             check_identifier(name, "output", self.faults);
             if let Some(named) = self.names.get(&name.text) {

@@ -38,26 +38,6 @@ impl Scene {
         }
     }
 
-    /// The same scene with these outputs in place of its own: variables, or expressions that it names.
-    pub fn reporting<'n>(&self, names: impl IntoIterator<Item = &'n str>) -> Scene {
-        let mut scene = self.clone();
-        let known = std::mem::take(&mut scene.outputs);
-        scene.outputs.chosen = true;
-        for name in names {
-            let expression = known.expressions.iter().find(|own| own.name.text == name);
-            // Where the scene names a variable, a fault is shown there.
-            let named = || known.variables.iter().find(|own| own.text == name).cloned();
-            match expression {
-                Some(own) if !scene.outputs.expressions.contains(own) => scene.outputs.expressions.push(own.clone()),
-                None if !scene.outputs.variables.iter().any(|own| own.text == name) => {
-                    scene.outputs.variables.push(named().unwrap_or_else(|| Text::from(name)));
-                }
-                _ => {}
-            }
-        }
-        scene
-    }
-
     /// One line about the scene.
     #[must_use]
     pub fn description(mut self, text: &str) -> Scene {

@@ -3,6 +3,7 @@
 //! A [`Scene`] is read from TOML or JSON, or built in Rust; [`Scene::resolve`] turns it into a
 //! [`Mechanism`](crate::model::Mechanism). Whatever is wrong is collected and reported at once, as [`Faults`].
 
+mod asked;
 mod brackets;
 mod builder;
 pub mod constant;
@@ -22,6 +23,7 @@ pub(crate) mod tables;
 pub(crate) mod unit;
 
 pub use crate::diagnostic::{Fault, Faults, Severity, Source, Span, Text};
+pub use asked::Asked;
 pub use edit::{EditError, spliced};
 pub use model::{
     Coordinates, Experiment, Initial, Input, InputAs, Motion, Outputs, Parameter, Point, Scene, Signal, Solver, State, Vector,

@@ -251,8 +251,6 @@ pub struct Outputs {
     pub variables: Vec<Text>,
     /// Expressions that are reported under names of their own.
     pub expressions: Vec<Signal>,
-    /// Do they stand in place of the scene's own? Then something may be used that they do not need.
-    pub chosen: bool,
 }
 
 /// Default experiment; what is absent is start 0 s, stop 10 s after the start, a thousand steps, tolerance 1e-6.

@@ -334,13 +334,13 @@ fn name(parts: &[(&str, i32)]) -> String {
 /// The usual names of units that are not made of kilograms, metres and seconds for people.
 const NAMED: [(&str, Exponents); 18] = [
     ("N", Exponents::NEWTON),
-    ("N.m", TORQUE),
-    ("N.m/rad", TORQUE.over(Exponents::RADIAN)),
+    ("N.m", NEWTON_METRE),
+    ("N.m/rad", NEWTON_METRE.over(Exponents::RADIAN)),
     ("W", Exponents::WATT),
     ("N/m", Exponents::NEWTON.over(Exponents::METRE)),
     ("N.s/m", Exponents::NEWTON.times(Exponents::SECOND).over(Exponents::METRE)),
-    ("N.m.s", TORQUE.times(Exponents::SECOND)),
-    ("N.m.s/rad", TORQUE.times(Exponents::SECOND).over(Exponents::RADIAN)),
+    ("N.m.s", NEWTON_METRE.times(Exponents::SECOND)),
+    ("N.m.s/rad", NEWTON_METRE.times(Exponents::SECOND).over(Exponents::RADIAN)),
     ("V", Exponents::VOLT),
     ("V/s", Exponents::VOLT.over(Exponents::SECOND)),
     ("V.s/rad", Exponents::WEBER.over(Exponents::RADIAN)),
@@ -352,7 +352,7 @@ const NAMED: [(&str, Exponents); 18] = [
     ("C", Exponents::COULOMB),
     ("T", Exponents::TESLA),
 ];
-const TORQUE: Exponents = Exponents::JOULE;
+const NEWTON_METRE: Exponents = Exponents::JOULE;
 
 /// The unit with these exponents, by its usual name.
 pub(crate) fn from_exponents(exponents: Exponents) -> Unit {

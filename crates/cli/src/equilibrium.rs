@@ -4,7 +4,7 @@ use clap::Args;
 
 use super::MessageFormat;
 use super::failure::Failure;
-use super::study::Asked;
+use super::study::Arguments;
 
 /// Find where a mechanism rests: its pose, the reactions of all joints and drivers, and whether it is stable
 ///
@@ -16,7 +16,7 @@ use super::study::Asked;
                   cotree equilibrium four_bar.toml --sensitivity stall_torque")]
 pub struct Equilibrium {
     #[command(flatten)]
-    asked: Asked,
+    asked: Arguments,
     /// Instead, the outputs there and their derivatives with respect to a parameter or constant input; may be given several times
     #[arg(long, value_name = "NAME")]
     sensitivity: Vec<String>,

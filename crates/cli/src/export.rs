@@ -6,6 +6,7 @@ use clap::Args;
 use cotree::compile;
 use cotree::export::runtime::{self, PLATFORMS, Platform, Runtime, RuntimeError};
 use cotree::export::{ExportError, FmiVersion};
+use cotree::scene::Asked;
 use cotree_page::accuracy;
 use cotree_page::documentation::Page;
 use cotree_page::moving::Origin;
@@ -50,8 +51,8 @@ impl Export {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         let runtimes = self.runtimes().map_err(ExportError::from)?;
         let scene = output::load(&self.scene)?;
-        let (scene, left_out) = if self.all { compile::with_everything(&scene)? } else { (scene, Vec::new()) };
-        let (mut compiled, mut formulated) = compile::compile_with_equations(&scene)?;
+        let (more, left_out) = if self.all { compile::everything(&scene)? } else { Default::default() };
+        let (mut compiled, mut formulated) = compile::compile_asking(&scene, &Asked::Also(more))?;
         let overview = overview::overview(&mut formulated);
         compiled.warn(left_out);
         let accuracy = accuracy::of(&compiled);

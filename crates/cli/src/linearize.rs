@@ -6,7 +6,7 @@ use cotree::run as simulate;
 use cotree_study::analysis::At;
 
 use super::failure::Failure;
-use super::study::{self, Asked};
+use super::study::{self, Arguments};
 use super::{MessageFormat, output, times};
 
 /// More points than this are a mistake in `--step` or `--stop`.
@@ -25,7 +25,7 @@ const MOST_POINTS: u64 = 1_000_000;
                   cotree linearize four_bar.toml --along --step \"50 ms\" --csv -o matrices.csv")]
 pub struct Linearize {
     #[command(flatten)]
-    asked: Asked,
+    asked: Arguments,
     /// At this time of the motion [default: at its start]
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, conflicts_with_all = ["equilibrium", "along"])]
     at: Option<String>,

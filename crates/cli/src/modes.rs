@@ -4,7 +4,7 @@ use clap::Args;
 
 use super::MessageFormat;
 use super::failure::Failure;
-use super::study::{self, Asked};
+use super::study::{self, Arguments};
 
 /// Find how a mechanism vibrates: natural frequencies, damping ratios and mode shapes
 ///
@@ -17,7 +17,7 @@ use super::study::{self, Asked};
                   cotree modes four_bar.toml --sensitivity stall_torque")]
 pub struct Modes {
     #[command(flatten)]
-    asked: Asked,
+    asked: Arguments,
     /// At this time of the motion [default: at the equilibrium next to its start]
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     at: Option<String>,

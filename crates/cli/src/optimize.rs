@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
 use clap::{ArgGroup, Args};
-use cotree::scene::Scene;
+use cotree::scene::{Asked, Scene};
 use cotree_study::fit::{Vary, with_values};
 use cotree_study::motion;
 use cotree_study::optimize::{self, Aim, Best, Ended, Goal, Limit, OptimizeError, Progress, Request};
@@ -97,9 +97,8 @@ impl Optimize {
         let scene = output::load(&self.scene)?;
         let request = self.request(&scene)?;
         let units = self.units.of(&scene)?.units;
-        let variables = request.variables();
-        let reporting = scene.reporting(variables.iter().map(String::as_str));
-        let mut study = study::with_settings(&reporting, &self.settings).map_err(asked)?;
+        let wanted = Asked::these(request.variables());
+        let mut study = study::asking(&scene, &wanted, &self.settings).map_err(asked)?;
         study.set_experiment(self.times.experiment(study.experiment())?);
         let (stop, bar) = (stop::listen()?, bar(request.starts));
         let found = optimize::optimize(&scene, &mut study, &request, &|progress| {

@@ -8,7 +8,7 @@ use cotree::diagnostic::visible::visible;
 use cotree::files::{self, Draft};
 use cotree::report::csv::{Naming, Table, Writer};
 use cotree::run::Gaps;
-use cotree::scene::{Fault, Faults, Scene, Span};
+use cotree::scene::{Asked, Fault, Faults, Scene, Span};
 use cotree::sheet::SheetError;
 use cotree_draw::png::{self, Size};
 use cotree_fmu::instance::Inaccuracy;
@@ -257,7 +257,12 @@ fn unreadable(error: &io::Error) -> String {
 
 /// Compiles a scene; its warnings go to standard error.
 pub fn compile(scene: &Scene, format: MessageFormat) -> Result<Compiled, Failure> {
-    let compiled = compile::compile(scene)?;
+    compile_asking(scene, &Asked::Own, format)
+}
+
+/// As [`compile()`], with the outputs that are asked for.
+pub fn compile_asking(scene: &Scene, asked: &Asked, format: MessageFormat) -> Result<Compiled, Failure> {
+    let (compiled, _) = compile::compile_asking(scene, asked)?;
     warn(compiled.warnings.as_ref(), format);
     Ok(compiled)
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use cotree::compile;
 use cotree::report::data::Report;
-use cotree::scene::Scene;
+use cotree::scene::{Asked, Scene};
 use cotree::typeset::short;
 use cotree_study::analysis::{self, Study, StudyError};
 
@@ -16,7 +16,7 @@ use super::{MessageFormat, output};
 
 /// The scene, its settings, and the form of the result.
 #[derive(Args)]
-pub struct Asked {
+pub struct Arguments {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
     /// Set a parameter or an input, such as rod_length="1.2 m"; may be given several times
@@ -35,7 +35,7 @@ pub struct Asked {
     output: Option<PathBuf>,
 }
 
-impl Asked {
+impl Arguments {
     /// Reads the scene, applies the settings.
     pub fn open(&self) -> Result<Study, Failure> {
         output::apart(&[Some(&self.scene)], &[output::file(self.output.as_deref())])?;
@@ -79,7 +79,12 @@ pub fn time(option: &str, text: &str, start: f64) -> Result<f64, Failure> {
 
 /// A study of a scene with `name=value` of parameters and inputs.
 pub fn with_settings(scene: &Scene, settings: &[String]) -> Result<Study, Failure> {
-    let mut study = Study::new(scene)?;
+    asking(scene, &Asked::Own, settings)
+}
+
+/// As [`with_settings`], with the outputs that are asked for.
+pub fn asking(scene: &Scene, asked: &Asked, settings: &[String]) -> Result<Study, Failure> {
+    let mut study = Study::asking(scene, asked)?;
     let set = |setting: &String| set(&mut study, setting).map_err(|message| format!("--set {setting}: {message}"));
     Failure::every(settings.iter().map(set))?;
     Ok(study)

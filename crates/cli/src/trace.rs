@@ -8,7 +8,7 @@ use cotree::component::Profile;
 use cotree::diagnostic::suggest;
 use cotree::model::{Dimension, Quantity, Unit, Units};
 use cotree::run::RunError;
-use cotree::scene::{Scene, Text};
+use cotree::scene::{Asked, Scene};
 use cotree::typeset::{counted, titled};
 use cotree_draw::dxf;
 use cotree_page::film;
@@ -43,14 +43,12 @@ impl Trace {
         let file = output::file(self.output.as_deref());
         output::apart(&[Some(&self.scene)], &[file])?;
         output::is_table(file.filter(|path| !output::has_extension(path, "dxf")), " or `.dxf`")?;
-        let mut scene = output::load(&self.scene)?;
+        let scene = output::load(&self.scene)?;
         let shown = self.units.of(&scene)?;
         let mechanism = scene.resolve()?.mechanism;
         let cams = mechanism.profiles(&mechanism.parameter_values());
         let (cams, points) = self.asked(&scene, cams)?;
-        scene.outputs.variables = variables(&points).map(|name| Text::from(name.as_str())).collect();
-        scene.outputs.expressions.clear();
-        let compiled = output::compile(&scene, format)?;
+        let compiled = output::compile_asking(&scene, &Asked::these(variables(&points)), format)?;
         match file.filter(|path| output::has_extension(path, "dxf")) {
             Some(path) => curves(&compiled, (&points, &cams), path, format),
             None => match &cams[..] {

@@ -1,9 +1,9 @@
 //! From a scene to a film of it.
 
-use cotree::compile::{Compiled, compile_with_equations, with_everything};
+use cotree::compile::{Compiled, compile_asking, everything};
 use cotree::model::Dimension;
 use cotree::model::Quantity::{Angle, X, Y};
-use cotree::scene::{Faults, Scene};
+use cotree::scene::{Asked, Faults, Scene};
 use cotree_draw::drawing::{Drawing, Film};
 use cotree_draw::pose::{draw, frames};
 use cotree_fmu::instance::Inaccuracy;
@@ -37,8 +37,8 @@ pub struct Taken {
 /// # Errors
 /// Everything that is wrong with the scene.
 pub fn film(scene: &Scene, take: Take, most: u32) -> Result<(Compiled, Result<Taken, String>), Faults> {
-    let (whole, _) = with_everything(scene)?;
-    let (everything, mut formulated) = compile_with_equations(&whole)?;
+    let (names, _) = everything(scene)?;
+    let (everything, mut formulated) = compile_asking(scene, &Asked::Also(names))?;
     let (drawing, start) = (draw(&mut formulated), frames(&mut formulated));
     let experiment = everything.description.experiment;
     let duration = (experiment.stop - experiment.start) / take.speed;

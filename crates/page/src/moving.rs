@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use cotree::compile::{Compiled, compile_with_equations, with_everything};
+use cotree::compile::{Compiled, compile_asking, compile_with_equations, everything};
 use cotree::export::description::{Description, ScalarVariable, Start};
 use cotree::formulate::Formulated;
 use cotree::model::{Dimension, Experiment, Exponents, Place, Unit, Units};
-use cotree::scene::{Faults, Scene, Text};
+use cotree::scene::{Asked, Faults, Scene};
 use cotree_draw::drawing::Geometry;
 use cotree_draw::pose::{draw, frames, positions};
 use cotree_fmu::instance::{Inaccuracy, Instance, InstanceError};
@@ -85,17 +85,13 @@ pub fn documentation(scene: &Scene, compiled: &Compiled, origin: Origin) -> Resu
 
 /// The model and its motion, from the scene with every variable that can be computed; `command` is that which makes the page.
 fn moving(scene: &Scene, compiled: &Compiled, origin: Origin, command: &str) -> Result<Result<Live, String>, Faults> {
-    let (mut whole, _) = with_everything(scene)?;
+    let (mut names, _) = everything(scene)?;
     if scene.dimension == Dimension::Two {
         let ground =
             scene.ground.iter().flat_map(|point| ["x", "y"].map(|axis| format!("ground.{}.{axis}", point.name.text)));
-        let known: Vec<String> = whole.outputs.variables.iter().map(|variable| variable.text.clone()).collect();
-        whole
-            .outputs
-            .variables
-            .extend(ground.filter(|name| !known.contains(name)).map(|name| Text::from(name.as_str())));
+        names.extend(ground);
     }
-    let (everything, mut formulated) = compile_with_equations(&whole)?;
+    let (everything, mut formulated) = compile_asking(scene, &Asked::Also(names))?;
     let picture = picture(&mut formulated);
     let renew = format!("cotree {command} SCENE.toml --runtimes target/runtimes");
     Ok(assemble(compiled, &everything, picture, origin, renew))

@@ -3,12 +3,12 @@
 
 use std::sync::Arc;
 
-use cotree::compile::{Compiled, compile};
+use cotree::compile::{Compiled, compile_asking};
 use cotree::diagnostic::Fault;
 use cotree::model::{DisplayUnit, Mechanism, Part, Quantity, Units};
 use cotree::report::data::shown;
 use cotree::run::points;
-use cotree::scene::{Scene, Text};
+use cotree::scene::{Asked, Scene};
 use cotree::typeset::rounded;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
@@ -34,18 +34,17 @@ pub struct Contacts {
     pub unseen: Option<String>,
 }
 
-/// The scene that reports how its contacts are loaded, and nothing else; none if it has no contact.
-pub fn looked_at(scene: &Scene) -> Option<(Scene, Mechanism)> {
+/// What says how the contacts of a scene are loaded; none if it has no contact.
+pub fn asked(scene: &Scene) -> Option<(Asked, Mechanism)> {
     let mechanism = scene.resolve().ok()?.mechanism;
-    let mut looked = scene.clone();
-    looked.outputs.variables = mechanism.joints.iter().flat_map(forces).map(|name| Text::from(&*name)).collect();
-    looked.outputs.expressions.clear();
-    (!looked.outputs.variables.is_empty()).then_some((looked, mechanism))
+    let names: Vec<String> = mechanism.joints.iter().flat_map(forces).collect();
+    (!names.is_empty()).then_some((Asked::These(names), mechanism))
 }
 
 /// The motion of the scene's experiment, as far as little work goes; nothing if it has no start, which is told elsewhere.
 pub fn of_experiment(scene: &Scene) -> Contacts {
-    let seen = looked_at(scene).and_then(|(looked, mechanism)| Some((Seen::of(&compile(&looked).ok()?)?, mechanism)));
+    let seen = asked(scene)
+        .and_then(|(asked, mechanism)| Some((Seen::of(&compile_asking(scene, &asked).ok()?.0)?, mechanism)));
     let Some((seen, mechanism)) = seen else { return Contacts::default() };
     let column = |name: &str| seen.columns.iter().find(|(known, _)| known == name).map(|(_, values)| values.clone());
     let found = over_time(&mechanism, &mechanism.units, &seen.times, column);

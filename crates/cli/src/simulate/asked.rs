@@ -1,38 +1,34 @@
 //! Which variables are reported, and in which units.
 
 use cotree::compile::Compiled;
-use cotree::diagnostic::{Text, suggest};
-use cotree::scene::Scene;
+use cotree::diagnostic::suggest;
+use cotree::scene::{Asked, Scene};
 
 use super::super::failure::Failure;
 use super::Simulate;
 
-/// The scene with the variables that are asked for among its outputs.
-pub fn with_outputs(options: &Simulate, scene: Scene) -> Scene {
+/// The variables that are asked for beside the outputs of the scene.
+pub fn also(options: &Simulate) -> Asked {
+    Asked::also(named(options))
+}
+
+/// The variables of which derivatives are asked for, and those that are to cross a value: in place of the outputs of the scene, if there are any.
+pub fn derived(options: &Simulate, scene: &Scene) -> Asked {
+    let crossed = options.crossing.iter().filter_map(|text| text.split('=').next()).map(str::trim);
+    let names = named(options).chain(crossed);
+    let is_set = |name: &str| {
+        scene.parameters.iter().any(|own| own.name.text == name) || scene.inputs.iter().any(|own| own.name.text == name)
+    };
+    match options.variables.is_empty() {
+        true => Asked::also(names),
+        // Parameters and inputs are among the variables of every program.
+        false => Asked::these(names.filter(|name| !is_set(name))),
+    }
+}
+
+fn named(options: &Simulate) -> impl Iterator<Item = &str> {
     let names = options.variables.iter().chain(&options.x).chain(&options.y);
-    names.map(String::as_str).filter(|name| *name != "time").fold(scene, with_output)
-}
-
-/// The scene with the variables that are asked for instead of its outputs, if there are any.
-pub fn with_these_outputs(options: &Simulate, mut scene: Scene) -> Scene {
-    if !options.variables.is_empty() {
-        scene.outputs.variables.clear();
-        scene.outputs.chosen = true;
-        scene.outputs.expressions.retain(|own| options.variables.contains(&own.name.text));
-    }
-    with_outputs(options, scene)
-}
-
-/// The scene with a variable among its outputs.
-pub fn with_output(mut scene: Scene, name: &str) -> Scene {
-    let is_named = scene.outputs.variables.iter().any(|known| known.text == name)
-        || scene.outputs.expressions.iter().any(|known| known.name.text == name)
-        || scene.parameters.iter().any(|known| known.name.text == name)
-        || scene.inputs.iter().any(|known| known.name.text == name);
-    if !is_named {
-        scene.outputs.variables.push(Text::from(name));
-    }
-    scene
+    names.map(String::as_str).filter(|name| *name != "time")
 }
 
 /// What is reported: indices of variables of the description.

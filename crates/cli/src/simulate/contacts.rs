@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use cotree::compile::compile;
+use cotree::compile::compile_asking;
 use cotree::report::csv::Table;
 use cotree::scene::{Faults, Scene};
 use cotree_fmu::model::Model;
@@ -35,8 +35,8 @@ impl Simulate {
 
     /// None if there are none, or the run cannot be made with their forces: without masses there are none.
     fn contacts(&self, scene: &Scene, input: Option<&Table>, shown: &Shown) -> Option<Contacts> {
-        let (looked, mechanism) = contact::looked_at(scene)?;
-        let compiled = compile(&looked).ok()?;
+        let (asked, mechanism) = contact::asked(scene)?;
+        let (compiled, _) = compile_asking(scene, &asked).ok()?;
         let reported = compiled.reported();
         let names: Vec<&str> =
             reported.iter().map(|&index| compiled.description.variables[index].name.as_str()).collect();

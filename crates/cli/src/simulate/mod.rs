@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
-use cotree::compile::compile;
+use cotree::compile::compile_asking;
 use cotree::model::Units;
 use cotree::report::csv::Table;
 use cotree::run as simulate;
@@ -110,13 +110,14 @@ impl Simulate {
         output::is_table(self.file(), "; with --summary --json the figures are JSON")?;
         let mut scene = output::load(&self.scene)?;
         if !self.sensitivity.is_empty() {
-            return sensitivity::run(&self, scene, format);
+            return sensitivity::run(&self, &scene, format);
         }
         if self.from_equilibrium {
             scene = study::with_settings(&scene, &self.settings)?.resting(scene)?;
         }
-        let scene = study::adapted(asked::with_outputs(&self, scene), &self.settings);
-        let compiled = compile(&scene).map_err(|faults| output::unknown(faults, "the command line"))?;
+        let scene = study::adapted(scene, &self.settings);
+        let compiled = compile_asking(&scene, &asked::also(&self));
+        let (compiled, _) = compiled.map_err(|faults| output::unknown(faults, "the command line"))?;
         output::warn(compiled.warnings.as_ref(), format);
         let shown = self.units.of(&scene)?;
         let (chosen, units) = (self.columns.chosen()?, compiled.description.units());

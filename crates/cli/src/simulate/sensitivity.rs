@@ -13,10 +13,8 @@ use super::super::{MessageFormat, output, study};
 use super::{Simulate, asked};
 
 /// Writes a table with a column for each variable, and one for each derivative.
-pub fn run(options: &Simulate, scene: Scene, format: MessageFormat) -> Result<(), Failure> {
-    let crossed = options.crossing.iter().filter_map(|text| text.split('=').next()).map(str::trim);
-    let scene = crossed.fold(asked::with_these_outputs(options, scene), asked::with_output);
-    let mut study = study::with_settings(&scene, &options.settings)?;
+pub fn run(options: &Simulate, scene: &Scene, format: MessageFormat) -> Result<(), Failure> {
+    let mut study = study::asking(scene, &asked::derived(options, scene), &options.settings)?;
     let experiment = options.times.experiment(study.experiment())?;
     study.set_experiment(experiment);
     let times: Vec<f64> = points(experiment).collect();
@@ -37,7 +35,7 @@ pub fn run(options: &Simulate, scene: Scene, format: MessageFormat) -> Result<()
     output::finish(writer, options.file())?;
     let names = columns(&found, &Units::default());
     let names: Vec<&str> = names.iter().skip(1).map(|(name, _)| name.as_str()).collect();
-    output::warn_gaps(&scene, &gaps, &names, format);
+    output::warn_gaps(scene, &gaps, &names, format);
     Ok(())
 }
 

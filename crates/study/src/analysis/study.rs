@@ -7,7 +7,7 @@ use cotree::formulate::{Formulated, formulate_written, pattern};
 use cotree::model::{Experiment, Formula, Mechanism, Unit, Units};
 use cotree::report::csv::Table;
 use cotree::run::Gaps;
-use cotree::scene::{Fault, Faults, Scene, Source};
+use cotree::scene::{Asked, Fault, Faults, Scene, Source};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::{Model, State};
 use thiserror::Error;
@@ -49,7 +49,15 @@ impl Study {
     /// # Errors
     /// Everything that is wrong with it.
     pub fn new(scene: &Scene) -> Result<Self, Faults> {
-        let resolved = scene.resolve()?;
+        Study::asking(scene, &Asked::Own)
+    }
+
+    /// Resolves a scene, with the outputs that are asked for.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it; an output that it does not have.
+    pub fn asking(scene: &Scene, asked: &Asked) -> Result<Self, Faults> {
+        let resolved = scene.resolve_asking(asked)?;
         let driven = Driven::default();
         Ok(Study { mechanism: resolved.mechanism, driven, source: scene.source.clone(), warnings: resolved.warnings })
     }

@@ -374,7 +374,6 @@ pub fn size(mechanism: &Mechanism) -> f64 {
 pub fn change_points(scene: &Scene, mechanism: &Mechanism, drive: &Drive) -> Result<Vec<f64>, SimulateError> {
     let mut scene = driven(scene, mechanism, drive, drive.start, 1.0);
     scene.outputs.variables.clear();
-    scene.outputs.chosen = true;
     let model = Arc::new(Model::new(compile(&scene)?.program).map_err(RunError::from)?);
     let place = |time: f64| (drive.start + drive.pace() * time).rem_euclid(TAU);
     let turned = || {

@@ -153,7 +153,6 @@ fn only(scene: &Scene, name: &str) -> Scene {
     let mut scene = scene.clone();
     scene.outputs.expressions.retain(|own| own.name.text == name);
     scene.outputs.variables.clear();
-    scene.outputs.chosen = true;
     if scene.outputs.expressions.is_empty() {
         scene.outputs.variables.push(Text::from(name));
     }

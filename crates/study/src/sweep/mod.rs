@@ -11,12 +11,12 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-use cotree::compile::{Compiled, compile};
+use cotree::compile::{Compiled, compile_asking};
 use cotree::model::{DisplayUnit, Experiment, Units};
 use cotree::report::data::shown;
 use cotree::report::statistics::Accumulator;
 use cotree::run::{Ended, Ensemble, Measure, Run, RunError, Settings};
-use cotree::scene::{Faults, Scene};
+use cotree::scene::{Asked, Faults, Scene};
 use cotree::typeset::titled;
 use cotree_fmu::instance::Inaccuracy;
 use cotree_fmu::model::Model;
@@ -59,8 +59,8 @@ pub struct Inaccurate {
 /// # Errors
 /// Everything that is wrong with it; variables that it does not have.
 pub fn measured(scene: &Scene, measures: &[Measure]) -> Result<Compiled, Faults> {
-    let scene = scene.reporting(measures.iter().map(|measure| measure.variable.as_str()));
-    compile(&scene)
+    let asked = Asked::these(measures.iter().map(|measure| measure.variable.as_str()));
+    compile_asking(scene, &asked).map(|(compiled, _)| compiled)
 }
 
 impl Sweep {
