@@ -7,7 +7,8 @@ use cotree::compile::{Compiled, compile_with_equations, with_everything};
 use cotree::export::description::{Description, ScalarVariable, Start};
 use cotree::formulate::Formulated;
 use cotree::model::{Dimension, Experiment, Place, Unit, Units};
-use cotree::scene::{Faults, Scene, Text};
+use cotree::resolve::loosened::Loosened;
+use cotree::scene::{Faults, Scene, Span, Text};
 use cotree_draw::drawing::Geometry;
 use cotree_draw::pose::{draw, frames, positions};
 use cotree_fmu::instance::{Inaccuracy, Instance, InstanceError};
@@ -15,11 +16,14 @@ use cotree_fmu::model::Model as Runnable;
 
 use crate::accuracy;
 use crate::overview::{Overview, overview};
-use crate::page::{Display, GroundPoint, Live, Model, MotionSource, Page, Variable, point_names, prose};
+use crate::page::{
+    Display, Formula, GroundPoint, Law, Live, Model, MotionSource, Number, Page, Touch, Variable, Written, point_names,
+    prose,
+};
 
 /// A stored run has at most so many samples.
 const SAMPLES: f64 = 1000.0;
-/// The documentation of an FMU moves up to so many bodies: its page formulates the scene once more, with every variable.
+/// The documentation of an FMU moves up to so many bodies, and a page lets so many be touched: it formulates the scene once more, with every variable.
 const MOST_BODIES: usize = 100;
 /// What is recorded of bodies, joints and loads for the picture, by the last word of a variable's name.
 const SEEN: [&str; 10] = ["x", "y", "angle", "vx", "vy", "fx", "fy", "fn", "force", "torque"];
@@ -55,7 +59,11 @@ pub fn page(scene: &Scene, module: Option<Vec<u8>>) -> Result<(Compiled, Result<
         Origin::Solver(_) => accuracy::end(&compiled),
         Origin::Stored(_) => None,
     };
-    let live = moving(scene, &compiled, origin, "view")?;
+    let mut live = moving(scene, &compiled, origin, "view")?;
+    if let Ok(Live { model, motion: MotionSource::Solver { .. } }) = &mut live {
+        model.touch = touch(scene, &model.variables);
+        record_coordinates(model);
+    }
     let ends = ends.as_ref().or_else(|| live.as_ref().ok()?.model.cut.as_ref());
     accuracy::warn_of_end(&mut compiled, ends);
     let page = live.map(|live| Page {
@@ -85,6 +93,14 @@ pub fn documentation(scene: &Scene, compiled: &Compiled, origin: Origin) -> Resu
 
 /// The model and its motion, from the scene with every variable that can be computed; `command` is that which makes the page.
 fn moving(scene: &Scene, compiled: &Compiled, origin: Origin, command: &str) -> Result<Result<Live, String>, Faults> {
+    let (everything, mut formulated) = compile_with_equations(&with_places(scene)?)?;
+    let picture = picture(&mut formulated);
+    let renew = format!("cotree {command} SCENE.toml --runtimes target/runtimes");
+    Ok(assemble(compiled, &everything, picture, origin, renew))
+}
+
+/// The scene with every variable that can be computed, and the places of the ground's points.
+fn with_places(scene: &Scene) -> Result<Scene, Faults> {
     let (mut whole, _) = with_everything(scene)?;
     if scene.dimension == Dimension::Two {
         let ground =
@@ -95,10 +111,67 @@ fn moving(scene: &Scene, compiled: &Compiled, origin: Origin, command: &str) -> 
             .variables
             .extend(ground.filter(|name| !known.contains(name)).map(|name| Text::from(name.as_str())));
     }
-    let (everything, mut formulated) = compile_with_equations(&whole)?;
-    let picture = picture(&mut formulated);
-    let renew = format!("cotree {command} SCENE.toml --runtimes target/runtimes");
-    Ok(assemble(compiled, &everything, picture, origin, renew))
+    Ok(whole)
+}
+
+/// What can be touched; none if the scene is on a line, has no text or many bodies, or cannot be formulated with its numbers as parameters: some must be known
+/// beforehand.
+fn touch(scene: &Scene, known: &[Variable]) -> Option<Touch> {
+    let (file, text) = scene.source.files().next()?;
+    if scene.dimension == Dimension::One || text.is_empty() || scene.bodies.len() > MOST_BODIES {
+        return None;
+    }
+    let Loosened { scene: loose, numbers, laws, formulas } = scene.loosened();
+    let (everything, formulated) = compile_with_equations(&with_places(&loose).ok()?).ok()?;
+    let units = &formulated.equations.system.mechanism.display;
+    let place = |span: Span| {
+        let whole = span.whole(text);
+        [whole.start, whole.end]
+    };
+    let found = |name: &str| everything.description.variables.iter().find(|variable| variable.name == name);
+    let numbers = numbers.into_iter().filter_map(|own| {
+        let variable = variable(found(&own.parameter)?, units);
+        Some(Number { name: own.name, variable, place: place(own.span), bare: own.bare })
+    });
+    let laws = laws.into_iter().map(|own| Law {
+        angle: found(&own.parameter).is_some_and(|variable| variable.unit.si == "rad"),
+        driver: own.driver,
+        parameter: own.parameter,
+        output: own.output,
+        place: place(own.span),
+    });
+    let written = written(scene).into_iter().filter(|(_, span)| !span.is_nowhere() && span.end <= text.len());
+    let coordinates: Vec<String> = everything.program.coordinates.iter().map(|own| own.name.clone()).collect();
+    let is_known = |name: &String| known.iter().any(|variable| variable.name == *name);
+    coordinates.iter().all(is_known).then(|| Touch {
+        program: everything.program.to_bytes().unwrap_or_default(),
+        variables: everything.description.variables.iter().map(|variable| variable.name.clone()).collect(),
+        coordinates: coordinates.clone(),
+        numbers: numbers.collect(),
+        formulas: formulas
+            .into_iter()
+            .map(|own| Formula { name: own.name, text: own.text, output: own.output })
+            .collect(),
+        laws: laws.collect(),
+        written: written.map(|(name, span)| Written { name, place: place(span) }).collect(),
+        file: file.to_owned(),
+        text: text.to_owned(),
+    })
+}
+
+/// Where the values of the scene's own parameters, inputs and initial values are written.
+fn written(scene: &Scene) -> Vec<(String, Span)> {
+    let parameters = scene.parameters.iter().map(|own| (&own.name, own.value.span));
+    let inputs = scene.inputs.iter().filter_map(|own| Some((&own.name, own.start.as_ref()?.span)));
+    let initial = scene.initial.iter().map(|own| (&own.variable, own.value.span));
+    parameters.chain(inputs).chain(initial).map(|(name, span)| (name.text.clone(), span)).collect()
+}
+
+/// A body is pulled from the pose that is seen: a run has its coordinates.
+fn record_coordinates(model: &mut Model) {
+    let names = model.touch.iter().flat_map(|touch| &touch.coordinates);
+    let lacking: Vec<String> = names.filter(|name| !model.recorded.contains(name)).cloned().collect();
+    model.recorded.extend(lacking);
 }
 
 fn picture(formulated: &mut Formulated) -> Picture {
@@ -148,6 +221,7 @@ fn assemble(
         warning: None,
         renew,
         experiment: description.experiment.into(),
+        touch: None,
     };
     let motion = match origin {
         Origin::Solver(module) => {
