@@ -35,7 +35,7 @@ fn cost(system: &System, trees: &Trees) -> Option<f64> {
     }
     let state = &formulated.state;
     let (positions, followers) = (state.positions().to_vec(), state.follower_positions().to_vec());
-    let pose = Pose { time: state.time(), positions, followers };
+    let pose = Pose { time: state.time(), positions, followers, states: state.states().to_vec() };
     let equations = &mut formulated.equations;
     let system = MotionSystem::in_branch_coordinates(equations, formulated.lowered.program.length);
     let solver = system.factorise(equations, &pose).ok()?;

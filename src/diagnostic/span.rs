@@ -32,6 +32,16 @@ impl Span {
         if self.end - self.start == text.len() { Span::new(self.start + start, self.start + end) } else { self }
     }
 
+    /// The span of a text with its quotes.
+    pub fn whole(self, text: &str) -> Span {
+        let quote = |place: usize| text.as_bytes().get(place).copied().filter(|own| matches!(own, b'"' | b'\''));
+        let before = self.start.checked_sub(1).and_then(quote);
+        match before {
+            Some(own) if quote(self.end) == Some(own) => Span::new(self.start - 1, self.end + 1),
+            _ => self,
+        }
+    }
+
     /// The span in a text that begins so much further on.
     pub(crate) fn shifted(self, by: usize) -> Span {
         Span::new(self.start + by, self.end + by)

@@ -12,6 +12,7 @@ mod formulas;
 mod initial;
 mod islands;
 mod laws;
+pub mod loosened;
 mod names;
 mod order;
 mod outputs;

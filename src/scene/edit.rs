@@ -39,7 +39,7 @@ impl Scene {
         let mut places = Vec::new();
         for (name, value) in changes {
             let span = written(&tree, name).map_err(EditError::Name)?;
-            places.push((whole(text, span), value.clone()));
+            places.push((span.whole(text), value.clone()));
         }
         let twice = || EditError::Name("two of the names are the same value, or one is within another".to_owned());
         *text = spliced(text, places).ok_or_else(twice)?;
@@ -133,16 +133,6 @@ fn names(tree: &Node) -> Vec<String> {
         }
     }
     all
-}
-
-/// A text with its quotes.
-fn whole(text: &str, span: Span) -> Span {
-    let quote = |place: usize| text.as_bytes().get(place).copied().filter(|own| matches!(own, b'"' | b'\''));
-    let before = span.start.checked_sub(1).and_then(quote);
-    match before {
-        Some(own) if quote(span.end) == Some(own) => Span::new(span.start - 1, span.end + 1),
-        _ => span,
-    }
 }
 
 #[cfg(test)]

@@ -12,4 +12,4 @@ await until(() => state.run === state.first);
 set((+slider.min + +slider.max) / 2.2);
 await until(() => state.run !== state.first);
 const beside = state.run;
-return { worker: Boolean(state.beside), other: beside !== here, same: MODEL.recorded.every(name => here.columns.get(name).every((value, k) => Object.is(value, beside.columns.get(name)[k]))) };
+return { worker: Boolean(state.solver.beside), other: beside !== here, same: MODEL.recorded.every(name => here.columns.get(name).every((value, k) => Object.is(value, beside.columns.get(name)[k]))) };

@@ -257,6 +257,123 @@ fn a_force_that_follows_an_input_is_dragged_by_its_tip() {
     }
 }
 
+/// The first and the last values of the outputs, of a scene as the command runs it.
+fn ends_of(folder: &Path, text: &str) -> Vec<(String, [f64; 2])> {
+    fs::write(folder.join("scene.toml"), text).unwrap();
+    let output = cotree(folder, &["simulate", "scene.toml", "-o", "run.csv"]);
+    assert_eq!(code(&output), 0, "{}\n{text}", stderr(&output));
+    let table = fs::read_to_string(folder.join("run.csv")).unwrap();
+    let rows: Vec<Vec<&str>> = table.lines().map(|line| line.split(',').collect()).collect();
+    let [heads, first, .., last] = &rows[..] else { panic!("{table}") };
+    let value = |row: &[&str], column: usize| row[column].parse().unwrap();
+    heads.iter().enumerate().skip(1).map(|(k, head)| (head.to_string(), [value(first, k), value(last, k)])).collect()
+}
+
+/// The page and the command have the same motion, to the accuracy of the run: a number that is a parameter is calculated with in another order.
+fn assert_same_motion(folder: &Path, text: &str, of_page: &serde_json::Value) {
+    for (name, values) in ends_of(folder, text) {
+        for (k, value) in values.into_iter().enumerate() {
+            let own = of_page[&name][k].as_f64().unwrap_or_else(|| panic!("no {name}"));
+            assert!(
+                (own - value).abs() <= 1e-4 * (1e-2 + value.abs()),
+                "{name}, {k}: {own} in the page, {value}\n{text}"
+            );
+        }
+    }
+}
+
+/// Lines of a text that are not those of another with as many.
+fn other_lines<'t>(text: &'t str, original: &str) -> Vec<&'t str> {
+    assert_eq!(text.lines().count(), original.lines().count(), "{text}");
+    text.lines().zip(original.lines()).filter(|(own, known)| own != known).map(|(own, _)| own).collect()
+}
+
+/// A pull at a body along a path: from the place of its mass centre on.
+fn pulled(folder: &Path, name: &str, [body, other]: [&str; 2], path: &str) -> Option<serde_json::Value> {
+    let page = page(folder, &model(name), &runtimes()?);
+    let script = include_str!("pulls.js").replace("PATH(from)", &format!("({path})(from)"));
+    let script = script.replace("BODY", &format!("{body:?}")).replace("OTHER", &format!("{other:?}"));
+    let verdict = seen(&page, &script)?;
+    let number = |key: &str| verdict[key].as_f64().unwrap_or(f64::INFINITY);
+    eprintln!("{name}, {body}: {} pulls in {} pictures", verdict["steps"], verdict["pictures"]);
+    assert!(number("open") < 1e-9, "loops open, {name}: {verdict}");
+    assert!(number("leap") < 0.6, "a jump, {name}: {verdict}");
+    assert!(number("apart") < 1e-6, "the run starts elsewhere, {name}: {verdict}");
+    for what in ["renewed", "undone", "again"] {
+        assert_eq!(verdict[what], true, "{what}, {name}: {verdict}");
+    }
+    assert_same_motion(folder, verdict["text"].as_str().unwrap(), &verdict["outputs"]);
+    Some(verdict)
+}
+
+#[test]
+fn a_body_is_pulled_and_the_run_starts_where_it_is_left() {
+    let folder = tempfile::tempdir().unwrap();
+    let original = |name: &str| fs::read_to_string(model(name)).unwrap();
+    // Around with the crank: it turns as far as the pointer goes, and the one number that says so is another.
+    let around = "([x, y]) => Array.from({ length: 39 }, (_, k) => { const s = Math.sin(.15 * (k + 1)), c = Math.cos(.15 * (k + 1)); return [c * x - s * y, s * x + c * y]; })";
+    let Some(verdict) = pulled(folder.path(), "four_bar", ["crank", ""], around) else { return };
+    let turned = verdict["there"][2].as_f64().unwrap() - (60.0_f64.to_radians() + 39.0 * 0.15);
+    assert!(turned.abs() < 1e-6, "{verdict}");
+    let text = verdict["text"].as_str().unwrap();
+    let lines = other_lines(text, &original("four_bar"));
+    assert!(
+        matches!(lines[..], [line] if line.starts_with("\"crank.angle\"   = \"") && line.ends_with(" deg\"")),
+        "{lines:?}"
+    );
+    // A driver follows: what the pose adds to its law is written behind it.
+    let ring = "([x, y]) => Array.from({ length: 30 }, (_, k) => [x + .006 * Math.sin(.2 * k), y + .006 * (1 - Math.cos(.2 * k))])";
+    let verdict = pulled(folder.path(), "jansen", ["foot", ""], ring).unwrap();
+    let lines = other_lines(verdict["text"].as_str().unwrap(), &original("jansen"));
+    assert!(lines.iter().any(|line| line.starts_with("angle = \"2*pi*t ")), "{lines:?}");
+}
+
+#[test]
+fn a_pulled_body_stops_at_a_dead_point_and_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let left = "([x, y]) => Array.from({ length: 30 }, (_, k) => [x - .02 * (k + 1), y])";
+    let Some(verdict) = pulled(folder.path(), "four_bar", ["rocker", ""], left) else { return };
+    // Crank and coupler folded: 0.5 m - 0.2 m from pivot to pin, and the base of 0.5 m with the rocker of 0.4 m.
+    let limit = std::f64::consts::PI - 0.8_f64.acos();
+    assert!((verdict["there"][2].as_f64().unwrap() - limit).abs() < 1e-3, "{limit}: {verdict}");
+    assert!(verdict["told"].as_str().unwrap().starts_with("Dead point: rocker goes no farther"), "{verdict}");
+}
+
+#[test]
+fn of_several_freedoms_those_that_are_not_needed_stay() {
+    let folder = tempfile::tempdir().unwrap();
+    let swing = "([x, y]) => Array.from({ length: 20 }, (_, k) => [x + .02 * (k + 1), y])";
+    let Some(verdict) = pulled(folder.path(), "double_pendulum", ["upper", "lower"], swing) else { return };
+    assert_eq!(verdict["still"].as_f64(), Some(0.0), "{verdict}");
+    // Two drivers take the stick where the pointer is.
+    let down = "([x, y]) => Array.from({ length: 20 }, (_, k) => [x - .01 * (k + 1), y - .02 * (k + 1)])";
+    let verdict = pulled(folder.path(), "excavator", ["stick", ""], down).unwrap();
+    let start = verdict["there"].as_array().unwrap();
+    assert!(start.iter().all(|value| value.as_f64().unwrap().is_finite()), "{verdict}");
+    assert_eq!(verdict["told"], "", "{verdict}");
+}
+
+#[test]
+fn points_and_numbers_are_changed_undone_and_written_into_the_text() {
+    let Some(runtimes) = runtimes() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let page = page(folder.path(), &model("four_bar"), &runtimes);
+    let Some(verdict) = seen(&page, include_str!("changes.js")) else { return };
+    let said = verdict["said"].as_object().unwrap();
+    let failed: Vec<_> = said.iter().filter(|(_, done)| **done != true).collect();
+    assert!(failed.is_empty() && said.len() > 15, "{failed:?} {verdict}");
+    let original = fs::read_to_string(model("four_bar")).unwrap();
+    let lines = other_lines(verdict["text"].as_str().unwrap(), &original);
+    assert!(
+        matches!(lines[..], [base, pivot] if base.starts_with("base_length    = \"0.5") && pivot.starts_with("rocker_pivot = [\"base_length\", 0.0")),
+        "{lines:?}"
+    );
+    let written = verdict["written"].as_str().unwrap();
+    assert_eq!(other_lines(written, &original), ["rocker_pivot = [\"base_length\", -0.012]", "mass    = 0.9"]);
+    assert_same_motion(folder.path(), written, &verdict["columns"]);
+    assert_eq!(verdict["address"], "set=[[[\"ground.rocker_pivot.y\",-0.012],[\"rocker.mass\",0.9]]]");
+}
+
 #[test]
 fn a_long_run_is_solved_beside_the_page_with_the_same_bits() {
     let Some(runtimes) = runtimes() else { return };

@@ -7,7 +7,8 @@ use cotree::compile::{Compiled, compile_asking, compile_with_equations, everythi
 use cotree::export::description::{Description, ScalarVariable, Start};
 use cotree::formulate::Formulated;
 use cotree::model::{Dimension, Experiment, Exponents, Place, Unit, Units};
-use cotree::scene::{Asked, Faults, Scene};
+use cotree::resolve::loosened::Loosened;
+use cotree::scene::{Asked, Faults, Scene, Span};
 use cotree_draw::drawing::Geometry;
 use cotree_draw::pose::{draw, frames, positions};
 use cotree_fmu::instance::{Inaccuracy, Instance, InstanceError};
@@ -15,11 +16,14 @@ use cotree_fmu::model::Model as Runnable;
 
 use crate::accuracy;
 use crate::overview::{Overview, overview};
-use crate::page::{Display, GroundPoint, Live, Model, MotionSource, Page, Variable, point_names, prose};
+use crate::page::{
+    Display, Formula, GroundPoint, Law, Live, Model, MotionSource, Number, Page, Touch, Variable, Written, point_names,
+    prose,
+};
 
 /// A stored run has at most so many samples.
 const SAMPLES: f64 = 1000.0;
-/// The documentation of an FMU moves up to so many bodies: its page formulates the scene once more, with every variable.
+/// The documentation of an FMU moves up to so many bodies, and a page lets so many be touched: it formulates the scene once more, with every variable.
 const MOST_BODIES: usize = 100;
 /// What is recorded of bodies, joints and loads for the picture, by the last word of a variable's name.
 const SEEN: [&str; 10] = ["x", "y", "angle", "vx", "vy", "fx", "fy", "fn", "force", "torque"];
@@ -55,7 +59,11 @@ pub fn page(scene: &Scene, module: Option<Vec<u8>>) -> Result<(Compiled, Result<
         Origin::Solver(_) => accuracy::end(&compiled),
         Origin::Stored(_) => None,
     };
-    let live = moving(scene, &compiled, origin, "view")?;
+    let mut live = moving(scene, &compiled, origin, "view")?;
+    if let Ok(Live { model, motion: MotionSource::Solver { .. } }) = &mut live {
+        model.touch = touch(scene, &model.variables);
+        record_coordinates(model);
+    }
     let ends = ends.as_ref().or_else(|| live.as_ref().ok()?.model.cut.as_ref());
     accuracy::warn_of_end(&mut compiled, ends);
     let page = live.map(|live| Page {
@@ -85,16 +93,84 @@ pub fn documentation(scene: &Scene, compiled: &Compiled, origin: Origin) -> Resu
 
 /// The model and its motion, from the scene with every variable that can be computed; `command` is that which makes the page.
 fn moving(scene: &Scene, compiled: &Compiled, origin: Origin, command: &str) -> Result<Result<Live, String>, Faults> {
+    let (everything, mut formulated) = compile_asking(scene, &with_places(scene)?)?;
+    let picture = picture(&mut formulated);
+    let renew = format!("cotree {command} SCENE.toml --runtimes target/runtimes");
+    Ok(assemble(compiled, &everything, picture, origin, renew))
+}
+
+/// Every variable that can be computed, and the places of the ground's points.
+fn with_places(scene: &Scene) -> Result<Asked, Faults> {
     let (mut names, _) = everything(scene)?;
     if scene.dimension == Dimension::Two {
         let ground =
             scene.ground.iter().flat_map(|point| ["x", "y"].map(|axis| format!("ground.{}.{axis}", point.name.text)));
         names.extend(ground);
     }
-    let (everything, mut formulated) = compile_asking(scene, &Asked::Also(names))?;
-    let picture = picture(&mut formulated);
-    let renew = format!("cotree {command} SCENE.toml --runtimes target/runtimes");
-    Ok(assemble(compiled, &everything, picture, origin, renew))
+    Ok(Asked::Also(names))
+}
+
+/// What can be touched; none if the scene is on a line, has no text, many bodies or states of its own, or cannot be formulated with its numbers as parameters: some must be known
+/// beforehand.
+fn touch(scene: &Scene, known: &[Variable]) -> Option<Touch> {
+    let (file, text) = scene.source.files().next()?;
+    if scene.dimension == Dimension::One || text.is_empty() || scene.bodies.len() > MOST_BODIES {
+        return None;
+    }
+    let Loosened { scene: loose, numbers, laws, formulas } = scene.loosened();
+    let (everything, formulated) = compile_asking(&loose, &with_places(&loose).ok()?).ok()?;
+    if everything.program.states > 0 {
+        return None;
+    }
+    let units = &formulated.equations.system.mechanism.display;
+    let place = |span: Span| {
+        let whole = span.whole(text);
+        [whole.start, whole.end]
+    };
+    let found = |name: &str| everything.description.variables.iter().find(|variable| variable.name == name);
+    let numbers = numbers.into_iter().filter_map(|own| {
+        let variable = variable(found(&own.parameter)?, units);
+        Some(Number { name: own.name, variable, place: place(own.span), bare: own.bare })
+    });
+    let laws = laws.into_iter().map(|own| Law {
+        angle: found(&own.parameter).is_some_and(|variable| variable.unit.si == "rad"),
+        driver: own.driver,
+        parameter: own.parameter,
+        output: own.output,
+        place: place(own.span),
+    });
+    let written = written(scene).into_iter().filter(|(_, span)| !span.is_nowhere() && span.end <= text.len());
+    let coordinates: Vec<String> = everything.program.coordinates.iter().map(|own| own.name.clone()).collect();
+    let is_known = |name: &String| known.iter().any(|variable| variable.name == *name);
+    coordinates.iter().all(is_known).then(|| Touch {
+        program: everything.program.to_bytes().unwrap_or_default(),
+        variables: everything.description.variables.iter().map(|variable| variable.name.clone()).collect(),
+        coordinates: coordinates.clone(),
+        numbers: numbers.collect(),
+        formulas: formulas
+            .into_iter()
+            .map(|own| Formula { name: own.name, text: own.text, output: own.output })
+            .collect(),
+        laws: laws.collect(),
+        written: written.map(|(name, span)| Written { name, place: place(span) }).collect(),
+        file: file.to_owned(),
+        text: text.to_owned(),
+    })
+}
+
+/// Where the values of the scene's own parameters, inputs and initial values are written.
+fn written(scene: &Scene) -> Vec<(String, Span)> {
+    let parameters = scene.parameters.iter().map(|own| (&own.name, own.value.span));
+    let inputs = scene.inputs.iter().filter_map(|own| Some((&own.name, own.start.as_ref()?.span)));
+    let initial = scene.initial.iter().map(|own| (&own.variable, own.value.span));
+    parameters.chain(inputs).chain(initial).map(|(name, span)| (name.text.clone(), span)).collect()
+}
+
+/// A body is pulled from the pose that is seen: a run has its coordinates.
+fn record_coordinates(model: &mut Model) {
+    let names = model.touch.iter().flat_map(|touch| &touch.coordinates);
+    let lacking: Vec<String> = names.filter(|name| !model.recorded.contains(name)).cloned().collect();
+    model.recorded.extend(lacking);
 }
 
 fn picture(formulated: &mut Formulated) -> Picture {
@@ -144,6 +220,7 @@ fn assemble(
         warning: None,
         renew,
         experiment: description.experiment.into(),
+        touch: None,
     };
     let motion = match origin {
         Origin::Solver(module) => {

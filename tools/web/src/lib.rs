@@ -5,6 +5,9 @@
 
 #![deny(unsafe_op_in_unsafe_fn)]
 
+mod plane;
+mod pull;
+
 use std::cell::RefCell;
 use std::fmt::Display;
 use std::sync::Arc;
@@ -12,6 +15,7 @@ use std::sync::Arc;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::Program;
+use pull::Grip;
 
 thread_local! {
     static MESSAGE: RefCell<String> = const { RefCell::new(String::new()) };
@@ -155,6 +159,95 @@ pub unsafe extern "C" fn cotree_record(
         *value = instance.reading(variable as usize)?;
         Ok::<(), cotree_fmu::instance::InstanceError>(())
     }))
+}
+
+/// A body that is held in the pose of these coordinates, with the time, parameters and inputs that are set; or null. What is released are parameters and inputs, each
+/// followed by 1 if it is an angle; `body` are the places of its x, y and angle.
+///
+/// # Safety
+/// As for [`cotree_setup`]; the addresses lead to as many numbers as are counted: twice `released`, and three of the body.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn cotree_grip(
+    instance: *mut Instance,
+    positions: *const f64,
+    count: usize,
+    released: *const u32,
+    releases: usize,
+    body: *const u32,
+) -> *mut Grip {
+    // SAFETY: the caller says so, and `cotree_alloc` aligns.
+    let (instance, positions, released, body) = unsafe {
+        let positions = std::slice::from_raw_parts(positions, count);
+        let released = std::slice::from_raw_parts(released, 2 * releases);
+        (&mut *instance, positions, released, std::slice::from_raw_parts(body, 3))
+    };
+    let (pairs, _) = released.as_chunks::<2>();
+    let released: Vec<(usize, bool)> = pairs.iter().map(|&[place, angle]| (place as usize, angle == 1)).collect();
+    let body = [body[0] as usize, body[1] as usize, body[2] as usize];
+    match Grip::new(Arc::clone(instance.model()), instance.state(), positions, &released, body) {
+        Ok(grip) => Box::into_raw(Box::new(grip)),
+        Err(message) => {
+            code::<(), _>(Err(message));
+            std::ptr::null_mut()
+        }
+    }
+}
+
+/// Pulls a point of the body, in the body's axes, to a place. 0: it is there, or as near as its path comes; 1: it is on its way; 2: at a dead point; 3: where branches
+/// of the motion meet.
+///
+/// # Safety
+/// `grip` comes from [`cotree_grip`], and nobody else uses it now.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn cotree_pull(grip: *mut Grip, x: f64, y: f64, to_x: f64, to_y: f64) -> i32 {
+    // SAFETY: the caller says so.
+    unsafe { &mut *grip }.pull([x, y], [to_x, to_y]) as i32
+}
+
+/// Another time for the pose that is held.
+///
+/// # Safety
+/// As for [`cotree_pull`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn cotree_pull_time(grip: *mut Grip, time: f64) {
+    // SAFETY: the caller says so.
+    unsafe { &mut *grip }.set_time(time);
+}
+
+/// The values of so many variables in the pose that is held.
+///
+/// # Safety
+/// As for [`cotree_pull`] and [`cotree_record`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn cotree_pull_record(grip: *mut Grip, variables: *const u32, count: usize, values: *mut f64) {
+    // SAFETY: the caller says so, and `cotree_alloc` aligns.
+    let (grip, variables, values) = unsafe {
+        let variables = std::slice::from_raw_parts(variables, count);
+        (&mut *grip, variables, std::slice::from_raw_parts_mut(values, count))
+    };
+    grip.values(variables, values);
+}
+
+/// The next start is the pose that is held: it is followed from there to what is set meanwhile.
+///
+/// # Safety
+/// As for [`cotree_setup`] and [`cotree_pull`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn cotree_start_from(instance: *mut Instance, grip: *const Grip) -> i32 {
+    // SAFETY: the caller says so.
+    let (instance, grip) = unsafe { (&mut *instance, &*grip) };
+    let pose = grip.at_the_values_of(&instance.state());
+    code(instance.start_from(pose))
+}
+
+/// Lets go.
+///
+/// # Safety
+/// `grip` comes from [`cotree_grip`] and is not used any more.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn cotree_let_go(grip: *mut Grip) {
+    // SAFETY: this is the box that `cotree_grip` gave away.
+    drop(unsafe { Box::from_raw(grip) });
 }
 
 /// The message of the last failure, UTF-8; valid until the next call.

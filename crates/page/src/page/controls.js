@@ -50,7 +50,7 @@ function makeSpeeds() {
 
 /** What can be set, and between which values the slider goes. */
 function settable() {
-  const inputs = VARIABLES.filter(v => v.kind === "input"), parameters = VARIABLES.filter(v => v.kind === "parameter"), initial = VARIABLES.filter(v => v.initial);
+  const inputs = VARIABLES.filter(v => v.kind === "input"), parameters = VARIABLES.filter(v => v.kind === "parameter" && !v.loose), initial = VARIABLES.filter(v => v.initial);
   return [...inputs, ...parameters, ...initial].map(variable => ({ variable, index: INDEX.get(variable.name), start: variable.start, range: range(variable) }));
 }
 function range({ start, min, max, unit, initial }) {
@@ -60,51 +60,69 @@ function range({ start, min, max, unit, initial }) {
 }
 const knobs = [];
 function makeSliders() {
-  for (const { variable, index, start, range } of settable()) {
-    const box = document.createElement("div"), label = document.createElement("label"), typed = document.createElement("input"), output = document.createElement("output"), track = document.createElement("div"), input = document.createElement("input"), tick = document.createElement("i");
-    const { name, factor } = shown(variable), id = `set-${index}`;
-    box.className = "slider"; track.className = "track";
-    input.type = "range"; input.id = label.htmlFor = id; input.step = "any";
-    label.textContent = variable.kind === "output" || variable.initial ? `${variable.name} at the start` : variable.name.replaceAll("_", " ");
-    label.title = variable.text;
-    typed.className = "typed"; typed.inputMode = "decimal"; typed.autocomplete = "off"; typed.title = "Type a value, also beyond the slider";
-    typed.setAttribute("aria-label", `${label.textContent}${name ? ` in ${pretty(name)}` : ""}`);
-    output.textContent = pretty(name);
-    track.append(input, tick);
-    box.append(label, typed, output, track);
-    $("sliders").append(box);
-    const knob = { index, start, low: range[0], high: range[1], value: start, isInput: variable.kind === "input", moves: [], label };
-    knob.show = () => {
-      // An arrow that is dragged, or a value that is typed, may go further than the slider would.
-      knob.low = Math.min(knob.low, knob.value); knob.high = Math.max(knob.high, knob.value);
-      const part = value => (value - knob.low) / (knob.high - knob.low);
-      input.min = knob.low; input.max = knob.high;
-      tick.style.left = `calc(8px + (100% - 16px) * ${part(start)})`;
-      typed.value = three(knob.value / factor);
-      input.setAttribute("aria-valuetext", `${typed.value} ${pretty(name)}`.trim());
-      input.value = knob.value;
-      input.style.setProperty("--p", `${100 * part(knob.value)}%`);
-      box.classList.toggle("changed", knob.value !== start || knob.moves.length > 0);
-    };
-    const set = value => { turn(knob, value); knob.show(); askAgain(); };
-    input.addEventListener("input", () => set(+input.value));
-    // All digits, to be changed.
-    typed.addEventListener("focus", () => { typed.value = +(knob.value / factor).toPrecision(12); typed.select(); });
-    typed.addEventListener("blur", knob.show);
-    typed.addEventListener("keydown", event => { if (event.key === "Escape") typed.value = +(knob.value / factor).toPrecision(12); });
-    typed.addEventListener("change", () => {
-      const { value, fault } = read(typed.value, variable);
-      if (fault) { tell(`${label.textContent}: ${fault}`); knob.show(); return; }
-      if (value !== +(knob.value / factor).toPrecision(12) * factor) set(value);
-    });
-    knob.show();
-    knobs.push(knob);
+  for (const knob of settable()) makeSlider(knob, $("sliders"));
+  for (const { name, variable } of state.loose ? TOUCH.numbers : []) {
+    const { start } = variable;
+    makeSlider({ variable: { ...variable, name }, index: INDEX.get(variable.name), start, range: range(variable), loose: true }, $("loose-sliders"));
+  }
+  // What pulling adds to the laws of drivers has no slider: a pulled body has.
+  for (const { parameter, output } of state.loose ? TOUCH.laws : []) if (parameter !== output) {
+    knobs.push({ index: INDEX.get(parameter), name: parameter, title: parameter, start: 0, value: 0, isInput: false, loose: true, moves: [], show() {}, told: () => "" });
   }
 }
+function makeSlider({ variable, index, start, range, loose = false }, parent) {
+  const box = document.createElement("div"), label = document.createElement("label"), typed = document.createElement("input"), output = document.createElement("output"), track = document.createElement("div"), input = document.createElement("input"), tick = document.createElement("i");
+  const { name, factor } = shown(variable), id = `set-${index}`;
+  box.className = "slider"; track.className = "track";
+  input.type = "range"; input.id = label.htmlFor = id; input.step = "any";
+  label.textContent = variable.kind === "output" || variable.initial ? `${variable.name} at the start` : loose ? variable.name : variable.name.replaceAll("_", " ");
+  label.title = variable.text;
+  typed.className = "typed"; typed.inputMode = "decimal"; typed.autocomplete = "off"; typed.title = "Type a value, also beyond the slider";
+  typed.setAttribute("aria-label", `${label.textContent}${name ? ` in ${pretty(name)}` : ""}`);
+  output.textContent = pretty(name);
+  track.append(input, tick);
+  box.append(label, typed, output, track);
+  parent.append(box);
+  const knob = { index, name: VARIABLES[index].name, title: label.textContent, loose, start, low: range[0], high: range[1], value: start, isInput: variable.kind === "input", moves: [], label };
+  knob.show = () => {
+    // An arrow that is dragged, or a value that is typed, may go further than the slider would.
+    knob.low = Math.min(knob.low, knob.value); knob.high = Math.max(knob.high, knob.value);
+    const part = value => (value - knob.low) / (knob.high - knob.low);
+    input.min = knob.low; input.max = knob.high;
+    tick.style.left = `calc(8px + (100% - 16px) * ${part(start)})`;
+    typed.value = three(knob.value / factor);
+    input.setAttribute("aria-valuetext", `${typed.value} ${pretty(name)}`.trim());
+    input.value = knob.value;
+    input.style.setProperty("--p", `${100 * part(knob.value)}%`);
+    box.classList.toggle("changed", knob.value !== start || knob.moves.length > 0);
+  };
+  const set = value => { turn(knob, value); knob.show(); askAgain(); };
+  knob.told = () => `${three(knob.value / factor)} ${pretty(name)}`.trim();
+  knob.type = () => { if (loose) $("numbers").open = true; typed.focus(); };
+  input.addEventListener("input", () => set(+input.value));
+  input.addEventListener("change", () => commit(`${knob.title} ${knob.told()}`));
+  // All digits, to be changed.
+  typed.addEventListener("focus", () => { typed.value = +(knob.value / factor).toPrecision(12); typed.select(); });
+  typed.addEventListener("blur", knob.show);
+  typed.addEventListener("keydown", event => { if (event.key === "Escape") typed.value = +(knob.value / factor).toPrecision(12); });
+  typed.addEventListener("change", () => {
+    const { value, fault } = read(typed.value, variable);
+    if (fault) { tell(`${label.textContent}: ${fault}`); knob.show(); return; }
+    if (value !== +(knob.value / factor).toPrecision(12) * factor) { set(value); commit(`${knob.title} ${knob.told()}`); }
+  });
+  knob.show();
+  knobs.push(knob);
+}
+/** Units that may be typed instead of the one that is shown, by the SI unit. */
+const TYPED_UNITS = {
+  m: { m: 1, cm: .01, mm: .001, "µm": 1e-6, um: 1e-6, km: 1e3, in: .0254, ft: .3048 }, rad: { rad: 1, deg: Math.PI / 180, "°": Math.PI / 180 }, kg: { kg: 1, g: 1e-3, t: 1e3, lb: .45359237 },
+  N: { N: 1, kN: 1e3 }, "N.m": { "N.m": 1, "N·m": 1, "N.mm": 1e-3, "N·mm": 1e-3 }, "m/s": { "m/s": 1, "mm/s": 1e-3, "km/h": 1 / 3.6 }, "rad/s": { "rad/s": 1, "deg/s": Math.PI / 180, rpm: Math.PI / 30 }, "N/m": { "N/m": 1, "N/mm": 1e3 },
+};
 /** The value in SI units of what was typed in the unit that is shown, or what is wrong with it. */
 function read(text, variable) {
-  const { name, factor } = shown(variable), { min, max } = variable, unit = pretty(name), plain = text.trim().replaceAll("−", "-").replace(",", ".");
-  const number = (unit && plain.endsWith(unit) ? plain.slice(0, -unit.length) : plain).trim(), value = +number * factor, limit = bound => `${+(bound / factor).toPrecision(6)} ${unit}`.trim();
+  const { name, factor: own } = shown(variable), { min, max } = variable, unit = pretty(name), plain = text.trim().replaceAll("−", "-").replace(",", ".");
+  const others = TYPED_UNITS[variable.unit] ?? {}, [, written = plain, word = ""] = plain.match(/^(.*?[\d.])\s*([A-Za-z°µ"″].*)$/) ?? [];
+  const factor = word === "" || word === unit || word === name ? own : others[word], number = (factor === undefined ? plain : written).trim(), value = +number * (factor ?? own), limit = bound => `${+(bound / own).toPrecision(6)} ${unit}`.trim();
   if (number === "" || !Number.isFinite(value)) return { fault: `"${text}" is no number` };
   if (min !== null && value < min) return { fault: `at least ${limit(min)}` };
   if (max !== null && value > max) return { fault: `at most ${limit(max)}` };
@@ -115,7 +133,7 @@ function turn(knob, value) {
   knob.value = value;
   if (!knob.isInput || !transport.playing) { knob.moves = []; return; }
   knob.moves = knob.moves.filter(move => move.at < state.time);
-  knob.moves.push({ at: state.time, index: knob.index, value });
+  knob.moves.push({ at: state.time, name: knob.name, value });
 }
 let asked = false;
 function askAgain() {
@@ -127,16 +145,16 @@ const moves = () => knobs.flatMap(knob => knob.moves).sort((a, b) => a.at - b.at
 const settings = () => knobs.flatMap(knob => {
   const value = knob.moves.length ? knob.before ?? knob.start : knob.value;
   if (!knob.moves.length) knob.before = knob.value;
-  return value === knob.start ? [] : [[knob.index, value]];
+  return value === knob.start ? [] : [[knob.name, value]];
 });
 function resetSliders() {
-  for (const knob of knobs) { knob.value = knob.start; knob.before = undefined; knob.moves = []; knob.show(); }
-  solveAgain();
+  adopt({ values: [], pose: null });
+  commit("as in the scene");
 }
 
 /** The values that were found, as lines for the scene, and as options of the commands. */
 function foundLines() {
-  const found = knobs.filter(knob => knob.value !== knob.start).map(knob => ({ ...VARIABLES[knob.index], value: knob.value }));
+  const found = knobs.filter(knob => !knob.loose && knob.value !== knob.start).map(knob => ({ ...VARIABLES[knob.index], value: knob.value }));
   const written = ({ value, ...variable }) => { const { name, factor } = shown(variable), number = +(value / factor).toPrecision(12); return name ? `"${number} ${name}"` : `${number}`; };
   const table = (name, own, line) => own.length ? [`[${name}]`, ...own.map(line)] : [];
   const [inputs, parameters, initial] = [v => v.kind === "input", v => v.kind === "parameter", v => v.initial].map(is => found.filter(is));
@@ -206,7 +224,7 @@ function look() {
   surface.far = .72 * PIN < 2 * size;
   $("bodies").classList.toggle("far", surface.far);
   for (const path of [arrows, rates]) path.style.strokeWidth = `${1.6 * size}px`;
-  for (const grip of document.querySelectorAll(".grip")) { grip.setAttribute("r", round(8 * size)); grip.setAttribute("stroke-width", round(1.5 * size)); }
+  for (const grip of document.querySelectorAll("circle.grip")) { grip.setAttribute("r", round(8 * size)); grip.setAttribute("stroke-width", round(1.5 * size)); }
   paint();
 }
 function toggle(layer) {
@@ -225,8 +243,11 @@ const inScene = event => new DOMPoint(event.clientX, event.clientY).matrixTransf
 function listenToStage() {
   const stage = $("stage"), touches = new Map();
   stage.addEventListener("wheel", event => { event.preventDefault(); const { x, y } = inScene(event); zoom(Math.exp(event.deltaY * .0015), x, y); }, { passive: false });
-  let pressed = null, named = null;
-  stage.addEventListener("pointerdown", event => { pressed = event; if (!event.target.closest("button,.grip")) { touches.set(event.pointerId, event); stage.setPointerCapture(event.pointerId); stage.classList.add("dragging"); } });
+  let pressed = null, named = null, meant = null;
+  // One finger on a body pulls it; a second one moves the view.
+  const pulled = event => { const { x, y } = inScene(event); return state.loose && touching.mode === "pull" && touches.size === 1 ? owners.get(event.target.closest("#bodies > g")) ?? bodyNear([x, y], REACH[event.pointerType] ?? REACH.mouse) : null; };
+  const drop = keep => { meant = null; if (touching.hold) letGo(keep); };
+  stage.addEventListener("pointerdown", event => { pressed = event; if (!event.target.closest("button,.grip")) { touches.set(event.pointerId, event); stage.setPointerCapture(event.pointerId); stage.classList.add("dragging"); const body = pulled(event); if (touches.size > 1) drop(true); else if (body !== null) meant = { body, from: event }; } });
   stage.addEventListener("pointermove", event => {
     const old = touches.get(event.pointerId);
     if (!old) {
@@ -236,6 +257,9 @@ function listenToStage() {
       return;
     }
     touches.set(event.pointerId, event);
+    if (meant && Math.hypot(event.clientX - meant.from.clientX, event.clientY - meant.from.clientY) >= 4) { if (!hold(meant.body, inWorld(meant.from))) touches.delete(event.pointerId); meant = null; }
+    if (touching.hold) { pullTo(inWorld(event)); return; }
+    if (meant) return;
     if (touches.size === 2) {
       const other = [...touches.values()].find(touch => touch.pointerId !== event.pointerId), away = touch => Math.hypot(touch.clientX - other.clientX, touch.clientY - other.clientY);
       const { x, y } = inScene({ clientX: (event.clientX + other.clientX) / 2, clientY: (event.clientY + other.clientY) / 2 });
@@ -246,7 +270,7 @@ function listenToStage() {
     fitted = false;
     look();
   });
-  for (const name of ["pointerup", "pointercancel"]) stage.addEventListener(name, event => { touches.delete(event.pointerId); if (!touches.size) stage.classList.remove("dragging"); });
+  for (const name of ["pointerup", "pointercancel"]) stage.addEventListener(name, event => { touches.delete(event.pointerId); drop(name === "pointerup"); if (!touches.size) stage.classList.remove("dragging"); });
   stage.addEventListener("click", event => {
     const { x, y } = inScene(event), still = pressed && Math.hypot(event.clientX - pressed.clientX, event.clientY - pressed.clientY) < 4, joint = still && !event.target.closest("button,.grip") && jointAt([x, y]);
     if (joint) togglePath(joint.anchor);

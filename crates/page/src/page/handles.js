@@ -14,7 +14,7 @@ function makeHandles() {
   const before = forcesWith([]), answers = inputs.map(knob => {
     // Within its bounds, and large against the rounding of the force.
     const by = knob.high - knob.start > knob.start - knob.low ? knob.high - knob.start : knob.low - knob.start;
-    const after = before && by !== 0 && forcesWith([[knob.index, knob.start + by]]);
+    const after = before && by !== 0 && forcesWith([[knob.name, knob.start + by]]);
     return { knob, gains: after ? forces.map((_, k) => minus(after[k], before[k]).map(value => value / by)) : null };
   });
   state.run = shown;

@@ -23,6 +23,7 @@ function paint() {
   paintNames(size);
   if (layers.traces) paintPaths(at);
   paintSurface();
+  paintTouch();
   paintHeads();
   if (digits.due) paintLegends();
   paintAcross(at);
@@ -72,14 +73,16 @@ function tell(text, plain) {
 }
 
 function solveAgain() {
-  const set = settings(), list = moves(), values = knobs.map(knob => knob.value), changed = set.length > 0 || list.length > 0;
+  const set = settings(), list = moves(), values = knobs.map(knob => knob.value), pose = state.pose ?? null, changed = set.length > 0 || list.length > 0 || pose !== null;
   $("reset").disabled = $("copy").disabled = !changed;
-  ask(set, list, MODEL.recorded, run => {
+  const solver = solverNow();
+  ask(solver, [set, list, MODEL.recorded.filter(name => solver.index.has(name)), pose], run => {
     tell(run.error ?? run.warning);
     $("status").textContent = `${changed ? "dashed: before · " : ""}solved in ${run.ms.toFixed(run.ms < 10 ? 1 : 0)}\u202fms`;
     if (run.last < 0) return;
     knobs.forEach((knob, k) => { knob.solved = values[k]; });
     take(changed ? run : state.first);
+    dragAnswered();
   });
 }
 
@@ -94,7 +97,8 @@ function record(name) {
 async function begin() {
   const [program, code, stored] = await Promise.all([unpack("program"), unpack("solver"), unpack("run")]);
   if (code && program) {
-    Object.assign(state, { code, program, solver: await Solver.load(code, program) });
+    Object.assign(state, { code, pose: null, solver: await Solver.load(code, program, VARIABLES.map(({ name }) => name)) });
+    await makeTouchable();
     state.first = state.solver.solve([], [], MODEL.recorded);
     $("status").textContent = `solved in ${state.first.ms.toFixed(0)}\u202fms`;
   } else {
@@ -116,6 +120,7 @@ function open() {
   makeSpeeds();
   listenToButtons();
   if (state.solver) makeSliders();
+  listenToEdits();
   // Nothing to try: no panel for it.
   $("try").hidden = !knobs.length;
   document.querySelector("aside").classList.toggle("alone", !knobs.length);
@@ -131,6 +136,9 @@ function open() {
   fit();
   listenToStage();
   listenToKeys();
+  if (state.loose) listenToTouch();
+  const shared = new URLSearchParams(location.hash.slice(1)).get("set");
+  if (shared && state.solver) adoptAddress(shared);
   document.documentElement.dataset.ready = "yes";
   const asked = Number(new URLSearchParams(location.hash.slice(1)).get("t") ?? NaN);
   if (Number.isFinite(asked)) seek(asked);
@@ -139,16 +147,17 @@ function open() {
 
 /** What a reader has chosen, for the next page of a scene that is watched. */
 function keep() {
-  const values = knobs.filter(knob => knob.value !== knob.start).map(knob => [VARIABLES[knob.index].name, knob.value]);
-  return { time: state.time, playing: transport.playing, speed: transport.speed, view: fitted ? null : view, scale: S, layers, values };
+  const values = present().values;
+  return { time: state.time, playing: transport.playing, speed: transport.speed, view: fitted ? null : view, scale: S, layers, values, pose: state.pose ?? null };
 }
 /** Values of what is still there; the view in metres, for the new drawing may have another scale. */
 function restore(kept) {
   for (const [name, value] of kept.values) {
-    const knob = knobs.find(knob => knob.index === INDEX.get(name));
+    const knob = knobs.find(knob => knob.name === name);
     if (knob) { knob.value = value; knob.show(); }
   }
-  if (knobs.some(knob => knob.value !== knob.start)) solveAgain();
+  state.pose = kept.pose?.length === TOUCH?.coordinates.length ? kept.pose : null;
+  if (state.pose || changedKnobs().length) solveAgain();
   for (const layer in layers) if (kept.layers[layer] !== layers[layer]) toggle(layer);
   if (kept.view) { view = kept.view.map(length => length * S / kept.scale); fitted = false; look(); }
   setSpeed(kept.speed);

@@ -153,7 +153,7 @@ function paintTurn({ torque: read, at: anchor, group, arc, head }, at) {
   const torque = read(at), share = scales.torque > 0 ? Math.min(Math.abs(torque) / scales.torque, 1) : 0, r = 2.9 * PIN;
   const sweep = share * 4.7, sign = torque < 0 ? -1 : 1, point = (angle, radius) => [radius * Math.cos(angle), -radius * Math.sin(angle)];
   move(group, spot(anchor));
-  if (!layers.forces || sweep < .15) { draw(arc, ""); draw(head, ""); return; }
+  if (!layers.forces || !(sweep >= .15)) { draw(arc, ""); draw(head, ""); return; }
   const begin = -Math.PI / 2, end = begin + sign * sweep, [a, b] = [point(begin, r), point(end, r)];
   draw(arc, `M${a.map(round).join(" ")}A${r} ${r} 0 ${sweep > Math.PI ? 1 : 0} ${sign > 0 ? 0 : 1} ${b.map(round).join(" ")}`);
   const tip = point(end + sign * 2 * PIN / r, r);
@@ -217,7 +217,8 @@ function paintPaths(at) {
     const here = pixel(read(at)), back = state.run.times[k] - .35 * Math.min(1, STOP - START);
     let from = k;
     while (from > 0 && state.run.times[from - 1] > back) from--;
-    draw(tail, line([...points.slice(from, k + 1), here]));
+    // A pose that is pulled has no past.
+    draw(tail, touching.hold ? "" : line([...points.slice(from, k + 1), here]));
     dot.setAttribute("cx", round(here[0])); dot.setAttribute("cy", round(here[1]));
   }
 }

@@ -26,7 +26,7 @@ const UPLOT_STYLE: &str = include_str!("../../vendor/uplot/uPlot.min.css");
 /// Renews the page while its scene is watched.
 const LIVE: &str = include_str!("live.js");
 /// One scope, in this order.
-const SCRIPTS: [&str; 11] = [
+const SCRIPTS: [&str; 13] = [
     include_str!("data.js"),
     include_str!("solver.js"),
     include_str!("worker.js"),
@@ -36,6 +36,8 @@ const SCRIPTS: [&str; 11] = [
     include_str!("plots.js"),
     include_str!("controls.js"),
     include_str!("handles.js"),
+    include_str!("touch.js"),
+    include_str!("edit.js"),
     include_str!("main.js"),
     include_str!("start.js"),
 ];
@@ -93,6 +95,76 @@ pub struct Model {
     pub renew: String,
     /// Times and tolerance.
     pub experiment: Times,
+    /// What can be touched, where the solver is inside.
+    pub touch: Option<Touch>,
+}
+
+/// What can be touched: the program in which the numbers of the scene are parameters, and where they are written.
+#[derive(Clone, Debug, Serialize)]
+pub struct Touch {
+    /// The program; it goes beside the data.
+    #[serde(skip)]
+    pub program: Vec<u8>,
+    /// Its variables, in its order.
+    pub variables: Vec<String>,
+    /// Its coordinates.
+    pub coordinates: Vec<String>,
+    /// Plain numbers of the scene: they can be changed.
+    pub numbers: Vec<Number>,
+    /// Lengths that are written as expressions.
+    pub formulas: Vec<Formula>,
+    /// Laws of drivers: what pulls a body adds to them.
+    pub laws: Vec<Law>,
+    /// Where the values of parameters, inputs and initial values are written.
+    pub written: Vec<Written>,
+    /// The name of the scene's file and its text.
+    pub file: String,
+    pub text: String,
+}
+
+/// A plain number of the scene.
+#[derive(Clone, Debug, Serialize)]
+pub struct Number {
+    /// What it is of the scene.
+    pub name: String,
+    /// As a parameter.
+    pub variable: Variable,
+    /// Bytes of the text.
+    pub place: [usize; 2],
+    /// Is it written without a unit?
+    pub bare: bool,
+}
+
+/// A length that is written as an expression.
+#[derive(Clone, Debug, Serialize)]
+pub struct Formula {
+    /// What it is of the scene.
+    pub name: String,
+    pub text: String,
+    /// The variable that has its value.
+    pub output: String,
+}
+
+/// The law of a driver.
+#[derive(Clone, Debug, Serialize)]
+pub struct Law {
+    pub driver: String,
+    /// What is added to it; or the input that is the motion itself.
+    pub parameter: String,
+    /// Is it an angle?
+    pub angle: bool,
+    /// The variable that has its value.
+    pub output: String,
+    /// Bytes of the text.
+    pub place: [usize; 2],
+}
+
+/// Where a value is written.
+#[derive(Clone, Debug, Serialize)]
+pub struct Written {
+    pub name: String,
+    /// Bytes of the text.
+    pub place: [usize; 2],
 }
 
 /// A point of the ground.
@@ -186,7 +258,8 @@ impl Page {
     }
 
     pub fn html(&self) -> String {
-        let Live { model, motion } = &self.live;
+        let live = &self.live;
+        let Live { model, motion } = live;
         let model = serde_json::to_string(model).unwrap_or_default();
         let (module, program, run) = match motion {
             MotionSource::Solver { module, program } => (packed(module), packed(program), String::new()),
@@ -196,6 +269,7 @@ impl Page {
                 (String::new(), String::new(), packed(&bytes))
             }
         };
+        let loose = live.model.touch.as_ref().map_or(String::new(), |touch| packed(&touch.program));
         let script = format!("(() => {{\n\"use strict\";\n{}}})();\n", SCRIPTS.concat());
         let parts = [
             ("title", escape(&self.title)),
@@ -208,6 +282,7 @@ impl Page {
             ("model", inert(&model)),
             ("run", run),
             ("program", program),
+            ("loose", loose),
             ("solver", module),
             ("uplot", UPLOT.to_owned()),
             ("script", script),
@@ -290,6 +365,7 @@ mod tests {
             "model",
             "run",
             "program",
+            "loose",
             "solver",
             "uplot",
             "script",

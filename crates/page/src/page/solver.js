@@ -1,12 +1,13 @@
 // The runtime of the FMU, compiled for the browser. Every call is an export of tools/web.
 class Solver {
-  static async load(code, program) {
+  /** The variables of a program have their names in its order. */
+  static async load(code, program, names) {
     const { instance } = await WebAssembly.instantiate(code, {});
-    return new Solver(instance.exports, program);
+    return new Solver(instance.exports, program, names);
   }
 
-  constructor(calls, program) {
-    this.calls = calls;
+  constructor(calls, program, names) {
+    Object.assign(this, { calls, program, names, index: new Map(names.map((name, index) => [name, index])) });
     const at = calls.cotree_alloc(program.length);
     new Uint8Array(calls.memory.buffer, at, program.length).set(program);
     this.model = calls.cotree_load(at, program.length);
@@ -25,27 +26,56 @@ class Solver {
     return Float64Array.from({ length: steps + 1 }, (_, k) => k === steps ? STOP : START + k * STEP);
   }
 
-  /** The variables at the start alone, with these values: a run of one sample. */
-  start(values, names) {
-    return this.solve(values, [], names, Float64Array.of(START));
+  /** Lends numbers to a call, as an address in the module's memory. */
+  lend(numbers, call) {
+    const { calls } = this, at = calls.cotree_alloc(numbers.byteLength);
+    new numbers.constructor(calls.memory.buffer, at, numbers.length).set(numbers);
+    const answer = call(at);
+    numbers.set(new numbers.constructor(calls.memory.buffer, at, numbers.length));
+    calls.cotree_free(at, numbers.byteLength);
+    return answer;
+  }
+  places(names) { return Uint32Array.from(names, name => this.index.get(name)); }
+
+  /** Prepares a run with these values, by name. Nonzero if it fails. */
+  prepare(values, start = START) {
+    const { calls, model } = this;
+    calls.cotree_reset(model);
+    return calls.cotree_setup(model, start, Math.max(start, STOP), TOLERANCE) || values.some(([name, value]) => calls.cotree_set(model, this.index.get(name), value));
   }
 
-  /** A run with these values (by index), inputs changed on the way as the list says, and these variables recorded. */
-  solve(values, moves, names, times = Solver.times()) {
+  /** A body held in a pose; null, and there is a message, if it cannot be held. Released are parameters and inputs: each its name, and whether it is an angle. */
+  grip(pose, released, body) {
+    const { calls, model } = this, pairs = Uint32Array.from(released.flatMap(({ name, angle }) => [this.index.get(name), angle ? 1 : 0]));
+    const at = this.lend(Float64Array.from(pose), q => this.lend(pairs, free => this.lend(this.places(["x", "y", "angle"].map(word => `${body}.${word}`)), own => calls.cotree_grip(model, q, pose.length, free, released.length, own))));
+    return at ? new Grip(this, at) : null;
+  }
+
+  /** The variables at the start alone, with these values: a run of one sample. */
+  start(values, names, pose = null) {
+    return this.solve(values, [], names, pose, Float64Array.of(START));
+  }
+
+  /** Starts from a pose, wherever the guesses of the scene would lead. Nonzero if it fails. */
+  startFrom(pose) {
+    const grip = this.grip(pose, [], G.bodies[0].name);
+    return grip ? this.calls.cotree_start_from(this.model, grip.at) || grip.letGo() : 1;
+  }
+
+  /** A run with these values (by name), inputs changed on the way as the list says, and these variables recorded; from a pose, if there is one. */
+  solve(values, moves, names, pose = null, times = Solver.times()) {
     const { calls, model } = this, began = performance.now();
     const run = { times, columns: new Map(names.map(name => [name, new Float64Array(times.length).fill(NaN)])), last: -1, error: null, warning: null };
     const failed = what => { run.error = what + this.message(); run.ms = performance.now() - began; return run; };
-    calls.cotree_reset(model);
-    if (calls.cotree_setup(model, START, STOP, TOLERANCE)) return failed("");
-    for (const [index, value] of values) if (calls.cotree_set(model, index, value)) return failed("");
-    if (calls.cotree_init(model)) return failed("The mechanism cannot be assembled with these values: ");
+    if (this.prepare(values)) return failed("");
+    if (pose && this.startFrom(pose) || calls.cotree_init(model)) return failed("The mechanism cannot be assembled with these values: ");
     const ids = calls.cotree_alloc(4 * names.length), out = calls.cotree_alloc(8 * names.length);
-    new Uint32Array(calls.memory.buffer, ids, names.length).set(names.map(name => INDEX.get(name)));
+    new Uint32Array(calls.memory.buffer, ids, names.length).set(this.places(names));
     const columns = [...run.columns.values()];
     let next = 0;
     for (let k = 0; k < times.length; k++) {
       if (k && calls.cotree_step(model, times[k])) { failed(`The motion ends at ${three(times[k - 1])} s: `); break; }
-      for (; next < moves.length && moves[next].at <= times[k]; next++) calls.cotree_set(model, moves[next].index, moves[next].value);
+      for (; next < moves.length && moves[next].at <= times[k]; next++) calls.cotree_set(model, this.index.get(moves[next].name), moves[next].value);
       if (calls.cotree_record(model, ids, names.length, out)) { failed(""); break; }
       const values = new Float64Array(calls.memory.buffer, out, names.length);
       for (let i = 0; i < columns.length; i++) columns[i][k] = values[i];
@@ -57,4 +87,22 @@ class Solver {
     run.ms = performance.now() - began;
     return run;
   }
+}
+
+/** A body that is held. */
+class Grip {
+  constructor(solver, at) { Object.assign(this, { solver, at }); }
+
+  /** Pulls a point of the body, in its axes, to a place: 0 there or as near as it comes, 1 on its way, 2 at a dead point, 3 where branches meet. */
+  pull([x, y], [u, v]) { return this.solver.calls.cotree_pull(this.at, x, y, u, v); }
+
+  /** Values in the pose; what only a motion has is not a number. */
+  values(names) {
+    const values = new Float64Array(names.length);
+    this.solver.lend(this.solver.places(names), own => this.solver.lend(values, at => this.solver.calls.cotree_pull_record(this.at, own, names.length, at)));
+    return values;
+  }
+
+  setTime(time) { this.solver.calls.cotree_pull_time(this.at, time); }
+  letGo() { this.solver.calls.cotree_let_go(this.at); return 0; }
 }

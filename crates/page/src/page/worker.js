@@ -3,21 +3,22 @@
 const PATIENCE = { ms: 50 };
 
 /** What the other thread runs: the solver, with the times of the experiment. It answers each question with a run. */
-const besides = () => `const START = ${START}, STOP = ${STOP}, STEP = ${STEP}, TOLERANCE = ${TOLERANCE}, INDEX = new Map(${JSON.stringify([...INDEX])});
+const besides = names => `const START = ${START}, STOP = ${STOP}, STEP = ${STEP}, TOLERANCE = ${TOLERANCE}, NAMES = ${JSON.stringify(names)}, G = { bodies: [{ name: ${JSON.stringify(G.bodies[0]?.name)} }] };
 ${three}
 ${Solver}
+${Grip}
 let solver = null;
-onmessage = async ({ data: { code, program, number, values, moves, names } }) => {
-  if (code) { solver = Solver.load(code, program); return; }
-  const run = (await solver).solve(values, moves, names);
+onmessage = async ({ data: { code, program, number, question } }) => {
+  if (code) { solver = Solver.load(code, program, NAMES); return; }
+  const run = (await solver).solve(...question);
   postMessage({ number, run }, [run.times.buffer, ...[...run.columns.values()].map(column => column.buffer)]);
 };`;
 
 class Beside {
   /** Null where there are no workers, as in some sandboxed frames. */
-  static start(code, program) {
+  static start(code, { program, names }) {
     try {
-      const address = URL.createObjectURL(new Blob([besides()], { type: "text/javascript" }));
+      const address = URL.createObjectURL(new Blob([besides(names)], { type: "text/javascript" }));
       const worker = new Worker(address);
       worker.postMessage({ code, program });
       return new Beside(worker);
@@ -36,25 +37,25 @@ class Beside {
     };
   }
 
-  solve(values, moves, names) {
+  solve(...question) {
     return new Promise(answer => {
       this.number++;
       this.asked.set(this.number, answer);
-      this.worker.postMessage({ number: this.number, values, moves, names });
+      this.worker.postMessage({ number: this.number, question });
     });
   }
 }
 
 /** Solves here what is quick, and beside the page what is not; calls with the run. Of several questions only the last is answered. */
 const questions = { busy: false, next: null };
-function ask(values, moves, names, answer) {
+function ask(solver, question, answer) {
   const slow = state.first.ms > PATIENCE.ms;
-  if (slow && state.beside === undefined) state.beside = Beside.start(state.code, state.program);
-  if (!slow || !state.beside) { answer(state.solver.solve(values, moves, names)); return; }
-  if (questions.busy) { questions.next = [values, moves, names, answer]; return; }
+  if (slow && solver.beside === undefined) solver.beside = Beside.start(state.code, solver);
+  if (!slow || !solver.beside) { answer(solver.solve(...question)); return; }
+  if (questions.busy) { questions.next = [solver, question, answer]; return; }
   questions.busy = true;
   $("status").textContent = "solving\u2026";
-  state.beside.solve(values, moves, names).then(run => {
+  solver.beside.solve(...question).then(run => {
     questions.busy = false;
     const { next } = questions;
     questions.next = null;

@@ -1,0 +1,165 @@
+// What has been changed: undone and done again, written into the scene's text, shared by an address; and what is seen, as files.
+/** Each: the values that are not the scene's, by name, and the pose at the start if the scene's guesses do not lead to it. */
+const history = { states: [{ values: [], pose: null }], now: 0 };
+const changedKnobs = () => knobs.filter(knob => knob.value !== knob.start);
+const present = () => ({ values: changedKnobs().map(knob => [knob.name, knob.value]), pose: state.pose ?? null });
+const equal = (a, b) => JSON.stringify(a) === JSON.stringify(b);
+
+/** A change is done: it can be undone. */
+function commit(what) {
+  const now = present();
+  if (equal(now, history.states[history.now])) return;
+  history.states.splice(history.now + 1, Infinity, now);
+  history.now++;
+  if (what) say(what);
+  showHistory();
+}
+function showHistory() {
+  $("undo").disabled = history.now === 0;
+  $("redo").disabled = history.now === history.states.length - 1;
+}
+function goBack(by) {
+  const next = history.states[history.now + by];
+  if (!next) return;
+  history.now += by;
+  adopt(next);
+  say(by < 0 ? "undone" : "done again");
+  showHistory();
+}
+/** Takes over values by name; the others are the scene's. */
+function adopt({ values, pose }) {
+  const wanted = new Map(values);
+  for (const knob of knobs) { knob.value = wanted.get(knob.name) ?? knob.start; knob.before = undefined; knob.moves = []; knob.show(); }
+  state.pose = pose;
+  solveAgain();
+}
+
+/** All digits that matter, and no more. */
+const written = number => `${+number.toPrecision(12)}`;
+/** A value in the unit in which the scene has it; `bare` numbers are SI. */
+function inText(name, value, bare) {
+  const variable = VARIABLES[INDEX.get(name)], { name: unit, factor } = variable.written ?? variable.display ?? { name: variable.unit, factor: 1 };
+  return bare || !unit ? written(value) : `"${written(value / factor)} ${unit}"`;
+}
+/** The law of a driver with something added: a sum binds least, but a unit needs its brackets. */
+function lawText(old, value) {
+  const plain = old.replace(/^["']|["']$/g, "").replace(/^(\s*[-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*([A-Za-z°][^*+-]*)$/, (_, number, unit) => `${number}[${unit.trim()}]`);
+  return `"${plain} ${value < 0 ? "-" : "+"} ${written(Math.abs(value))}"`;
+}
+
+/** Places of the text with what stands there now, and lines for what the text does not have yet, by its table. */
+function textChanges() {
+  const bytes = new TextEncoder().encode(TOUCH.text), at = ([from, to]) => new TextDecoder().decode(bytes.subarray(from, to)), isBare = text => !/^["']/.test(text) || !/[A-Za-z°]/.test(text);
+  const places = [], lines = { parameters: [], inputs: [], initial: [] }, where = name => TOUCH.written.find(own => own.name === name)?.place;
+  for (const { name, value } of changedKnobs()) {
+    const number = TOUCH.numbers.find(own => own.variable.name === name), law = TOUCH.laws.find(own => own.parameter === name && own.output !== name), known = where(name), variable = VARIABLES[INDEX.get(name)];
+    if (number) places.push([number.place, inText(name, value, number.bare)]);
+    else if (law) places.push([law.place, lawText(at(law.place), value)]);
+    else if (known) places.push([known, inText(name, value, isBare(at(known)))]);
+    else if (variable.kind === "input") lines.inputs.push(`${name} = { start = ${inText(name, value, !variable.unit)} }`);
+    else lines.initial.push(`"${name}" = ${inText(name, value, !variable.unit)}`);
+  }
+  state.pose?.forEach((value, k) => {
+    const name = TOUCH.coordinates[k], known = where(name);
+    if (changedKnobs().some(knob => knob.name === name)) return;
+    if (known && !knobs.some(knob => knob.name === name)) places.push([known, inText(name, value, isBare(at(known)))]);
+    else if (!known) lines.initial.push(`"${name}" = { guess = ${inText(name, value, false)} }`);
+  });
+  return { bytes, places, lines };
+}
+/** The scene's text with the values that were found; comments and all else stay. */
+function sceneText() {
+  const { bytes, places, lines } = textChanges(), pieces = [], encoder = new TextEncoder();
+  let from = 0;
+  for (const [[start, end], text] of places.sort(([a], [b]) => a[0] - b[0])) { pieces.push(bytes.subarray(from, start), encoder.encode(text)); from = end; }
+  pieces.push(bytes.subarray(from));
+  let text = pieces.map(piece => new TextDecoder("utf-8", { ignoreBOM: true }).decode(piece)).join("");
+  for (const [table, added] of Object.entries(lines).filter(([, added]) => added.length)) {
+    if (text.trimStart().startsWith("{")) throw new Error(`the scene is JSON: add these to its "${table}" yourself: ${added.join(", ")}`);
+    const head = new RegExp(`^\\[${table}\\][^\\n]*\\n`, "m");
+    if (!head.test(text)) text += `${text.endsWith("\n") ? "" : "\n"}\n[${table}]\n`;
+    text = text.replace(head, found => `${found}${added.join("\n")}\n`);
+  }
+  return text;
+}
+
+/** The address of this page with what has been changed. */
+function shareAddress() {
+  const { values, pose } = present(), named = values.map(([name, value]) => [TOUCH?.numbers.find(own => own.variable.name === name)?.name ?? TOUCH?.laws.filter(law => law.output !== name).find(law => law.parameter === name)?.driver.concat("+") ?? name, value]);
+  return `${location.href.split("#")[0]}#set=${encodeURIComponent(JSON.stringify(pose ? [named, pose] : [named]))}`;
+}
+/** Takes over what an address says of what is still there. */
+function adoptAddress(text) {
+  let shared;
+  try { shared = JSON.parse(text); } catch { tell("The address of this page is cut short: what it shares cannot be read."); return; }
+  const [values, pose = null] = Array.isArray(shared) ? shared : [], known = [], lost = [];
+  for (const [name, value] of Array.isArray(values) ? values : []) {
+    const own = TOUCH?.numbers.find(number => number.name === name)?.variable.name ?? TOUCH?.laws.find(law => `${law.driver}+` === name)?.parameter ?? name;
+    if (Number.isFinite(value) && knobs.some(knob => knob.name === own)) known.push([own, value]); else lost.push(name);
+  }
+  const fits = Array.isArray(pose) && pose.length === TOUCH?.coordinates.length && pose.every(Number.isFinite);
+  adopt({ values: known, pose: fits ? pose : null });
+  commit();
+  if (lost.length) tell(`The address has values of what this page does not have: ${lost.join(", ")}`);
+}
+
+/** A file for the reader. */
+function save(name, content) {
+  const blob = content instanceof Blob ? content : new Blob([content]), link = Object.assign(document.createElement("a"), { href: URL.createObjectURL(blob), download: name });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+}
+const title = () => document.querySelector("h1").textContent.replace(/[^\w.-]+/g, "_") || "mechanism";
+
+/** What is seen, as a picture that stands alone: the style of the page goes along. */
+function pictureSvg() {
+  if (crowded) putOnPaper(true);
+  const picture = $("scene").cloneNode(true), { width, height } = stageSize(), root = getComputedStyle(document.documentElement);
+  if (crowded) { putOnPaper(false); paint(); }
+  for (const name of ["id", "role", "aria-label"]) picture.removeAttribute(name);
+  picture.querySelector("#grips")?.remove();
+  for (const [name, value] of Object.entries({ xmlns: SVG, width, height })) picture.setAttribute(name, value);
+  const sheet = document.querySelectorAll("style")[1].textContent, names = new Set(sheet.match(/--[\w]+/g)), colours = [...names].map(name => `${name}:${root.getPropertyValue(name)}`).join(";");
+  const rules = sheet.split("\n").filter(rule => /^\.(grid|body|name|value|arrow|speed|turn|path|hide|far)/.test(rule)).join("\n");
+  const style = element("style", {}, null, `svg{${colours};background:${css("--card")};font-family:system-ui,sans-serif}\n${rules}`);
+  picture.prepend(style);
+  return new XMLSerializer().serializeToString(picture);
+}
+async function picturePng() {
+  const { width, height } = stageSize(), image = new Image(), canvas = Object.assign(document.createElement("canvas"), { width: 2 * width, height: 2 * height });
+  image.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(pictureSvg())}`;
+  await image.decode();
+  canvas.getContext("2d").drawImage(image, 0, 0, canvas.width, canvas.height);
+  return new Promise(done => canvas.toBlob(done, "image/png"));
+}
+/** The curves that are seen, else what the scene reports, in SI units. */
+function tableCsv() {
+  const { run } = state, seen = [...new Set(plots.flatMap(plot => plot.names))], names = (seen.length ? seen : MODEL.outputs).filter(name => run.columns.has(name));
+  const rows = Array.from({ length: run.last + 1 }, (_, k) => [run.times[k], ...names.map(name => run.columns.get(name)[k])].join(","));
+  return [["time", ...names].join(","), ...rows, ""].join("\n");
+}
+
+const SAVES = {
+  text: () => save(TOUCH.file.split(/[\\/]/).pop() || `${title()}.toml`, sceneText()),
+  link: async () => { const address = shareAddress(); try { await navigator.clipboard.writeText(address); say("address copied"); $("status").textContent = "address copied"; } catch { tell(address, true); } },
+  svg: () => save(`${title()}.svg`, pictureSvg()),
+  png: async () => save(`${title()}.png`, await picturePng()),
+  csv: () => save(`${title()}.csv`, tableCsv()),
+};
+function listenToEdits() {
+  $("undo").addEventListener("click", () => goBack(-1));
+  $("redo").addEventListener("click", () => goBack(1));
+  for (const button of document.querySelectorAll("[data-save]")) button.addEventListener("click", async () => {
+    try { await SAVES[button.dataset.save](); } catch (fault) { tell(fault.message); }
+    $("save").open = false;
+  });
+  for (const button of document.querySelectorAll("[data-save=text]")) button.hidden = !TOUCH;
+  for (const button of document.querySelectorAll("[data-save=link],#undo,#redo")) button.hidden = !state.solver;
+  addEventListener("keydown", event => {
+    if (!(event.ctrlKey || event.metaKey) || event.altKey || event.target.closest("select,.typed,dialog")) return;
+    const key = event.key.toLowerCase(), by = key === "y" || key === "z" && event.shiftKey ? 1 : key === "z" ? -1 : 0;
+    if (by) { event.preventDefault(); goBack(by); }
+  });
+  addEventListener("pointerdown", event => { if (!event.target.closest("#save")) $("save").open = false; });
+  showHistory();
+}
