@@ -77,6 +77,10 @@ class Builder:
         """An input with its start value; keys are unit, description, min, max."""
         return self._add("inputs", name, {"start": start, **keys})
 
+    def state(self, name: str, rate: Value, start: Value = 0.0, **keys: Any) -> Builder:
+        """A quantity with its rate and its value at the start; keys are unit, nominal, description."""
+        return self._add("states", name, {"rate": rate, "start": start, **keys})
+
     def signal(self, name: str, value: Value, **keys: Any) -> Builder:
         """A law with a name that others use; keys are unit, description."""
         return self._add("signals", name, {"value": value, **keys} if keys else value)

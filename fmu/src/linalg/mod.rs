@@ -1,6 +1,7 @@
 //! Linear algebra of the runtime.
 //!
 //! * `dense`: LU factors of a square matrix.
+//! * `elimination`: rows with few entries, solved for as many unknowns as are independent.
 //! * `sparse`, `factors`: sparse factors, of normal equations and of a symmetric matrix with a static pattern.
 //! * `inverse`, `matrix`: the matrix of a pose, as a whole or by its entries.
 //! * `chain`, `tree`, `columns`: open chains of frames, trees of arms, and sparse constants by columns.
@@ -12,6 +13,7 @@ pub(crate) mod chain;
 pub(crate) mod columns;
 pub(crate) mod dense;
 pub(crate) mod dual;
+pub(crate) mod elimination;
 pub(crate) mod factors;
 pub(crate) mod inverse;
 pub(crate) mod lane;

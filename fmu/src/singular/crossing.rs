@@ -4,15 +4,16 @@
 //! hold, what is left of it is a saddle, d + x H x / 2, and branches are where it vanishes: they cross in the saddle if the defect d is zero, and turn off before it, at
 //! a distance of about the root of d, if it is not. A motion that is known to a tolerance comes by somewhere near, where what is left may have any value. So
 //! Newton's method goes to the saddle first; time is one of its unknowns, for drivers have a part in where it is.
-
-use std::collections::{BTreeMap, BTreeSet};
+//!
+//! Each combination touches few coordinates. The independent equations are solved for as many coordinates, which leaves others free: a free coordinate moves with
+//! those that depend on it, a short vector. In the vectors that bend a combination its saddle is a small matrix.
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::constraints::poses::{Loops, scaled};
+use crate::constraints::poses::{Loops, imposed, scaled};
+use crate::linalg::elimination::{Dependent, Elimination, EntryList};
 use crate::linalg::lane::{Lane, WIDTH, ZERO, multiply, splat};
 use crate::linalg::least_squares::Equations;
-use crate::linalg::sparse::{Factors, SparseRow, columns, independent_rows, product_with_transposed};
 use crate::machine::Machine;
 use crate::math;
 use crate::model::{Model, State};
@@ -22,6 +23,8 @@ use crate::model::{Model, State};
 const NEW: [f64; 3] = [0.02, 0.1, 0.3];
 /// At most so many steps of Newton's method lead to the saddle.
 const CORRECTIONS: usize = 8;
+/// So many of them go to the saddles of all combinations at once, which lie in the same place where the pose is exact.
+const TOGETHER: usize = 3;
 /// It is as good as reached where a step is this small, in units of the scales: what is left there follows from the first and second derivatives but for the cube of
 /// the step.
 const NEAR: f64 = 1e-5;
@@ -34,111 +37,180 @@ const FLAT: f64 = 1e-4;
 /// A loop equation with a smaller share in a combination does not bend its saddle: what is left is wrong by half of this times the square of a step of [`NEAR`].
 const SMALLEST: f64 = 1e-6;
 
-/// Which rows of a matrix J depend on each other.
-#[derive(Debug)]
-pub(super) struct Dependences {
-    /// Rows that do not depend on those before them, and the factors of J J^T with them alone.
-    independent: Vec<usize>,
-    factors: Factors,
-    /// For each other row the combination of rows that vanishes; its largest share is 1.
-    pub combinations: Vec<Vec<f64>>,
+/// Loop equations that depend on each other in a pose.
+pub(super) struct Crossing {
+    /// The loop equations that count in the pose.
+    pub imposed: Vec<usize>,
+    /// For each that depends on others the combination that vanishes, by their places in that list; its largest share is 1.
+    pub combinations: Vec<EntryList>,
+    /// The coordinates in each loop equation that counts.
+    pub columns: Vec<Vec<usize>>,
+    /// By how much branches miss each other there, relative to the scales of the loop equations.
+    pub defect: f64,
 }
 
-impl Dependences {
-    /// None if rounding errors hide it.
-    pub fn of(rows: &[SparseRow]) -> Option<Self> {
-        let mut independent = Vec::new();
-        for new in NEW {
-            (_, independent) = independent_rows(rows.to_vec(), new, new);
-            if independent.len() < rows.len() {
-                break;
-            }
+impl Crossing {
+    /// In the pose of a state; none if rounding errors hide it.
+    pub fn of(model: &Model, state: &State) -> Option<Self> {
+        let mut study = Study::new(model, imposed(model, state));
+        let (rows, drives) = (study.rows(state), study.drives(state));
+        let mut found = independent(model, &rows)?;
+        if is_driven(&drives) {
+            found = study.solve(rows, &drives, &found.independent)?;
         }
-        Self::with(independent, rows)
-    }
-
-    /// With these rows as the independent ones.
-    fn with(independent: Vec<usize>, rows: &[SparseRow]) -> Option<Self> {
-        let own: Vec<SparseRow> = independent.iter().map(|&row| rows[row].clone()).collect();
-        let factors = Factors::new(product_with_transposed(&own))?;
-        let others = (0..rows.len()).filter(|row| independent.binary_search(row).is_err());
-        let columns = columns(&own);
-        let combination = |other: usize| {
-            let mut shares = vec![0.0; own.len()];
-            for (column, entry) in &rows[other] {
-                columns.get(column).into_iter().flatten().for_each(|&(row, own)| shares[row] += own * entry);
-            }
-            factors.solve(&mut shares);
-            let mut combination = vec![0.0; rows.len()];
-            independent.iter().zip(shares).for_each(|(&row, share)| combination[row] = -share);
-            combination[other] = 1.0;
-            let largest = combination.iter().fold(0.0, |largest: f64, share| largest.max(share.abs()));
-            combination.iter().map(|share| share / largest).collect()
-        };
-        Some(Self { combinations: others.map(combination).collect(), independent, factors })
-    }
-
-    /// By how much branches miss each other near a state, relative to the scales of the loop equations.
-    pub fn defect(&self, model: &Model, imposed: &[usize], state: &State) -> f64 {
-        let mut study = Study::new(model, imposed);
-        let Some(mut here) = study.at(&self.independent, state) else { return 0.0 };
-        let defects = (0..self.combinations.len()).map(|place| study.defect(&mut here, place).abs());
-        defects.fold(0.0, math::maximum)
-    }
-
-    /// What the independent equations leave of a change of one coordinate.
-    fn along_the_loops(&self, rows: &[SparseRow], column: usize) -> SparseRow {
-        let opened: Vec<f64> = rows.iter().map(|row| row.get(&column).copied().unwrap_or_default()).collect();
-        let mut left = self.shortest(rows, &opened);
-        left.values_mut().for_each(|part| *part = -*part);
-        *left.entry(column).or_default() += 1.0;
-        left
-    }
-
-    /// The shortest change of the coordinates that the independent rows turn into these values.
-    fn shortest(&self, rows: &[SparseRow], values: &[f64]) -> SparseRow {
-        let mut weights: Vec<f64> = self.independent.iter().map(|&row| values[row]).collect();
-        self.factors.solve(&mut weights);
-        let mut change = SparseRow::new();
-        for (&row, weight) in self.independent.iter().zip(weights) {
-            rows[row].iter().for_each(|(&column, entry)| *change.entry(column).or_default() += weight * entry);
+        let here = study.pose(state, found, &drives);
+        let combinations = here.found.dependent.iter().map(combination).collect();
+        let mut defect = 0.0;
+        for (place, known) in study.defects_together(&here).into_iter().enumerate() {
+            let own = known.unwrap_or_else(|| study.defect(&here, place));
+            defect = math::maximum(defect, own.abs());
         }
-        change
+        let Study { changes, columns, .. } = study;
+        Some(Self { imposed: changes.imposed, combinations, columns, defect })
     }
 }
+
+/// Rows solved where they do not depend on those before them.
+fn independent(model: &Model, rows: &[EntryList]) -> Option<Elimination> {
+    let norm = |entries: &[(usize, f64)]| entries.iter().map(|(_, value)| value * value).sum::<f64>().sqrt();
+    let n = model.coordinates();
+    // Rows are of natural size 1, so that a row of rounding errors is not a direction.
+    let of = |new: f64| Elimination::new(rows, [n, n + 1], |row, rest| norm(rest) <= new * norm(&rows[row]).max(1.0));
+    NEW.iter().try_fold(None, |found: Option<Elimination>, new| match found {
+        Some(found) if !found.dependent.is_empty() => Some(Some(found)),
+        _ => of(*new).map(Some),
+    })?
+}
+
+fn is_driven(drives: &[f64]) -> bool {
+    drives.iter().any(|drive| *drive != 0.0)
+}
+
+/// Of which the largest share is 1.
+fn combination(row: &Dependent) -> EntryList {
+    let largest = size(row);
+    row.shares.iter().map(|(place, share)| (*place, share / largest)).collect()
+}
+
+fn size(row: &Dependent) -> f64 {
+    row.shares.iter().fold(0.0, |largest, (_, share)| math::maximum(largest, share.abs()))
+}
+
+/// A second derivative of a loop equation: by which columns, and the value.
+type Curvature = (usize, usize, f64);
 
 /// A pose: the loop equations that count there in units of the scales, and what follows from their rows. The column after those of the coordinates is that of time.
 struct Pose {
     state: State,
-    rows: Vec<SparseRow>,
     open: Vec<f64>,
-    found: Dependences,
-    /// The shortest change that closes the independent equations.
-    closing: SparseRow,
-    /// What the independent equations leave of changes of single coordinates, as far as that has been asked for.
-    free: BTreeMap<usize, SparseRow>,
-    /// How the Jacobian changes with four coordinates, by the number of the four, as far as that has been asked for.
-    changes: BTreeMap<usize, Vec<Change>>,
+    found: Elimination,
+    /// A change that closes the independent equations while free columns stay, by columns.
+    closing: Vec<f64>,
+    /// How far all columns move together with each free one.
+    lengths: Vec<f64>,
+    /// By loop equations.
+    curvatures: Vec<Vec<Curvature>>,
 }
 
 impl Pose {
-    /// What the independent equations leave of a change of a coordinate.
-    fn free(&mut self, column: usize) -> &SparseRow {
-        let Self { rows, found, free, .. } = self;
-        free.entry(column).or_insert_with(|| found.along_the_loops(rows, column))
-    }
-
     /// What is left of a combination.
     fn value(&self, place: usize) -> f64 {
-        self.found.combinations[place].iter().zip(&self.open).map(|(share, open)| share * open).sum()
+        self.combined(&self.found.dependent[place].shares) / size(&self.found.dependent[place])
+    }
+
+    fn combined(&self, shares: &[(usize, f64)]) -> f64 {
+        shares.iter().map(|(row, share)| share * self.open[*row]).sum()
+    }
+
+    /// The curvature of a combination and what bends it.
+    fn bend(&self, place: usize) -> Bend {
+        let combination = combination(&self.found.dependent[place]);
+        let bending = combination.iter().filter(|(_, share)| share.abs() > SMALLEST);
+        let entries: Vec<Curvature> = bending
+            .flat_map(|(row, share)| self.curvatures[*row].iter().map(move |(a, b, value)| (*a, *b, share * value)))
+            .collect();
+        let mut columns: Vec<usize> = entries.iter().map(|entry| entry.0).collect();
+        columns.sort_unstable();
+        columns.dedup();
+        let mut free = Vec::new();
+        for &column in &columns {
+            match self.found.solved_for(column) {
+                Some(solved) => free.extend(solved.rest.iter().map(|(column, _)| *column)),
+                None => free.push(column),
+            }
+        }
+        free.sort_unstable();
+        free.dedup();
+        Bend { entries, columns, free }
+    }
+
+    /// How far a column moves if the independent equations are closed and free columns move so far.
+    fn moved(&self, column: usize, free: &[f64]) -> f64 {
+        let Some(solved) = self.found.solved_for(column) else { return free[column] };
+        self.closing[column] - solved.rest.iter().map(|(column, value)| value * free[*column]).sum::<f64>()
+    }
+
+    /// All columns, moved like that.
+    fn way(&self, free: &[f64]) -> impl Iterator<Item = (usize, f64)> {
+        (0..free.len()).map(|column| (column, self.moved(column, free)))
+    }
+
+    /// One step of Newton's method from the pose, free columns moved so far, to where a combination does not change along what the independent equations leave free.
+    fn saddle(&self, place: usize, shift: &[f64]) -> Option<Saddle> {
+        let Bend { entries, columns, free } = self.bend(place);
+        let along = |column: &usize, free: &usize| self.found.along(*column, *free) / self.lengths[*free];
+        let vectors: Vec<Vec<f64>> =
+            columns.iter().map(|column| free.iter().map(|free| along(column, free)).collect()).collect();
+        let moved: Vec<f64> = columns.iter().map(|&column| self.moved(column, shift)).collect();
+        let (row, largest) = (&self.found.dependent[place], size(&self.found.dependent[place]));
+        let slope =
+            |column: usize| row.rest.iter().find(|(own, _)| *own == column).map_or(0.0, |(_, value)| value / largest);
+        let mut sloping = DVector::from_iterator(free.len(), free.iter().map(|&free| slope(free) / self.lengths[free]));
+        let (mut bend, mut left) = (DMatrix::zeros(free.len(), free.len()), self.value(place));
+        left += row.rest.iter().map(|(column, value)| value / largest * shift[*column]).sum::<f64>();
+        for (a, b, value) in entries {
+            let (Ok(a), Ok(b)) = (columns.binary_search(&a), columns.binary_search(&b)) else { continue };
+            left += 0.5 * value * moved[a] * moved[b];
+            for (i, one) in vectors[a].iter().enumerate().filter(|(_, one)| **one != 0.0) {
+                sloping[i] += value * moved[b] * one;
+                vectors[b].iter().enumerate().for_each(|(j, other)| bend[(i, j)] += value * one * other);
+            }
+        }
+        let finite = bend.iter().chain(&sloping).all(|entry: &f64| entry.is_finite());
+        if !finite {
+            return None;
+        }
+        let eigen = bend.symmetric_eigen();
+        let least = FLAT * eigen.eigenvalues.amax();
+        let inverse = eigen.eigenvalues.map(|value| if value.abs() > least { 1.0 / value } else { 0.0 });
+        let weights = -(&eigen.eigenvectors * eigen.eigenvectors.tr_mul(&sloping).component_mul(&inverse));
+        left += 0.5 * sloping.dot(&weights);
+        let part =
+            |(moved, vectors): (&f64, &Vec<f64>)| moved + vectors.iter().zip(&weights).map(|(a, b)| a * b).sum::<f64>();
+        let length = moved.iter().zip(&vectors).map(part).fold(0.0, |most, part| math::maximum(most, part.abs()));
+        Some(Saddle { weights: free.into_iter().zip(weights.iter().copied()).collect(), length, left })
+    }
+
+    /// Adds a step to how far free columns move.
+    fn go(&self, saddle: &Saddle, free: &mut [f64]) {
+        saddle.weights.iter().for_each(|&(column, weight)| free[column] += weight / self.lengths[column]);
     }
 }
 
+/// Second derivatives of a combination of the loop equations, its shares fixed.
+struct Bend {
+    entries: Vec<Curvature>,
+    /// Columns that they are by.
+    columns: Vec<usize>,
+    /// Free columns that these move with.
+    free: Vec<usize>,
+}
+
 /// A step of Newton's method to a saddle.
-struct NewtonStep {
-    /// By columns.
-    way: Vec<f64>,
-    /// Its largest part among those that bend the saddle.
+struct Saddle {
+    /// By free columns, in units of how far all columns move with them.
+    weights: EntryList,
+    /// The largest part of the whole way among the columns that bend the saddle.
     length: f64,
     /// What is left of the combination in the saddle, up to second order: with the multipliers of the pose it is stationary there (Nocedal and Wright, Numerical
     /// Optimization, 2006, 18.1).
@@ -154,12 +226,13 @@ pub(super) struct Changes<'a> {
     /// The loop equations whose rows are asked for.
     imposed: Vec<usize>,
     machine: Machine,
-    tangents: Vec<Lane>,
+    /// Four for each register.
+    tangents: Vec<f64>,
 }
 
 impl<'a> Changes<'a> {
     pub fn new(model: &'a Model, imposed: Vec<usize>) -> Self {
-        let tangents = vec![ZERO; model.program().registers as usize];
+        let tangents = vec![0.0; WIDTH * model.program().registers as usize];
         Self { model, imposed, machine: Machine::new(model), tangents }
     }
 
@@ -169,16 +242,17 @@ impl<'a> Changes<'a> {
         let (jacobian, first) = (&program.tapes.jacobian, model.layout().positions());
         let scale = |column: usize| program.coordinates[column].scale;
         self.machine.load(model, state);
-        self.tangents[first..][..model.coordinates()].fill(ZERO);
-        directions.for_each(|(column, parts)| self.tangents[first + column] = multiply(splat(scale(column)), parts));
-        self.machine.run_tangents(&jacobian.tape, &mut self.tangents);
+        let (tangents, _) = self.tangents.as_chunks_mut();
+        tangents[first..][..model.coordinates()].fill(ZERO);
+        directions.for_each(|(column, parts)| tangents[first + column] = multiply(splat(scale(column)), parts));
+        self.machine.run_tangents(&jacobian.tape, tangents);
         let entries = jacobian.entries.iter().zip(&jacobian.tape.results);
         let entries = entries.filter(|((_, column), _)| (*column as usize) < model.coordinates());
         let change = |(&(row, column), &result): (&(u32, u32), &u32)| {
             let (row, column) = (row as usize, column as usize);
             let factor = scale(column) / program.constraints[row].scale;
             let place = self.imposed.binary_search(&row).ok()?;
-            Some((place, column, multiply(splat(factor), self.tangents[result as usize])))
+            Some((place, column, multiply(splat(factor), tangents[result as usize])))
         };
         entries.filter_map(change).filter(|(.., changes)| *changes != ZERO).collect()
     }
@@ -187,160 +261,195 @@ impl<'a> Changes<'a> {
 /// The storage for studying the poses of a model.
 struct Study<'a> {
     model: &'a Model,
-    /// The loop equations that count in the pose.
-    imposed: &'a [usize],
-    machine: Machine,
     changes: Changes<'a>,
+    /// Columns of the same colour are in no loop equation together: the entries of a row that change along all of them tell which one it is.
+    colours: Vec<usize>,
+    /// By loop equations.
+    columns: Vec<Vec<usize>>,
 }
 
 impl<'a> Study<'a> {
-    fn new(model: &'a Model, imposed: &'a [usize]) -> Self {
-        Self { model, imposed, machine: Machine::new(model), changes: Changes::new(model, imposed.to_vec()) }
+    fn new(model: &'a Model, imposed: Vec<usize>) -> Self {
+        let columns = columns(model, &imposed);
+        let colours = colours(model.coordinates(), &columns);
+        Self { model, changes: Changes::new(model, imposed), colours, columns }
+    }
+
+    fn loops<'b>(&'b mut self, state: &'b mut State) -> Loops<'b> {
+        let Changes { model, imposed, machine, .. } = &mut self.changes;
+        Loops { model, machine, state, only: Some(imposed) }
+    }
+
+    /// The rows of the loop equations at a state.
+    fn rows(&mut self, state: &State) -> Vec<EntryList> {
+        let (x, mut state, mut entries) = (scaled(self.model, state), state.clone(), Vec::new());
+        self.loops(&mut state).jacobian(&x, &mut entries);
+        let mut rows = vec![EntryList::new(); self.columns.len()];
+        entries.iter().for_each(|&(row, column, value)| rows[row].push((column, value)));
+        rows.iter_mut().for_each(|row| row.sort_unstable_by_key(|entry| entry.0));
+        rows
+    }
+
+    /// How fast drivers open the loop equations at a state.
+    fn drives(&mut self, state: &State) -> Vec<f64> {
+        let (model, mut resting) = (self.model, state.clone());
+        resting.rates_mut().fill(0.0);
+        let Changes { imposed, machine, .. } = &mut self.changes;
+        machine.load(model, &resting);
+        let tape = &model.program().tapes.constraint_rate;
+        machine.run(tape);
+        imposed.iter().map(|&row| machine.result(tape, row) / model.program().constraints[row].scale).collect()
+    }
+
+    /// Rows with the rates at which drivers open them, solved for the independent ones; none if these are not.
+    fn solve(&self, mut rows: Vec<EntryList>, drives: &[f64], independent: &[bool]) -> Option<Elimination> {
+        let n = self.model.coordinates();
+        rows.iter_mut().zip(drives).filter(|(_, drive)| **drive != 0.0).for_each(|(row, drive)| row.push((n, *drive)));
+        Elimination::new(&rows, [n, n + 1], |row, _| !independent[row])
     }
 
     /// Evaluates a pose; none if its independent rows are not.
-    fn at(&mut self, independent: &[usize], state: &State) -> Option<Pose> {
-        let (model, mut state) = (self.model, state.clone());
-        let x = scaled(model, &state);
-        let mut loops = Loops { model, machine: &mut self.machine, state: &mut state, only: Some(self.imposed) };
-        let (mut rows, mut open) = (loops.rows(&x), Vec::new());
-        loops.residuals(&x, &mut open);
-        for (row, [before, _, after]) in rows.iter_mut().zip(self.around(&state)).filter(|(_, [a, _, b])| a != b) {
-            row.insert(model.coordinates(), (after - before) / (2.0 * DIFFERENCE));
-        }
-        let found = Dependences::with(independent.to_vec(), &rows)?;
-        let mut closing = found.shortest(&rows, &open);
-        closing.values_mut().for_each(|part| *part = -*part);
-        Some(Pose { state, rows, open, found, closing, free: BTreeMap::new(), changes: BTreeMap::new() })
+    fn at(&mut self, independent: &[bool], state: &State) -> Option<Pose> {
+        let (rows, drives) = (self.rows(state), self.drives(state));
+        let found = self.solve(rows, &drives, independent)?;
+        Some(self.pose(state, found, &drives))
     }
 
-    /// The loop equations a little before a time, at it, and a little after, the pose the same.
-    fn around(&mut self, state: &State) -> Vec<[f64; 3]> {
-        let model = self.model;
-        let mut values = vec![[0.0; 3]; self.imposed.len()];
-        let (x, mut open) = (scaled(model, state), Vec::new());
-        for (place, shift) in [-DIFFERENCE, 0.0, DIFFERENCE].into_iter().enumerate() {
-            let mut moved = moved(model, state, [(model.coordinates(), 1.0)], shift);
-            Loops { model, machine: &mut self.machine, state: &mut moved, only: Some(self.imposed) }
-                .residuals(&x, &mut open);
-            values.iter_mut().zip(&open).for_each(|(values, open)| values[place] = *open);
+    /// What follows from solved rows.
+    fn pose(&mut self, state: &State, found: Elimination, drives: &[f64]) -> Pose {
+        let (n, x, mut open) = (self.model.coordinates(), scaled(self.model, state), Vec::new());
+        self.loops(&mut state.clone()).residuals(&x, &mut open);
+        let (mut closing, mut lengths) = (vec![0.0; n + 1], vec![1.0; n + 1]);
+        for solved in &found.solved {
+            closing[solved.column] = -solved.shares.iter().map(|(row, share)| share * open[*row]).sum::<f64>();
+            solved.rest.iter().for_each(|(free, value)| lengths[*free] += value * value);
         }
-        values
+        lengths.iter_mut().for_each(|length| *length = length.sqrt());
+        let mut curvatures = self.curvatures(state);
+        self.bend_in_time(state, drives, &mut curvatures);
+        Pose { state: state.clone(), open, found, closing, lengths, curvatures }
+    }
+
+    /// Second derivatives of all loop equations by the coordinates, exact.
+    fn curvatures(&mut self, state: &State) -> Vec<Vec<Curvature>> {
+        let mut curvatures = vec![Vec::new(); self.columns.len()];
+        let most = self.colours.iter().max().map_or(0, |most| most + 1);
+        for four in 0..most.div_ceil(WIDTH) {
+            let of_four = self.colours.iter().enumerate().filter(|(_, colour)| **colour / WIDTH == four);
+            let directions = of_four.map(|(column, colour)| (column, unit(colour % WIDTH)));
+            for (row, column, change) in self.changes.along(state, directions) {
+                let of_row = self.columns[row].iter().filter(|by| self.colours[**by] / WIDTH == four);
+                let changes = of_row.map(|by| (column, *by, change[self.colours[*by] % WIDTH]));
+                curvatures[row].extend(changes.filter(|(.., change)| *change != 0.0));
+            }
+        }
+        curvatures
+    }
+
+    /// Those by time, of the equations that drivers are in.
+    fn bend_in_time(&mut self, state: &State, drives: &[f64], curvatures: &mut [Vec<Curvature>]) {
+        if !is_driven(drives) {
+            return;
+        }
+        let (model, n) = (self.model, self.model.coordinates());
+        let [before, after] = [-DIFFERENCE, DIFFERENCE].map(|shift| {
+            let moved = moved(model, state, [(n, 1.0)], shift);
+            (self.rows(&moved), self.drives(&moved))
+        });
+        for (row, curvatures) in curvatures.iter_mut().enumerate().filter(|(row, _)| drives[*row] != 0.0) {
+            for ((column, after), (_, before)) in after.0[row].iter().zip(&before.0[row]) {
+                let mixed = (after - before) / (2.0 * DIFFERENCE);
+                curvatures.extend([(*column, n, mixed), (n, *column, mixed)]);
+            }
+            curvatures.push((n, n, (after.1[row] - before.1[row]) / (2.0 * DIFFERENCE)));
+        }
+    }
+
+    /// What is left of the combinations in their saddles, as far as a few steps towards all of them at once tell.
+    fn defects_together(&mut self, here: &Pose) -> Vec<Option<f64>> {
+        let mut defects = vec![None; here.found.dependent.len()];
+        let (still, mut moved_on) = (vec![0.0; here.closing.len()], None);
+        for _ in 0..TOGETHER {
+            let pose = moved_on.as_ref().unwrap_or(here);
+            let mut free = vec![0.0; pose.closing.len()];
+            let mut far = false;
+            for (place, defect) in defects.iter_mut().enumerate().filter(|(_, defect)| defect.is_none()) {
+                let Some(saddle) = pose.saddle(place, &still) else { continue };
+                if saddle.length < NEAR {
+                    *defect = Some(saddle.left);
+                } else if let Some(saddle) = pose.saddle(place, &free) {
+                    far |= saddle.length > FAR;
+                    pose.go(&saddle, &mut free);
+                }
+            }
+            if far || defects.iter().all(Option::is_some) {
+                break;
+            }
+            let next = moved(self.model, &pose.state, pose.way(&free), 1.0);
+            let Some(next) = self.at(&here.found.independent, &next) else { break };
+            moved_on = Some(next);
+        }
+        defects
     }
 
     /// What is left of one of the combinations in its saddle.
-    fn defect(&mut self, here: &mut Pose, place: usize) -> f64 {
-        let Some(mut step) = self.newton_step(here, place) else { return here.value(place) };
-        let mut moved_on: Option<Pose> = None;
+    fn defect(&mut self, here: &Pose, place: usize) -> f64 {
+        let (still, mut moved_on) = (vec![0.0; here.closing.len()], None);
         for _ in 0..CORRECTIONS {
             let pose = moved_on.as_ref().unwrap_or(here);
-            if step.length < NEAR {
-                return step.left;
+            let Some(saddle) = pose.saddle(place, &still) else { return pose.value(place) };
+            if saddle.length < NEAR {
+                return saddle.left;
             }
             // Written so that NaN leads elsewhere too.
-            let near = step.length <= FAR;
+            let near = saddle.length <= FAR;
             if !near {
                 return pose.value(place);
             }
-            let next = moved(self.model, &pose.state, step.way.iter().copied().enumerate(), 1.0);
-            let Some(mut next) = self.at(&here.found.independent, &next) else { return 0.0 };
-            let Some(found) = self.newton_step(&mut next, place) else { return next.value(place) };
-            step = found;
+            let mut free = vec![0.0; pose.closing.len()];
+            pose.go(&saddle, &mut free);
+            let next = moved(self.model, &pose.state, pose.way(&free), 1.0);
+            let Some(next) = self.at(&here.found.independent, &next) else { return pose.value(place) };
             moved_on = Some(next);
         }
         moved_on.as_ref().unwrap_or(here).value(place)
     }
-
-    /// One step of Newton's method to where the independent equations hold and a combination does not change along them.
-    fn newton_step(&mut self, pose: &mut Pose, place: usize) -> Option<NewtonStep> {
-        let combination = pose.found.combinations[place].clone();
-        let mut slope = vec![0.0; self.model.coordinates() + 1];
-        for (row, share) in pose.rows.iter().zip(&combination).filter(|(_, share)| **share != 0.0) {
-            row.iter().for_each(|(&column, entry)| slope[column] += share * entry);
-        }
-        let bending = pose.rows.iter().zip(&combination).filter(|(_, share)| share.abs() > SMALLEST);
-        let columns: BTreeSet<usize> = bending.flat_map(|(row, _)| row.keys().copied()).collect();
-        let columns: Vec<usize> = columns.into_iter().collect();
-        let bend = self.bend(pose, &combination, &columns);
-        if !bend.iter().all(|entry| entry.is_finite()) {
-            return None;
-        }
-        let on_columns =
-            |row: &SparseRow| DVector::from_iterator(columns.len(), columns.iter().map(|column| entry(row, column)));
-        columns.iter().for_each(|&column| _ = pose.free(column));
-        let free: Vec<&SparseRow> = columns.iter().map(|column| &pose.free[column]).collect();
-        let projected = DMatrix::from_columns(&free.iter().map(|row| on_columns(row)).collect::<Vec<_>>());
-        let sloping = DVector::from_iterator(columns.len(), free.iter().map(|row| dot(row, &slope)));
-        let sloping = sloping + &projected * (&bend * on_columns(&pose.closing));
-        // A projection and second derivatives are symmetric.
-        let eigen = (&projected * &bend * &projected).symmetric_eigen();
-        let least = FLAT * eigen.eigenvalues.amax();
-        let inverse = eigen.eigenvalues.map(|value| if value.abs() > least { 1.0 / value } else { 0.0 });
-        let weights = &eigen.eigenvectors * eigen.eigenvectors.tr_mul(&sloping).component_mul(&inverse);
-        let mut way = vec![0.0; slope.len()];
-        pose.closing.iter().for_each(|(&column, part)| way[column] = *part);
-        for (row, weight) in free.iter().zip(&weights) {
-            row.iter().for_each(|(&column, part)| way[column] -= weight * part);
-        }
-        let bent = DVector::from_iterator(columns.len(), columns.iter().map(|&column| way[column]));
-        let left = pose.value(place)
-            + slope.iter().zip(&way).map(|(slope, part)| slope * part).sum::<f64>()
-            + 0.5 * bent.dot(&(&bend * &bent));
-        Some(NewtonStep { way, length: bent.amax(), left })
-    }
-
-    /// Second derivatives of a combination of the loop equations, its shares fixed, by some columns: those by the coordinates are exact.
-    fn bend(&mut self, pose: &mut Pose, combination: &[f64], columns: &[usize]) -> DMatrix<f64> {
-        let n = self.model.coordinates();
-        let mut bend = DMatrix::zeros(columns.len(), columns.len());
-        let Pose { state, changes, .. } = pose;
-        for (place, &column) in columns.iter().enumerate().filter(|(_, column)| **column < n) {
-            let (four, lane) = (column / WIDTH, column % WIDTH);
-            let changes = changes.entry(four).or_insert_with(|| self.changes.along(state, unit_directions(four, n)));
-            for &(row, other, change) in changes.iter().filter(|(row, ..)| combination[*row].abs() > SMALLEST) {
-                if let Ok(other) = columns.binary_search(&other) {
-                    bend[(other, place)] += combination[row] * change[lane];
-                }
-            }
-        }
-        if columns.last() == Some(&n) {
-            self.bend_in_time(state, combination, columns, &mut bend);
-        }
-        bend
-    }
-
-    /// The last row and column of the second derivatives.
-    fn bend_in_time(&mut self, state: &State, combination: &[f64], columns: &[usize], bend: &mut DMatrix<f64>) {
-        let (model, last) = (self.model, columns.len() - 1);
-        let [before, after] = [-DIFFERENCE, DIFFERENCE].map(|shift| {
-            let mut moved = moved(model, state, [(model.coordinates(), 1.0)], shift);
-            let x = scaled(model, &moved);
-            Loops { model, machine: &mut self.machine, state: &mut moved, only: Some(self.imposed) }.rows(&x)
-        });
-        for (place, column) in columns[..last].iter().enumerate() {
-            let changes = after.iter().zip(&before).map(|(after, before)| entry(after, column) - entry(before, column));
-            let mixed: f64 = changes.zip(combination).map(|(change, share)| share * change).sum();
-            let mixed = mixed / (2.0 * DIFFERENCE);
-            (bend[(place, last)], bend[(last, place)]) = (mixed, mixed);
-        }
-        let second = |[before, now, after]: [f64; 3]| (before - 2.0 * now + after) / (DIFFERENCE * DIFFERENCE);
-        let values = self.around(state).into_iter().map(second);
-        bend[(last, last)] = values.zip(combination).map(|(value, share)| share * value).sum();
-    }
 }
 
-/// Each of four of so many coordinates by itself.
-fn unit_directions(four: usize, coordinates: usize) -> impl Iterator<Item = (usize, Lane)> {
-    let columns = four * WIDTH..coordinates.min((four + 1) * WIDTH);
-    columns.map(|column| (column, std::array::from_fn(|lane| if lane == column % WIDTH { 1.0 } else { 0.0 })))
+/// The coordinates in each loop equation, whatever the pose.
+fn columns(model: &Model, imposed: &[usize]) -> Vec<Vec<usize>> {
+    let mut columns = vec![Vec::new(); imposed.len()];
+    for &(row, column) in &model.program().tapes.jacobian.entries {
+        if let (Ok(place), true) = (imposed.binary_search(&(row as usize)), (column as usize) < model.coordinates()) {
+            columns[place].push(column as usize);
+        }
+    }
+    columns.iter_mut().for_each(|columns| {
+        columns.sort_unstable();
+        columns.dedup();
+    });
+    columns
 }
 
-fn entry(row: &SparseRow, column: &usize) -> f64 {
-    row.get(column).copied().unwrap_or_default()
+/// Colours of so many columns: the first that no column has that is in a row with it (Curtis, Powell and Reid, IMA J. Appl. Math. 13, 1974).
+fn colours(count: usize, rows: &[Vec<usize>]) -> Vec<usize> {
+    let mut rows_of = vec![Vec::new(); count];
+    rows.iter().enumerate().for_each(|(row, columns)| columns.iter().for_each(|column| rows_of[*column].push(row)));
+    let mut colours = vec![usize::MAX; count];
+    for column in 0..count {
+        let mut taken: Vec<usize> =
+            rows_of[column].iter().flat_map(|row| &rows[*row]).map(|other| colours[*other]).collect();
+        taken.sort_unstable();
+        taken.dedup();
+        colours[column] =
+            taken.iter().enumerate().find(|(place, colour)| place != *colour).map_or(taken.len(), |(place, _)| place);
+    }
+    colours
 }
 
-fn dot(row: &SparseRow, columns: &[f64]) -> f64 {
-    row.iter().map(|(&column, value)| value * columns[column]).sum()
+/// One in one of four places.
+fn unit(place: usize) -> Lane {
+    std::array::from_fn(|lane| if lane == place { 1.0 } else { 0.0 })
 }
 
 /// A pose so many times a way further, in units of the scales and in time.
@@ -353,23 +462,4 @@ fn moved(model: &Model, pose: &State, way: impl IntoIterator<Item = (usize, f64)
         }
     }
     moved
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn rows_that_depend_on_each_other_are_found_with_their_shares() {
-        let rows =
-            |entries: &[&[(usize, f64)]]| entries.iter().map(|row| SparseRow::from_iter(row.iter().copied())).collect();
-        let matrix: Vec<SparseRow> = rows(&[&[(0, 1.0)], &[(1, 2.0)], &[(2, 1.0)], &[(1, 1.0), (2, -1.0)]]);
-        let found = Dependences::of(&matrix).unwrap();
-        let [shares] = &found.combinations[..] else { panic!("{found:?}") };
-        let expected = [0.0, -0.5, 1.0, 1.0];
-        assert!(shares.iter().zip(expected).all(|(share, expected)| (share - expected).abs() < 1e-12), "{found:?}");
-        let change = found.shortest(&matrix, &[3.0, 4.0, 0.0, 9.0]);
-        assert!((change[&0] - 3.0).abs() < 1e-12 && (change[&1] - 2.0).abs() < 1e-12, "{change:?}");
-        assert!(Dependences::of(&matrix[..3]).unwrap().combinations.is_empty());
-    }
 }

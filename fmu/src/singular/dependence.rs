@@ -8,7 +8,7 @@ use crate::machine::Machine;
 use crate::math::maximum;
 use crate::model::Model;
 use crate::motion::Run;
-use crate::singular::detect::dependent;
+use crate::singular::detect::{dependent, depends_within};
 
 /// A start closer to a singular pose than this is treated as one in it.
 const CLOSE: f64 = 1e-2;
@@ -26,17 +26,17 @@ pub(crate) fn begins_near(context: &Context, run: &Run) -> bool {
     if !run.is_first() || context.model.active().is_empty() {
         return run.in_zone(run.last.end_time);
     }
-    at_the_end(context, run).0 < CLOSE
+    ends_within(context, run, CLOSE)
 }
 
 /// Does the last step end so close to a singular pose that a method which does not pass poses goes no further?
 pub(crate) fn is_refused(context: &Context, run: &Run) -> bool {
-    !context.model.active().is_empty() && at_the_end(context, run).0 < REFUSED
+    !context.model.active().is_empty() && ends_within(context, run, REFUSED)
 }
 
 /// Does the last step end in a singular pose?
 pub(crate) fn is_singular(context: &Context, run: &Run) -> bool {
-    !context.model.active().is_empty() && at_the_end(context, run).0 < DEPENDENT
+    !context.model.active().is_empty() && ends_within(context, run, DEPENDENT)
 }
 
 /// Why a method that does not pass poses goes no further where no other takes over.
@@ -115,6 +115,11 @@ pub(crate) fn not_singular(model: &Model, run: &Run, named: bool, failure: Failu
         return failure;
     }
     Failure::ChoiceDependent { time: *time, joints: joints.clone(), named }
+}
+
+/// Is the last step's end closer than this to a pose in which loop equations depend on each other?
+fn ends_within(context: &Context, run: &Run, distance: f64) -> bool {
+    depends_within(context.model, &run.state_at(context.model, run.last.end_time, &run.last.end), distance)
 }
 
 /// Which loop equations depend on each other where the step begins, and how far from it they are.

@@ -13,7 +13,7 @@ use nalgebra::DMatrix;
 
 use crate::constraints::poses::{imposed, rows_of};
 use crate::constraints::reciprocals::{is_jump, is_within};
-use crate::linalg::sparse::SparseRow;
+use crate::linalg::sparse::{Factors, SparseRow, product_with_transposed};
 use crate::linalg::spectrum::{ends, ends_of_many};
 use crate::math::{self, Random};
 use crate::model::{Model, State};
@@ -219,15 +219,44 @@ impl Guard {
 /// other poses: 0 to 1.
 pub fn dependent(model: &Model, state: &State) -> (f64, Vec<String>) {
     let imposed = imposed(model, state);
-    let mut poses = vec![rows_of(model, state, &imposed)];
-    // A law may have no value in some poses.
-    let is_defined = |rows: &Vec<SparseRow>| rows.iter().flat_map(SparseRow::values).all(|entry| entry.is_finite());
-    poses.extend(open_poses(model, state).map(|pose| rows_of(model, &pose, &imposed)).filter(is_defined));
-    divide_by_sizes(&mut poses);
-    let mut found = poses.iter().filter_map(|rows| distance(model, (&imposed, rows)));
+    dependent_in(model, &imposed, &poses_around(model, state, &imposed))
+}
+
+/// Is that distance less than this?
+pub fn depends_within(model: &Model, state: &State, distance: f64) -> bool {
+    let imposed = imposed(model, state);
+    let poses = poses_around(model, state, &imposed);
+    // Rows are not larger than 1, and so no further from depending on each other in any pose.
+    let apart = poses.first().is_some_and(|here| is_apart(here, distance));
+    !apart && dependent_in(model, &imposed, &poses).0 < distance
+}
+
+/// What [`dependent`] says of rows in a pose and in others.
+fn dependent_in(model: &Model, imposed: &[usize], poses: &[Vec<SparseRow>]) -> (f64, Vec<String>) {
+    let mut found = poses.iter().filter_map(|rows| distance(model, (imposed, rows)));
     let Some((here, joints)) = found.next() else { return (1.0, Vec::new()) };
     let usual = found.fold(here, |most, (distance, _)| math::maximum(most, distance));
     (if here > 0.0 { here / usual } else { 0.0 }, joints)
+}
+
+/// The rows of loop equations at a state and in poses around it, each 1 where it is largest.
+fn poses_around(model: &Model, state: &State, imposed: &[usize]) -> Vec<Vec<SparseRow>> {
+    let mut poses = vec![rows_of(model, state, imposed)];
+    // A law may have no value in some poses.
+    let is_defined = |rows: &Vec<SparseRow>| rows.iter().flat_map(SparseRow::values).all(|entry| entry.is_finite());
+    poses.extend(open_poses(model, state).map(|pose| rows_of(model, &pose, imposed)).filter(is_defined));
+    divide_by_sizes(&mut poses);
+    poses
+}
+
+/// Are all eigenvalues of J J^T larger than the square of a distance? They are if what is left without it has positive pivots (Golub and Van Loan, Matrix
+/// Computations, 2013, 8.1.5).
+fn is_apart(rows: &[SparseRow], distance: f64) -> bool {
+    let mut product = product_with_transposed(rows);
+    for (index, row) in product.iter_mut().enumerate() {
+        *row.entry(index).or_default() -= distance * distance;
+    }
+    Factors::new(product).is_some()
 }
 
 /// How far rows of loop equations of about unit size are from depending on each other, and the joints and drivers that do so most.
@@ -303,6 +332,17 @@ mod tests {
         assert!(guard.ends_near());
         (guard.start, guard.next) = (guard.next.clone(), vec![1.0, 0.2]);
         assert!(guard.began_near());
+    }
+
+    #[test]
+    fn rows_are_apart_up_to_their_distance() {
+        // Two unit vectors at an angle: the smallest eigenvalue is 1 - cos.
+        let angle: f64 = 0.2;
+        let rows = [vec![(0, 1.0)], vec![(0, angle.cos()), (1, angle.sin())]];
+        let rows = rows.map(SparseRow::from_iter);
+        let distance = (1.0 - angle.cos()).sqrt();
+        assert!(is_apart(&rows, 0.999 * distance) && !is_apart(&rows, 1.001 * distance));
+        assert!(is_apart(&[], 0.1) && !is_apart(&[SparseRow::from([(0, f64::NAN)])], 0.1));
     }
 
     #[test]

@@ -2,8 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::crossing::Dependences;
-use crate::constraints::poses::{imposed, rows_of};
+use super::crossing::Crossing;
 use crate::math;
 use crate::model::{Model, State};
 use crate::motion::passage::Passage;
@@ -67,21 +66,17 @@ fn passage(run: &Run, model: &Model, time: f64, pose: &[f64]) -> Passage {
 pub(crate) fn describe(model: &Model, state: &State) -> Passage {
     let mut passage = Passage { time: state.time(), joints: Vec::new(), bodies: Vec::new(), freedoms: 0, defect: 0.0 };
     let program = model.program();
-    let imposed = imposed(model, state);
-    let rows = rows_of(model, state, &imposed);
-    let Some(found) = Dependences::of(&rows) else { return passage };
-    let combinations = &found.combinations;
-    passage.freedoms = combinations.len();
-    let takes_part = |place: usize| combinations.iter().any(|shares| shares[place].abs() > SHARE);
-    let part: Vec<usize> = (0..rows.len()).filter(|&place| takes_part(place)).collect();
-    passage.joints = part.iter().map(|&place| program.constraints[imposed[place]].owner.clone()).collect();
+    let Some(found) = Crossing::of(model, state) else { return passage };
+    passage.freedoms = found.combinations.len();
+    let shares = found.combinations.iter().flatten().filter(|(_, share)| share.abs() > SHARE);
+    let part: BTreeSet<usize> = shares.map(|(place, _)| *place).collect();
+    passage.joints = part.iter().map(|&place| program.constraints[found.imposed[place]].owner.clone()).collect();
     passage.joints.dedup();
-    let moved: BTreeSet<usize> = part.iter().flat_map(|&place| rows[place].keys().copied()).collect();
+    let moved: BTreeSet<usize> = part.iter().flat_map(|&place| &found.columns[place]).copied().collect();
     let turning = moved.iter().filter_map(|&index| program.coordinates[index].name.strip_suffix(".angle"));
     passage.bodies = turning.map(String::from).collect();
-    let defect = found.defect(model, &imposed, state);
     let coordinates = program.coordinates.iter().zip(state.positions()).take(model.mechanical());
     let largest = coordinates.fold(1.0, |most, (own, place)| math::maximum(most, place.abs() / own.scale));
-    passage.defect = if defect > ROUNDING * f64::EPSILON * largest { defect } else { 0.0 };
+    passage.defect = if found.defect > ROUNDING * f64::EPSILON * largest { found.defect } else { 0.0 };
     passage
 }
