@@ -242,6 +242,41 @@ fn a_state_does_not_drift() {
     run.check("count", 1000.0);
 }
 
+/// A slider-crank with crank and rod of one length goes through its dead point, where branches cross, beside a state as without one.
+#[test]
+fn singular_poses_are_passed_beside_states() {
+    let bar = |mass: f64| Body::new().mass(mass).inertia(mass / 12.0).point("a", [-0.5, 0.0]).point("b", [0.5, 0.0]);
+    let scene = |torque: &str| {
+        let scene = Scene::new("dead_points")
+            .body("crank", bar(1.0))
+            .body("rod", bar(0.6))
+            .body("slider", Body::new().mass(0.7))
+            .revolute("bearing", "ground", "crank.a")
+            .revolute("pin", "crank.b", "rod.a")
+            .revolute("wrist", "rod.b", "slider")
+            .prismatic("guide", "ground", "slider", [1.0, 0.0])
+            .load("motor", Load::torque("ground", "crank", torque))
+            .initial("crank.angle", 0.5)
+            .initial("crank.omega", 3.0)
+            .guess("rod.angle", -0.5)
+            .output("crank.angle")
+            .output("slider.x");
+        if torque == "z" { scene.state("z", State::new(1.5, "0")).state("far", State::new(7.0, "40*z")) } else { scene }
+    };
+    let end = |torque: &str| {
+        let program = sound(compile(&scene(torque))).program;
+        let mut run = Instance::new(Arc::new(Model::new(program).unwrap()));
+        run.setup(0.0, None, Some(1e-10)).unwrap();
+        run.initialise().unwrap();
+        run.step_to(2.0).unwrap();
+        let passed = run.take_passages().len();
+        (passed, value(&mut run, "crank.angle"), value(&mut run, "slider.x"))
+    };
+    let (with, without) = (end("z"), end("1.5"));
+    assert!(with.0 > 0 && with.0 == without.0, "{with:?} {without:?}");
+    assert!((with.1 - without.1).abs() < 1e-7 && (with.2 - without.2).abs() < 1e-7, "{with:?} {without:?}");
+}
+
 /// A number between two bounds from a sequence that looks random.
 struct Random(f64);
 
