@@ -251,7 +251,7 @@ fn a_pose_is_clear_of_another_until_arms_have_turned_as_far() {
         machine.load(&model, &model.default_state(0.0));
         let mut jet = Jet::new(&model).expect("an arm form");
         let mut changes = jet.changes();
-        let mut unknowns = |jet: &mut Jet, angles: [f64; 3]| {
+        let unknowns = |jet: &mut Jet, angles: [f64; 3]| {
             let motion: Vec<f64> = angles.into_iter().chain([0.0; 3]).collect();
             let regular = jet.begin(&model, machine.registers(), 2, &motion).is_ok();
             (regular, jet.polynomial(0).to_vec())
