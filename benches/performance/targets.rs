@@ -90,8 +90,8 @@ Where a target is missed:
   once a step, orders that grow with the tolerance (16 became 20 at 1e-6), inverses four rows at a time. Ineffective: factors instead of the inverse, one function for each number of
   loops, the response of more than four frames, forces directly from the moments. A step also tests for singular configurations, verifies the equations at its end, and stores its polynomial,
   which programs by hand do not.
-- **S3.** The matrix is factored as a sparse matrix (before, its inverse took fifteen times as long). Half of the time goes to ten passages through the flat pose, in which
-  all forty loops are singular at once: each passage is located to six digits, the dependent loop equations are found from one factorisation, and of each of the forty
+- **S3.** The matrix is factored as a sparse matrix (before, its inverse took fifteen times as long). A quarter of the time goes to ten passages through the flat pose, in
+  which all forty loops are singular at once: each passage is located to six digits, the dependent loop equations are found by one elimination, and of each of the forty
   combinations one step of Newton's method says by how much branches miss each other. A program by hand goes straight on and does not ask: where branches miss, it would be wrong
   without a word. The rest is divided between solutions, order by order, and products of series.
 - **S4.** In branch coordinates the mass matrix of a chain is full, but each of its entries is a product of a link and the mass that the other body carries: the forces of an

@@ -35,6 +35,8 @@ pub(crate) struct Elimination {
     pub independent: Vec<bool>,
     /// By columns: which row is solved for it.
     pivots: Vec<Option<usize>>,
+    /// By columns: solved rows that have had an entry there.
+    holders: Vec<Vec<usize>>,
 }
 
 /// A sum of entries in the making.
@@ -66,8 +68,10 @@ impl Sum {
         self.places.sort_unstable();
         self.places.dedup();
         let values = &mut self.values;
-        let entries = self.places.drain(..).map(|place| (place, std::mem::take(&mut values[place])));
-        entries.filter(|(_, value)| !(value.abs() <= NOTHING)).collect()
+        let mut entries = EntryList::with_capacity(self.places.len());
+        entries.extend(self.places.drain(..).map(|place| (place, std::mem::take(&mut values[place]))));
+        entries.retain(|(_, value)| is_something(*value));
+        entries
     }
 }
 
@@ -87,8 +91,8 @@ impl Elimination {
             dependent: Vec::new(),
             independent: vec![false; rows.len()],
             pivots: vec![None; columns],
+            holders: vec![Vec::new(); columns],
         };
-        let mut holders: Vec<Vec<usize>> = vec![Vec::new(); columns];
         for (index, row) in rows.iter().enumerate() {
             found.reduce(row, &mut sum, &mut shares);
             shares.add(index, 1.0);
@@ -99,18 +103,7 @@ impl Elimination {
             }
             found.independent[index] = true;
             let column = pivot(&rest, unknowns, &counts)?;
-            let solved = solve_for(column, &rest, &shares_of_row);
-            for holder in std::mem::take(&mut holders[column]) {
-                let before = &mut found.solved[holder];
-                let Ok(place) = before.rest.binary_search_by_key(&column, |entry| entry.0) else { continue };
-                let (_, factor) = before.rest.remove(place);
-                (before.rest, before.shares) =
-                    (less(&before.rest, factor, &solved.rest), less(&before.shares, factor, &solved.shares));
-                solved.rest.iter().for_each(|(column, _)| holders[*column].push(holder));
-            }
-            solved.rest.iter().for_each(|(column, _)| holders[*column].push(found.solved.len()));
-            found.pivots[column] = Some(found.solved.len());
-            found.solved.push(solved);
+            found.take_out(solve_for(column, &rest, &shares_of_row));
         }
         for mut row in std::mem::take(&mut found.dependent) {
             found.reduce(&row.rest, &mut sum, &mut shares);
@@ -119,6 +112,22 @@ impl Elimination {
             found.dependent.push(row);
         }
         Some(found)
+    }
+
+    /// Takes the pivot of one more solved row out of those before it.
+    fn take_out(&mut self, solved: Solved) {
+        let place = self.solved.len();
+        for holder in std::mem::take(&mut self.holders[solved.column]) {
+            let before = &mut self.solved[holder];
+            let Ok(own) = before.rest.binary_search_by_key(&solved.column, |entry| entry.0) else { continue };
+            let (_, factor) = before.rest.remove(own);
+            before.rest = less(&before.rest, factor, &solved.rest);
+            before.shares = less(&before.shares, factor, &solved.shares);
+            solved.rest.iter().for_each(|(column, _)| self.holders[*column].push(holder));
+        }
+        solved.rest.iter().for_each(|(column, _)| self.holders[*column].push(place));
+        self.pivots[solved.column] = Some(place);
+        self.solved.push(solved);
     }
 
     /// Adds a row without pivots, and the shares of other rows that this takes.
@@ -165,6 +174,12 @@ fn solve_for(column: usize, rest: &[(usize, f64)], shares: &[(usize, f64)]) -> S
     Solved { column, rest, shares: times(shares) }
 }
 
+/// Not a number counts.
+fn is_something(value: f64) -> bool {
+    let nothing = value.abs() <= NOTHING;
+    !nothing
+}
+
 /// The value at a place.
 fn entry(entries: &[(usize, f64)], place: usize) -> f64 {
     entries.binary_search_by_key(&place, |entry| entry.0).map_or(0.0, |found| entries[found].1)
@@ -184,7 +199,7 @@ fn less(a: &[(usize, f64)], factor: f64, b: &[(usize, f64)]) -> EntryList {
         };
         _ = a.next_if(|one| one.0 == next.0);
         _ = b.next_if(|other| other.0 == next.0);
-        if !(next.1.abs() <= NOTHING) {
+        if is_something(next.1) {
             difference.push(next);
         }
     }
@@ -204,7 +219,7 @@ mod tests {
         let (unknowns, mut random) = (30, crate::math::Random::new(5));
         let mut rows: Vec<EntryList> =
             (0..18).map(|row| (0..4).map(|step| (row + 3 * step, random.symmetric() + 2.0)).collect()).collect();
-        for (place, [one, other]) in [(9, [2, 7]), (20, [0, 16])] {
+        for (place, [one, other]) in [(9, [2, 7]), (19, [0, 16])] {
             rows.insert(place, less(&rows[one].clone(), -0.5, &rows[other].clone()));
         }
         let found = Elimination::new(&rows, [unknowns; 2], |_, rest| size(rest) < 1e-9).unwrap();

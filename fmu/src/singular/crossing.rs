@@ -159,8 +159,10 @@ impl Pose {
     fn saddle(&self, place: usize, shift: &[f64]) -> Option<Saddle> {
         let Bend { entries, columns, free } = self.bend(place);
         let along = |column: &usize, free: &usize| self.found.along(*column, *free) / self.lengths[*free];
-        let vectors: Vec<Vec<f64>> =
-            columns.iter().map(|column| free.iter().map(|free| along(column, free)).collect()).collect();
+        let parts = columns.iter().flat_map(|column| free.iter().map(move |free| (column, free)));
+        let mut vectors = Vec::with_capacity(columns.len() * free.len());
+        vectors.extend(parts.map(|(column, free)| along(column, free)));
+        let vector = |column: usize| &vectors[column * free.len()..][..free.len()];
         let moved: Vec<f64> = columns.iter().map(|&column| self.moved(column, shift)).collect();
         let (row, largest) = (&self.found.dependent[place], size(&self.found.dependent[place]));
         let slope =
@@ -171,9 +173,9 @@ impl Pose {
         for (a, b, value) in entries {
             let (Ok(a), Ok(b)) = (columns.binary_search(&a), columns.binary_search(&b)) else { continue };
             left += 0.5 * value * moved[a] * moved[b];
-            for (i, one) in vectors[a].iter().enumerate().filter(|(_, one)| **one != 0.0) {
+            for (i, one) in vector(a).iter().enumerate().filter(|(_, one)| **one != 0.0) {
                 sloping[i] += value * moved[b] * one;
-                vectors[b].iter().enumerate().for_each(|(j, other)| bend[(i, j)] += value * one * other);
+                vector(b).iter().enumerate().for_each(|(j, other)| bend[(i, j)] += value * one * other);
             }
         }
         let finite = bend.iter().chain(&sloping).all(|entry: &f64| entry.is_finite());
@@ -185,9 +187,8 @@ impl Pose {
         let inverse = eigen.eigenvalues.map(|value| if value.abs() > least { 1.0 / value } else { 0.0 });
         let weights = -(&eigen.eigenvectors * eigen.eigenvectors.tr_mul(&sloping).component_mul(&inverse));
         left += 0.5 * sloping.dot(&weights);
-        let part =
-            |(moved, vectors): (&f64, &Vec<f64>)| moved + vectors.iter().zip(&weights).map(|(a, b)| a * b).sum::<f64>();
-        let length = moved.iter().zip(&vectors).map(part).fold(0.0, |most, part| math::maximum(most, part.abs()));
+        let part = |column: usize| moved[column] + vector(column).iter().zip(&weights).map(|(a, b)| a * b).sum::<f64>();
+        let length = (0..moved.len()).map(part).fold(0.0, |most, part| math::maximum(most, part.abs()));
         Some(Saddle { weights: free.into_iter().zip(weights.iter().copied()).collect(), length, left })
     }
 
@@ -284,7 +285,7 @@ impl<'a> Study<'a> {
     fn rows(&mut self, state: &State) -> Vec<EntryList> {
         let (x, mut state, mut entries) = (scaled(self.model, state), state.clone(), Vec::new());
         self.loops(&mut state).jacobian(&x, &mut entries);
-        let mut rows = vec![EntryList::new(); self.columns.len()];
+        let mut rows: Vec<EntryList> = self.columns.iter().map(|own| EntryList::with_capacity(own.len() + 1)).collect();
         entries.iter().for_each(|&(row, column, value)| rows[row].push((column, value)));
         rows.iter_mut().for_each(|row| row.sort_unstable_by_key(|entry| entry.0));
         rows
@@ -436,9 +437,10 @@ fn colours(count: usize, rows: &[Vec<usize>]) -> Vec<usize> {
     let mut rows_of = vec![Vec::new(); count];
     rows.iter().enumerate().for_each(|(row, columns)| columns.iter().for_each(|column| rows_of[*column].push(row)));
     let mut colours = vec![usize::MAX; count];
+    let mut taken = Vec::new();
     for column in 0..count {
-        let mut taken: Vec<usize> =
-            rows_of[column].iter().flat_map(|row| &rows[*row]).map(|other| colours[*other]).collect();
+        taken.clear();
+        taken.extend(rows_of[column].iter().flat_map(|row| &rows[*row]).map(|other| colours[*other]));
         taken.sort_unstable();
         taken.dedup();
         colours[column] =
