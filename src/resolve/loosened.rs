@@ -36,10 +36,8 @@ pub struct Loose {
     pub parameter: String,
     /// What it is of the scene, such as `ground.hinge.x` or `strut.length`.
     pub name: String,
-    /// Where it is written, with its quotes.
+    /// Where it is written, without quotes.
     pub span: Span,
-    /// Is it written without a unit?
-    pub bare: bool,
 }
 
 /// The law of a driver, to which a parameter is added.
@@ -144,7 +142,7 @@ impl Loosening {
             return;
         }
         let parameter = self.parameter(Quantity { value, span: node.span }, wanted, bare);
-        self.numbers.push(Loose { parameter: parameter.clone(), name, span: node.span, bare });
+        self.numbers.push(Loose { parameter: parameter.clone(), name, span: node.span });
         node.kind = Content::Text(parameter);
     }
 

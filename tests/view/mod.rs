@@ -289,8 +289,13 @@ fn other_lines<'t>(text: &'t str, original: &str) -> Vec<&'t str> {
 }
 
 /// A pull at a body along a path: from the place of its mass centre on.
-fn pulled(folder: &Path, name: &str, [body, other]: [&str; 2], path: &str) -> Option<serde_json::Value> {
-    let page = page(folder, &model(name), &runtimes()?);
+fn pulled(folder: &Path, name: &str, parts: [&str; 2], path: &str) -> Option<serde_json::Value> {
+    pulled_in(folder, &model(name), parts, path)
+}
+
+fn pulled_in(folder: &Path, scene: &Path, [body, other]: [&str; 2], path: &str) -> Option<serde_json::Value> {
+    let page = page(folder, scene, &runtimes()?);
+    let name = scene.display();
     let script = include_str!("pulls.js").replace("PATH(from)", &format!("({path})(from)"));
     let script = script.replace("BODY", &format!("{body:?}")).replace("OTHER", &format!("{other:?}"));
     let verdict = seen(&page, &script)?;
@@ -338,6 +343,53 @@ fn a_pulled_body_stops_at_a_dead_point_and_says_so() {
     assert!((verdict["there"][2].as_f64().unwrap() - limit).abs() < 1e-3, "{limit}: {verdict}");
     assert!(verdict["told"].as_str().unwrap().starts_with("Dead point: rocker goes no farther"), "{verdict}");
 }
+
+/// Equal bars in one line: the parallelogram could go on as one, or fold the other way. From 60 degrees down it stops there, and either way back it is the one that it was.
+#[test]
+fn a_pulled_body_stops_where_branches_meet() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("flat.toml");
+    fs::write(&scene, FLAT).unwrap();
+    let down = "() => Array.from({ length: 45 }, (_, k) => [.1 * Math.cos(Math.PI / 3 - .05 * k), .1 * Math.sin(Math.PI / 3 - .05 * k)])";
+    let Some(verdict) = pulled_in(folder.path(), &scene, ["left", "right"], down) else { return };
+    assert!(verdict["told"].as_str().unwrap().starts_with("Branches of the motion meet here"), "{verdict}");
+    let angle = verdict["there"][2].as_f64().unwrap();
+    assert!((0.0..0.01).contains(&angle), "{verdict}");
+    // The right bar is parallel: it has turned as far.
+    assert!((verdict["still"].as_f64().unwrap() - (60.0_f64.to_radians() - angle)).abs() < 1e-6, "{verdict}");
+}
+
+const FLAT: &str = r#"
+format = 1
+name = "flat"
+[ground.points]
+left = [0, 0]
+right = ['0.4 m', 0]
+[bodies.left]
+mass = 1.0
+inertia = 0.01
+points = { foot = [-0.1, 0], head = [0.1, 0] }
+[bodies.beam]
+mass = 1.0
+inertia = 0.02
+points = { left = [-0.2, 0], right = [0.2, 0] }
+[bodies.right]
+mass = 1.0
+inertia = 0.01
+points = { foot = [-0.1, 0], head = [0.1, 0] }
+[joints]
+a = { type = "revolute", between = ["ground.left", "left.foot"] }
+b = { type = "revolute", between = ["left.head", "beam.left"] }
+c = { type = "revolute", between = ["beam.right", "right.head"] }
+d = { type = "revolute", between = ["ground.right", "right.foot"] }
+[initial]
+"left.angle" = '60 deg'
+"right.angle" = { guess = "60 deg" }
+[outputs]
+variables = ["left.angle", "right.angle"]
+[experiment]
+stop = "0.2 s"
+"#;
 
 #[test]
 fn of_several_freedoms_those_that_are_not_needed_stay() {
@@ -404,6 +456,69 @@ fn a_crowd_is_painted_without_touching_the_document() {
     assert!(failed.is_empty() && verdict.as_object().unwrap().len() == 11, "{failed:?} {verdict}");
 }
 
+/// A free length is dragged along its spring, by half of what it grows; a mass centre, where it is.
+#[test]
+fn a_free_length_and_a_mass_centre_have_handles() {
+    let Some(runtimes) = runtimes() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let page = page(folder.path(), &model("gas_strut"), &runtimes);
+    let script = "cotree.pause(); cotree.PATIENCE.ms = Infinity; cotree.seek(0);
+        const { state, MODEL, touching, knobs } = cotree, S = MODEL.geometry.scale, next = () => new Promise(done => page.requestAnimationFrame(() => page.requestAnimationFrame(() => page.requestAnimationFrame(done))));
+        page.document.querySelector('[data-mode-of=change]').click();
+        const middle = button => { const { x, y, width, height } = button.getBoundingClientRect(); return [x + width / 2, y + height / 2]; };
+        const drag = async (name, by) => {
+          const { button } = touching.handles.find(handle => handle.name === name), from = middle(button);
+          button.setPointerCapture = () => {};
+          const send = (kind, part) => button.dispatchEvent(new page.PointerEvent(kind, { pointerId: 5, clientX: from[0] + part * by[0], clientY: from[1] + part * by[1], bubbles: true }));
+          send('pointerdown', 0);
+          for (const part of [.3, .6, 1]) { send('pointermove', part); await next(); }
+          for (let k = 0; k < 4; k++) await next();
+          send('pointerup', 1); await next();
+          return middle(button).map((value, axis) => value - from[axis]);
+        };
+        const value = title => knobs.find(knob => knob.title === title).value, ctm = $('scene').getScreenCTM().a;
+        const metre = S * ctm, length = value('strut.length'), [a, b] = ['ground.foot', 'hatch.lug'].map(name => middle(touching.handles.find(handle => handle.name === name).button)), size = Math.hypot(b[0] - a[0], b[1] - a[1]);
+        await drag('strut.length', [20 * (b[0] - a[0]) / size, 20 * (b[1] - a[1]) / size]);
+        const grown = (value('strut.length') - length) * metre, x = value('hatch.com.x'), y = value('hatch.com.y');
+        const moved = await drag('hatch.com', [12, -9]), com = Math.hypot(value('hatch.com.x') - x, value('hatch.com.y') - y) * metre;
+        return { grown, moved, com, text: cotree.sceneText(), columns: Object.fromEntries(MODEL.outputs.map(name => [name, [state.run.columns.get(name)[0], state.run.columns.get(name).at(-1)]])) };";
+    let Some(verdict) = seen(&page, script) else { return };
+    assert!((verdict["grown"].as_f64().unwrap() - 40.0).abs() < 0.1, "{verdict}");
+    assert!((verdict["com"].as_f64().unwrap() - 15.0).abs() < 0.6, "{verdict}");
+    assert!((verdict["moved"][0].as_f64().unwrap() - 12.0).abs() < 1.0, "{verdict}");
+    assert_same_motion(folder.path(), verdict["text"].as_str().unwrap(), &verdict["columns"]);
+}
+
+/// Values stand in the text as they did: in the unit that a table gives to bare numbers, in their quotes, with their own unit. An address brings them back.
+#[test]
+fn changed_values_are_written_as_they_were() {
+    let Some(runtimes) = runtimes() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let text = fs::read_to_string(model("cart_pole")).unwrap();
+    let text = text.replace("pole_length = \"1 m\"", "pole_length = { value = 1000, unit = \"mm\" } # bare");
+    let scene = folder.path().join("scene.toml");
+    fs::write(&scene, &text).unwrap();
+    let page = page(folder.path(), &scene, &runtimes);
+    let script = "cotree.pause(); cotree.PATIENCE.ms = Infinity;
+        const set = { pole_length: 1.5 }, next = () => new Promise(done => page.requestAnimationFrame(() => page.requestAnimationFrame(done)));
+        cotree.adoptAddress(JSON.stringify([Object.entries(set)]));
+        await next();
+        const changed = cotree.sceneText(), address = new URLSearchParams(cotree.shareAddress().split('#')[1]).get('set');
+        const columns = Object.fromEntries(cotree.MODEL.outputs.map(name => [name, [cotree.state.run.columns.get(name)[0], cotree.state.run.columns.get(name).at(-1)]]));
+        cotree.resetSliders(); await next();
+        const same = cotree.sceneText() === cotree.MODEL.touch.text;
+        cotree.adoptAddress(address); await next();
+        const again = cotree.sceneText() === changed;
+        cotree.adoptAddress('[[[\"nothing\", 1]]]'); await next();
+        return { changed, columns, same, again, lost: $('notice').textContent };";
+    let Some(verdict) = seen(&page, script) else { return };
+    assert_eq!((&verdict["same"], &verdict["again"]), (&true.into(), &true.into()), "{verdict}");
+    assert!(verdict["lost"].as_str().unwrap().contains("nothing"), "{verdict}");
+    let changed = verdict["changed"].as_str().unwrap();
+    assert!(changed.contains("pole_length = { value = 1500, unit = \"mm\" } # bare"), "{changed}");
+    assert_same_motion(folder.path(), changed, &verdict["columns"]);
+}
+
 /// The page in an FMU moves, with the solver inside and without.
 #[test]
 fn the_documentation_of_an_fmu_moves() {
@@ -413,6 +528,7 @@ fn the_documentation_of_an_fmu_moves() {
     for (runtimes, sliders) in kinds {
         let scene = model("slider_crank");
         let page = documentation(folder.path(), &[scene.to_str().unwrap(), "--runtimes", runtimes.to_str().unwrap()]);
+        assert!(page.contains("id=\"loose\"></script>"), "what can be touched makes the page of an FMU larger");
         let Some(verdict) = seen(&page, include_str!("plays.js")) else { return };
         assert_eq!((&verdict["moved"], &verdict["played"]), (&true.into(), &true.into()), "{verdict}");
         assert_eq!(verdict["sliders"].as_u64().unwrap() > 0, sliders > 0, "{verdict}");

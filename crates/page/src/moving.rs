@@ -128,9 +128,13 @@ fn touch(scene: &Scene, known: &[Variable]) -> Option<Touch> {
         [whole.start, whole.end]
     };
     let found = |name: &str| everything.description.variables.iter().find(|variable| variable.name == name);
+    let written = |name: String, span: Span, bare: bool| {
+        let unit = found(&name).and_then(|variable| variable.unit.display.clone()).map(Display::from);
+        Written { name, place: place(span), unit, bare }
+    };
     let numbers = numbers.into_iter().filter_map(|own| {
         let variable = variable(found(&own.parameter)?, units);
-        Some(Number { name: own.name, variable, place: place(own.span), bare: own.bare })
+        Some(Number { name: own.name, variable, written: written(own.parameter, own.span, false) })
     });
     let laws = laws.into_iter().map(|own| Law {
         angle: found(&own.parameter).is_some_and(|variable| variable.unit.si == "rad"),
@@ -139,7 +143,7 @@ fn touch(scene: &Scene, known: &[Variable]) -> Option<Touch> {
         output: own.output,
         place: place(own.span),
     });
-    let written = written(scene).into_iter().filter(|(_, span)| !span.is_nowhere() && span.end <= text.len());
+    let own = values(scene).into_iter().filter(|(_, span, _)| !span.is_nowhere() && span.end <= text.len());
     let coordinates: Vec<String> = everything.program.coordinates.iter().map(|own| own.name.clone()).collect();
     let is_known = |name: &String| known.iter().any(|variable| variable.name == *name);
     coordinates.iter().all(is_known).then(|| Touch {
@@ -152,18 +156,18 @@ fn touch(scene: &Scene, known: &[Variable]) -> Option<Touch> {
             .map(|own| Formula { name: own.name, text: own.text, output: own.output })
             .collect(),
         laws: laws.collect(),
-        written: written.map(|(name, span)| Written { name, place: place(span) }).collect(),
+        written: own.map(|(name, span, bare)| written(name, span, bare)).collect(),
         file: file.to_owned(),
         text: text.to_owned(),
     })
 }
 
-/// Where the values of the scene's own parameters, inputs and initial values are written.
-fn written(scene: &Scene) -> Vec<(String, Span)> {
-    let parameters = scene.parameters.iter().map(|own| (&own.name, own.value.span));
-    let inputs = scene.inputs.iter().filter_map(|own| Some((&own.name, own.start.as_ref()?.span)));
-    let initial = scene.initial.iter().map(|own| (&own.variable, own.value.span));
-    parameters.chain(inputs).chain(initial).map(|(name, span)| (name.text.clone(), span)).collect()
+/// Where the values of parameters, inputs and initial values are written, and whether a unit beside them holds for bare numbers.
+fn values(scene: &Scene) -> Vec<(String, Span, bool)> {
+    let parameters = scene.parameters.iter().map(|own| (&own.name, own.value.span, true));
+    let inputs = scene.inputs.iter().filter_map(|own| Some((&own.name, own.start.as_ref()?.span, true)));
+    let initial = scene.initial.iter().map(|own| (&own.variable, own.value.span, false));
+    parameters.chain(inputs).chain(initial).map(|(name, span, bare)| (name.text.clone(), span, bare)).collect()
 }
 
 /// A body is pulled from the pose that is seen: a run has its coordinates.

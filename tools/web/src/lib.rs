@@ -1,4 +1,4 @@
-//! The runtime for browsers: one simulation behind a dozen functions that a script can call.
+//! The runtime for browsers: one simulation, and bodies that are pulled, behind functions that a script can call.
 //!
 //! A script passes numbers and addresses in the module's memory, which it allocates here. A function that can fail returns 0 if it did
 //! not; the message of the last failure is at [`cotree_error`].
@@ -194,7 +194,7 @@ pub unsafe extern "C" fn cotree_grip(
 }
 
 /// Pulls a point of the body, in the body's axes, to a place. 0: it is there, or as near as its path comes; 1: it is on its way; 2: at a dead point; 3: where branches
-/// of the motion meet.
+/// of the motion meet; 4: nothing moves the point.
 ///
 /// # Safety
 /// `grip` comes from [`cotree_grip`], and nobody else uses it now.

@@ -32,6 +32,8 @@ const CLOSED: f64 = 1e-10;
 const IDLE: f64 = 1e-4;
 /// Against what it was: the motion of a point that comes to a dead point.
 const DEAD: f64 = 0.02;
+/// Less than this of a unit of motion is none.
+const STILL: f64 = 1e-9;
 /// Of the least squares, relative to their trace: directions in which the point hardly moves are left alone.
 const DAMPING: f64 = 1e-6;
 
@@ -46,6 +48,8 @@ pub enum End {
     DeadPoint = 2,
     /// Branches of the motion meet: beyond it would not be certain which is meant.
     Singular = 3,
+    /// Nothing moves the point.
+    Fixed = 4,
 }
 
 struct Unknown {
@@ -85,28 +89,14 @@ impl Grip {
         released: &[(usize, bool)],
         body: [usize; 3],
     ) -> Result<Self, String> {
-        let layout = *model.layout();
         let program = model.program();
         if positions.len() != program.coordinates.len() {
             return Err("the pose has another number of coordinates".to_owned());
         }
         state.positions_mut().copy_from_slice(positions);
         state.rates_mut().fill(0.0);
-        let scale = |angle: bool| if angle { 1.0 } else { program.length };
-        let coordinates = program.coordinates.iter().zip(layout.positions()..);
-        let mut unknowns: Vec<Unknown> =
-            coordinates.map(|(own, register)| Unknown { register, scale: own.scale }).collect();
-        let followers = program.followers.iter().zip(layout.followers()..);
-        unknowns.extend(followers.map(|(own, register)| Unknown { register, scale: own.scale }));
-        let fixed = unknowns.len() - program.followers.len();
-        for &(variable, angle) in released {
-            let register = match program.variables.get(variable).map(|own| own.source) {
-                Some(Source::Parameter(index)) => layout.parameters() + index as usize,
-                Some(Source::Input(index)) => layout.inputs() + index as usize,
-                _ => return Err("only parameters and inputs can be released".to_owned()),
-            };
-            unknowns.push(Unknown { register, scale: scale(angle) });
-        }
+        let unknowns = unknowns(&model, released)?;
+        let fixed = program.coordinates.len();
         let mut registers = [0; 3];
         for (register, variable) in registers.iter_mut().zip(body) {
             *register = place(&model, variable).ok_or("the body has no place that could be pulled")?;
@@ -184,6 +174,9 @@ impl Grip {
     /// What stops the point that comes no nearer: it moves no more, or no more in both directions in which it has moved.
     fn stop(&self, speeds: [f64; 2], share: f64) -> End {
         let [most, across] = self.most;
+        if most <= STILL {
+            return End::Fixed;
+        }
         let is_dead = |axis: usize| speeds[axis] <= share * DEAD * self.most[axis];
         if is_dead(0) || across > DEAD * most && is_dead(1) { End::DeadPoint } else { End::Near }
     }
@@ -316,6 +309,24 @@ fn sizes(program: &Program, rows: &[Vec<f64>]) -> Vec<f64> {
         *size = maximum(*size, length(row));
     }
     owners.map(|owner| largest.get(owner).copied().unwrap_or_default()).collect()
+}
+
+/// Coordinates, what drivers integrate, and what is released.
+fn unknowns(model: &Model, released: &[(usize, bool)]) -> Result<Vec<Unknown>, String> {
+    let (program, layout) = (model.program(), model.layout());
+    let coordinates = program.coordinates.iter().map(|own| own.scale).zip(layout.positions()..);
+    let followers = program.followers.iter().map(|own| own.scale).zip(layout.followers()..);
+    let released = released.iter().map(|&(variable, angle)| {
+        let source = program.variables.get(variable).map(|own| own.source);
+        let register = match source {
+            Some(Source::Parameter(index)) => layout.parameters() + index as usize,
+            Some(Source::Input(index)) => layout.inputs() + index as usize,
+            _ => return Err("only parameters and inputs can be released".to_owned()),
+        };
+        Ok(Unknown { register, scale: if angle { 1.0 } else { program.length } })
+    });
+    let known = coordinates.chain(followers).map(|(scale, register)| Ok(Unknown { register, scale }));
+    known.chain(released).collect()
 }
 
 /// The register that has a variable once the outputs have been computed.

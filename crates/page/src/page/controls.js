@@ -161,7 +161,8 @@ function foundLines() {
   const options = [...parameters, ...inputs].map(own => `--set ${own.name}=${written(own)}`).join(" ");
   return [
     ...table("parameters", parameters, own => `${own.name} = ${written(own)}`), ...table("inputs", inputs, own => `${own.name} = { start = ${written(own)} }`),
-    ...table("initial", initial, own => `"${own.name}" = ${written(own)}`), ...(options ? [`# ${options}`] : []), "",
+    ...table("initial", initial, own => `"${own.name}" = ${written(own)}`), ...(options ? [`# ${options}`] : []),
+    ...(state.pose || knobs.some(knob => knob.loose && knob.value !== knob.start) ? ["# other numbers have changed, too: Save, Scene text"] : []), "",
   ].join("\n");
 }
 /** Copies them; where the browser does not let a page do so, they are shown. */

@@ -35,35 +35,38 @@ function adopt({ values, pose }) {
 }
 
 /** All digits that matter, and no more. */
-const written = number => `${+number.toPrecision(12)}`;
-/** A value in the unit in which the scene has it; `bare` numbers are SI. */
-function inText(name, value, bare) {
-  const variable = VARIABLES[INDEX.get(name)], { name: unit, factor } = variable.written ?? variable.display ?? { name: variable.unit, factor: 1 };
-  return bare || !unit ? written(value) : `"${written(value / factor)} ${unit}"`;
+const digits12 = number => `${+number.toPrecision(12)}`;
+/** A value in place of what stands in the text: in its quotes if it has some, with its unit if it has one. */
+function inText(value, { name, unit, bare }, old) {
+  const quote = old.match(/^["']/)?.[0] ?? "", own = unit ?? { name: VARIABLES[INDEX.get(name)].unit, factor: 1 };
+  if (quote && /[A-Za-z°%"″]/.test(old.slice(1, -1))) return `${quote}${digits12(value / own.factor)} ${own.name}${quote}`;
+  return `${quote}${digits12(bare ? value / own.factor : value)}${quote}`;
 }
-/** The law of a driver with something added: a sum binds least, but a unit needs its brackets. */
+/** The law of a driver with something added, in SI units: a sum binds least, but a unit needs its brackets. */
 function lawText(old, value) {
-  const plain = old.replace(/^["']|["']$/g, "").replace(/^(\s*[-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*([A-Za-z°][^*+-]*)$/, (_, number, unit) => `${number}[${unit.trim()}]`);
-  return `"${plain} ${value < 0 ? "-" : "+"} ${written(Math.abs(value))}"`;
+  const quote = old.match(/^["']/)?.[0] ?? '"', law = /^["']/.test(old) ? old.slice(1, -1) : old;
+  const plain = law.replace(/^(\s*[-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*([A-Za-z°][^*+-]*)$/, (_, number, unit) => `${number}[${unit.trim()}]`);
+  return `${quote}${plain} ${value < 0 ? "-" : "+"} ${digits12(Math.abs(value))}${quote}`;
 }
+/** A value in a line of its own. */
+const inLine = (name, value) => { const { unit } = VARIABLES[INDEX.get(name)]; return unit ? `"${digits12(value)} ${unit}"` : digits12(value); };
 
 /** Places of the text with what stands there now, and lines for what the text does not have yet, by its table. */
 function textChanges() {
-  const bytes = new TextEncoder().encode(TOUCH.text), at = ([from, to]) => new TextDecoder().decode(bytes.subarray(from, to)), isBare = text => !/^["']/.test(text) || !/[A-Za-z°]/.test(text);
-  const places = [], lines = { parameters: [], inputs: [], initial: [] }, where = name => TOUCH.written.find(own => own.name === name)?.place;
+  const bytes = new TextEncoder().encode(TOUCH.text), at = ([from, to]) => new TextDecoder().decode(bytes.subarray(from, to));
+  const places = [], lines = { parameters: [], inputs: [], initial: [] }, known = name => TOUCH.written.find(own => own.name === name), write = (own, value) => places.push([own.place, inText(value, own, at(own.place))]);
   for (const { name, value } of changedKnobs()) {
-    const number = TOUCH.numbers.find(own => own.variable.name === name), law = TOUCH.laws.find(own => own.parameter === name && own.output !== name), known = where(name), variable = VARIABLES[INDEX.get(name)];
-    if (number) places.push([number.place, inText(name, value, number.bare)]);
+    const own = TOUCH.numbers.find(own => own.variable.name === name)?.written ?? known(name), law = TOUCH.laws.find(own => own.parameter === name && own.output !== name);
+    if (own) write(own, value);
     else if (law) places.push([law.place, lawText(at(law.place), value)]);
-    else if (known) places.push([known, inText(name, value, isBare(at(known)))]);
-    else if (variable.kind === "input") lines.inputs.push(`${name} = { start = ${inText(name, value, !variable.unit)} }`);
-    else lines.initial.push(`"${name}" = ${inText(name, value, !variable.unit)}`);
+    else if (VARIABLES[INDEX.get(name)].kind === "input") lines.inputs.push(`${name} = { start = ${inLine(name, value)} }`);
+    else lines.initial.push(`"${name}" = ${inLine(name, value)}`);
   }
   state.pose?.forEach((value, k) => {
-    const name = TOUCH.coordinates[k], known = where(name);
+    const name = TOUCH.coordinates[k], own = known(name);
     if (changedKnobs().some(knob => knob.name === name)) return;
-    if (known && !knobs.some(knob => knob.name === name)) places.push([known, inText(name, value, isBare(at(known)))]);
-    else if (!known) lines.initial.push(`"${name}" = { guess = ${inText(name, value, false)} }`);
+    if (own && !knobs.some(knob => knob.name === name)) write(own, value);
+    else if (!own) lines.initial.push(`"${name}" = { guess = ${inLine(name, value)} }`);
   });
   return { bytes, places, lines };
 }
@@ -83,9 +86,18 @@ function sceneText() {
   return text;
 }
 
+/** Names that keep their meaning when the scene changes: those of numbers, and of what is added to the laws of a driver, are the scene's. */
+const lastingNames = () => [
+  ...(TOUCH?.numbers ?? []).map(({ name, variable }) => [variable.name, name]),
+  ...(TOUCH?.laws ?? []).filter(law => law.output !== law.parameter).map((law, _, all) => [law.parameter, `${law.driver}+${all.filter(({ driver }) => driver === law.driver).indexOf(law)}`]),
+];
+/** Values under names that last, and back; a name that is not known here stays. */
+function lasting(values) { const names = new Map(lastingNames()); return values.map(([name, value]) => [names.get(name) ?? name, value]); }
+function ownNames(values) { const names = new Map(lastingNames().map(([own, name]) => [name, own])); return values.map(([name, value]) => [names.get(name) ?? name, value]); }
+
 /** The address of this page with what has been changed. */
 function shareAddress() {
-  const { values, pose } = present(), named = values.map(([name, value]) => [TOUCH?.numbers.find(own => own.variable.name === name)?.name ?? TOUCH?.laws.filter(law => law.output !== name).find(law => law.parameter === name)?.driver.concat("+") ?? name, value]);
+  const { values, pose } = present(), named = lasting(values);
   return `${location.href.split("#")[0]}#set=${encodeURIComponent(JSON.stringify(pose ? [named, pose] : [named]))}`;
 }
 /** Takes over what an address says of what is still there. */
@@ -93,9 +105,8 @@ function adoptAddress(text) {
   let shared;
   try { shared = JSON.parse(text); } catch { tell("The address of this page is cut short: what it shares cannot be read."); return; }
   const [values, pose = null] = Array.isArray(shared) ? shared : [], known = [], lost = [];
-  for (const [name, value] of Array.isArray(values) ? values : []) {
-    const own = TOUCH?.numbers.find(number => number.name === name)?.variable.name ?? TOUCH?.laws.find(law => `${law.driver}+` === name)?.parameter ?? name;
-    if (Number.isFinite(value) && knobs.some(knob => knob.name === own)) known.push([own, value]); else lost.push(name);
+  for (const [name, value] of ownNames((Array.isArray(values) ? values : []).filter(Array.isArray))) {
+    if (Number.isFinite(value) && knobs.some(knob => knob.name === name)) known.push([name, value]); else lost.push(name);
   }
   const fits = Array.isArray(pose) && pose.length === TOUCH?.coordinates.length && pose.every(Number.isFinite);
   adopt({ values: known, pose: fits ? pose : null });

@@ -147,17 +147,18 @@ function open() {
 
 /** What a reader has chosen, for the next page of a scene that is watched. */
 function keep() {
-  const values = present().values;
+  const values = lasting(present().values);
   return { time: state.time, playing: transport.playing, speed: transport.speed, view: fitted ? null : view, scale: S, layers, values, pose: state.pose ?? null };
 }
 /** Values of what is still there; the view in metres, for the new drawing may have another scale. */
 function restore(kept) {
-  for (const [name, value] of kept.values) {
+  for (const [name, value] of ownNames(kept.values)) {
     const knob = knobs.find(knob => knob.name === name);
     if (knob) { knob.value = value; knob.show(); }
   }
   state.pose = kept.pose?.length === TOUCH?.coordinates.length ? kept.pose : null;
   if (state.pose || changedKnobs().length) solveAgain();
+  commit();
   for (const layer in layers) if (kept.layers[layer] !== layers[layer]) toggle(layer);
   if (kept.view) { view = kept.view.map(length => length * S / kept.scale); fitted = false; look(); }
   setSpeed(kept.speed);

@@ -115,7 +115,7 @@ pub struct Touch {
     pub formulas: Vec<Formula>,
     /// Laws of drivers: what pulls a body adds to them.
     pub laws: Vec<Law>,
-    /// Where the values of parameters, inputs and initial values are written.
+    /// How the values of parameters, inputs and initial values are written.
     pub written: Vec<Written>,
     /// The name of the scene's file and its text.
     pub file: String,
@@ -129,10 +129,7 @@ pub struct Number {
     pub name: String,
     /// As a parameter.
     pub variable: Variable,
-    /// Bytes of the text.
-    pub place: [usize; 2],
-    /// Is it written without a unit?
-    pub bare: bool,
+    pub written: Written,
 }
 
 /// A length that is written as an expression.
@@ -159,12 +156,17 @@ pub struct Law {
     pub place: [usize; 2],
 }
 
-/// Where a value is written.
+/// How a value is written.
 #[derive(Clone, Debug, Serialize)]
 pub struct Written {
+    /// Its variable.
     pub name: String,
-    /// Bytes of the text.
+    /// Bytes of the text, with quotes.
     pub place: [usize; 2],
+    /// The unit that it has there.
+    pub unit: Option<Display>,
+    /// Is a number without a unit in that unit too? Otherwise it is in SI units.
+    pub bare: bool,
 }
 
 /// A point of the ground.

@@ -2,6 +2,8 @@
 const TOUCH = MODEL.touch;
 /** Pixels from a body, or a handle, within which it is meant: half a finger, and the tip of a mouse. */
 const REACH = { touch: 22, mouse: 7 };
+/** Half of a block that slides, in pins. */
+const BLOCK = 2.5;
 /** Time of a picture that pulling may take [ms]. */
 const SHARE_OF_FRAME = 8;
 const touching = { mode: "pull", hold: null, handles: [], drag: null };
@@ -28,10 +30,11 @@ function bodyNear([x, y], reach) {
     return Math.hypot(x - a[0] - share * u, y - a[1] - share * v);
   };
   G.bodies.forEach((body, index) => {
-    const shape = body.rim.length ? body.rim : [...forms[index], ...(body.cornered ? [body.centre] : [])];
+    const shape = body.rim.length ? body.rim : [...forms[index], ...(body.cornered || !forms[index].length ? [body.centre] : [])];
     const ring = hull(shape.map(at => pixel(add(pose[index], 1, turned(index, at))))), side = k => [ring[k], ring[(k + 1) % ring.length]];
     const within = ring.length > 2 && ring.every((_, k) => { const [[a, b], [c, d]] = side(k); return (c - a) * (y - b) - (d - b) * (x - a) >= 0; });
-    const far = within ? 0 : Math.min(...ring.map((_, k) => away(...side(k))));
+    // A body with one place is a block.
+    const far = within ? 0 : Math.min(...ring.map((_, k) => away(...side(k)))) - (ring.length > 1 ? 0 : BLOCK * PIN);
     if (far < least || far === least && nearest !== null && sizes[index] < sizes[nearest]) [nearest, least] = [index, far];
   });
   for (const { centre, radius } of G.wheels) if (centre.body !== null && nearest === null && Math.hypot(...minus(spot(centre), [x, y])) < S * Math.abs(radius) + least) nearest = centre.body;
@@ -79,7 +82,7 @@ function pullOn() {
 }
 function pullWords({ end, body }) {
   const { name } = G.bodies[body];
-  return { 2: `Dead point: ${name} goes no farther this way. Another body may take the mechanism past it.`, 3: `Branches of the motion meet here: ${name} is not pulled through, for either way could be meant.` }[end] ?? "";
+  return { 2: `Dead point: ${name} goes no farther this way. Another body may take the mechanism past it.`, 3: `Branches of the motion meet here: ${name} is not pulled through, for either way could be meant.`, 4: `${name} does not move there: take it farther from where it turns.` }[end] ?? "";
 }
 /** Lets go: the pose is the new start, and the run from there is solved. Or the pose is given up. */
 function letGo(keep) {
@@ -172,26 +175,28 @@ function smallest(gains, wanted) {
 /** What is missing of a handle's way, in the axes of its parts. A length grows by twice the way of its middle. */
 function missingOf({ parts, ends }, missing) {
   if (!ends) return parts.flatMap(({ body }) => body === null ? missing : turnedBack(body, missing));
-  const [a, b] = ends.map(world), [u, v] = unit(minus(b, a));
+  const [u, v] = unit(minus(...ends.map(world).reverse()));
   return [2 * (missing[0] * u + missing[1] * v)];
 }
 
 function beginDrag(handle) {
   pause();
-  touching.drag = { handle, gains: gainsOf(handle), target: null, share: 1, missing: Infinity, tries: 0, changed: false, before: handle.knobs.map(knob => knob.value) };
+  takePose(state.run, place(state.run, state.time));
+  touching.drag = { handle, gains: gainsOf(handle), from: handle.anchor(), target: null, share: 1, missing: Infinity, tries: 0, changed: false, before: handle.knobs.map(knob => knob.value) };
 }
 /** The handle shall be there, in the world. The run answers; what is still missing then is added again. */
 function dragTo(target) { Object.assign(touching.drag, { target, share: 1, missing: Infinity, tries: 0 }); dragOn(); }
 function dragOn() {
   const { drag } = touching, { handle, gains, target } = drag;
   takePose(state.run, place(state.run, state.time));
-  const missing = minus(target, handle.anchor()), far = Math.hypot(...missing);
+  // What has a length may not move with it.
+  const missing = minus(target, handle.ends ? drag.from : handle.anchor()), far = Math.hypot(...missing);
   if (far > drag.missing) drag.share /= 2;
   drag.missing = far;
   const changes = smallest(gains, missingOf(handle, missing));
   handle.knobs.forEach((knob, k) => {
     const { min, max } = VARIABLES[knob.index];
-    knob.value = Math.min(Math.max((knob.solved ?? knob.start) + drag.share * changes[k], min ?? -Infinity), max ?? Infinity);
+    knob.value = Math.min(Math.max((handle.ends ? drag.before[k] : knob.solved ?? knob.start) + drag.share * changes[k], min ?? -Infinity), max ?? Infinity);
     knob.moves = [];
     knob.show();
   });
@@ -202,7 +207,7 @@ function dragOn() {
 /** After each run: half a pixel is near enough, and four answers are enough. */
 function dragAnswered() {
   const { drag } = touching;
-  if (!drag?.target || drag.tries++ >= 4) return;
+  if (!drag?.target || drag.handle.ends || drag.tries++ >= 4) return;
   takePose(state.run, place(state.run, state.time));
   if (Math.hypot(...minus(drag.target, drag.handle.anchor())) * S > .5 * size) dragOn();
 }
