@@ -18,7 +18,7 @@ use crate::formulate::{Formulated, formulate, lacking, undetermined};
 use crate::model::Unit;
 use crate::report::figures::summarise;
 use crate::report::summary::Summary;
-use crate::scene::{Asked, Fault, Faults, Reading, Scene, Source, Span, Text, read};
+use crate::scene::{Asked, Fault, Faults, Reading, Resolved, Scene, Severity, Source, Span, Text, read};
 
 /// A scene, compiled.
 #[derive(Clone, Debug)]
@@ -54,18 +54,31 @@ pub fn compile_with_equations(scene: &Scene) -> Result<(Compiled, Formulated), F
 /// # Errors
 /// Everything that is wrong with the scene; an output that it does not have.
 pub fn compile_asking(scene: &Scene, asked: &Asked) -> Result<(Compiled, Formulated), Faults> {
-    let mut resolved = scene.resolve_asking(asked)?;
-    let mut formulated = formulate(&resolved.mechanism).map_err(|errors| resolved.refused(scene, errors))?;
+    compile_resolved(scene.resolve_asking(asked)?, &scene.source)
+}
+
+/// As [`compile_with_equations`], of a mechanism that may have been changed since it was resolved from this source.
+///
+/// # Errors
+/// Everything that is wrong with it.
+pub fn compile_resolved(mut resolved: Resolved, source: &Source) -> Result<(Compiled, Formulated), Faults> {
+    // Other values than those of the scene may make a part impossible.
+    let impossible_parts: Vec<Fault> =
+        resolved.mechanism.check().into_iter().filter(|fault| fault.severity == Severity::Error).collect();
+    if !impossible_parts.is_empty() {
+        return Err(resolved.refused(source, impossible_parts));
+    }
+    let mut formulated = formulate(&resolved.mechanism).map_err(|errors| resolved.refused(source, errors))?;
     resolved.warnings.append(&mut formulated.warnings);
     let mut program = formulated.lowered.program.clone();
-    let bytes = program.to_bytes().map_err(|error| resolved.refused(scene, vec![internal(&error.to_string())]))?;
+    let bytes = program.to_bytes().map_err(|error| resolved.refused(source, vec![internal(&error.to_string())]))?;
     program.guid = guid(&bytes);
-    program.check().map_err(|fault| resolved.refused(scene, vec![impossible(&fault)]))?;
+    program.check().map_err(|fault| resolved.refused(source, vec![impossible(&fault)]))?;
     let warnings = resolved.warnings;
     let compiled = Compiled {
         description: describe(&formulated, &program.guid),
-        warnings: (!warnings.is_empty()).then(|| Faults::new(scene.source.clone(), warnings)),
-        source: scene.source.clone(),
+        warnings: (!warnings.is_empty()).then(|| Faults::new(source.clone(), warnings)),
+        source: source.clone(),
         program,
     };
     Ok((compiled, formulated))

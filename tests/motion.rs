@@ -254,6 +254,17 @@ fn the_offset_slider_crank() {
     check(joint(&figures, "B"), &[("/max/value", 293.7724325), ("/rms", 170.2035159)]);
 }
 
+/// A value of `[initial]` that is set chooses the assembly: the slider stands left of the crank's pin, where the rod points back.
+#[test]
+fn what_is_set_at_the_start_chooses_the_assembly() {
+    let range = ["--range", "50 deg..90 deg"];
+    let place = |figures: &Value| at(figures, "guide", 0);
+    let (pin, rod) = ([0.05 * (50.0 * DEG).cos(), 0.05 * (50.0 * DEG).sin()], 0.15);
+    let way = (rod * rod - (0.02 - pin[1]) * (0.02 - pin[1])).sqrt();
+    near(place(&motion(SLIDER_CRANK, &range)), pin[0] + way);
+    near(place(&motion(SLIDER_CRANK, &[&range[..], &["--set", "rod.angle=185 deg"]].concat())), pin[0] - way);
+}
+
 #[test]
 fn a_flywheel_for_a_load_on_one_stroke() {
     let load = "[loads.cut]\ntype = \"force\"\non = \"slider\"\nvector = [\"if(slider.vx > 0, -1000, 0)\", 0]\n";
@@ -675,6 +686,29 @@ fn an_output_that_the_replaced_driver_computes_is_refused() {
         "{}",
         stderr(&output)
     );
+}
+
+/// The elbow of an arm is held while its shoulder turns: T = m c (g cos + w^2 l sin 0.5). The driver of the elbow stays when that of the shoulder gives way.
+#[test]
+fn the_other_drivers_keep_what_is_asked_of_them() {
+    const ARM: &str = r#"
+name = "arm"
+gravity = [0, -9.81]
+[bodies]
+upper = { mass = 1, inertia = 0.01, points = { o = [0, 0], e = ["400 mm", 0] } }
+lower = { mass = 2, inertia = 0.02, com = ["300 mm", 0], points = { e = [0, 0] } }
+[joints]
+shoulder = { type = "revolute", between = ["ground", "upper.o"] }
+elbow    = { type = "revolute", between = ["upper.e", "lower.e"] }
+[drivers]
+turn = { joint = "shoulder", angle = "0.2 + 3*t" }
+hold = { joint = "elbow", angle = 0.5 }
+[outputs]
+twice = "2*hold.torque"
+"#;
+    let figures = motion(ARM, &["--input", "shoulder", "--output", "twice", "--range", "20 deg..60 deg"]);
+    let gravity = 9.81 * (20.0 * DEG + 0.5).cos();
+    near(values(&figures, "twice")[0], 2.0 * 2.0 * 0.3 * (gravity + 9.0 * 0.4 * 0.5f64.sin()));
 }
 
 /// A lever that is lifted from any start: its weight's torque is m g l cos, its tip at l sin.

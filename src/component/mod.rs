@@ -22,8 +22,10 @@ pub use schema::schema;
 
 use std::sync::Arc;
 
-use crate::diagnostic::Fault;
-use crate::model::{Dimension, Formula, Mechanism, Part, Quantity, State, Unit, Variable};
+use crate::diagnostic::{Fault, Span};
+use crate::model::{
+    Dimension, Formula, Mechanism, Owner, Part, Place, Quantity, State, Unit, Value, Variable,
+};
 use crate::network::{Rows, System};
 use crate::scene::constant;
 use crate::scene::key::Key;
@@ -185,6 +187,12 @@ impl Component {
             (Section::Loads, _, Dimension::Two) => &[X, Y, Vx, Vy, Ax, Ay],
             _ => &[],
         }
+    }
+
+    /// One of this kind, which belongs to nothing yet.
+    pub(crate) fn part(&self, name: &str, between: [Place; 2], values: Vec<(&'static str, Value)>) -> Part {
+        let owner = Owner::System;
+        Part { name: name.to_owned(), kind: self.kind(), owner, between, values, span: Span::default() }
     }
 
     /// Its place among all of them.

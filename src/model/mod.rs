@@ -6,6 +6,7 @@
 mod body;
 mod bound;
 mod display;
+mod edit;
 mod exponents;
 mod formula;
 pub(crate) mod measure;

@@ -43,9 +43,9 @@ pub struct Resolved {
 
 impl Resolved {
     /// Why a later step refuses the scene, beside the warnings so far: they may name the cause.
-    pub fn refused(&self, scene: &Scene, errors: Vec<Fault>) -> Faults {
+    pub fn refused(&self, source: &Source, errors: Vec<Fault>) -> Faults {
         let mut all = [self.warnings.clone(), errors].concat();
         all.sort_by_key(|fault| fault.span.start);
-        Faults::new(scene.source.clone(), all)
+        Faults::new(source.clone(), all)
     }
 }

@@ -34,7 +34,8 @@ impl FindAssemblies {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         let scene = output::load(&self.scene)?;
         let resolved = scene.resolve()?;
-        let found = assemblies(&resolved.mechanism, self.starts).map_err(|errors| resolved.refused(&scene, errors))?;
+        let found =
+            assemblies(&resolved.mechanism, self.starts).map_err(|errors| resolved.refused(&scene.source, errors))?;
         output::print(&text(&found, &resolved.mechanism, self.starts))?;
         let Some(folder) = self.drawings.as_ref().filter(|_| !found.is_continuous()) else { return Ok(()) };
         std::fs::create_dir_all(folder).map_err(|error| Failure::file("make", folder, error))?;

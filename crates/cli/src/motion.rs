@@ -72,12 +72,11 @@ impl Motion {
         output::apart(&[Some(&self.scene)], &[self.table.as_deref(), self.plot.as_deref()])?;
         output::is_written_as(self.plot.as_deref(), &["svg", "png"])?;
         output::is_table(output::file(self.table.as_deref()), "; with --json everything is printed as JSON")?;
-        let mut scene = output::load(&self.scene)?;
-        if !self.settings.is_empty() {
-            scene = study::with_settings(&scene, &self.settings)?.settled(scene);
-        }
+        let scene = output::load(&self.scene)?;
+        let set = study::with_settings(&scene, &self.settings)?;
         let units = self.units(&scene)?;
-        let figures = motion::study(&scene, &Request { units: units.clone(), ..self.request(&scene)? })?;
+        let request = Request { units: units.clone(), ..self.request(&scene)? };
+        let figures = motion::study_of(&scene, set.mechanism(), &request)?;
         let report = figures.report();
         if let Some(path) = &self.table {
             output::write(path, report.csv(&units))?;

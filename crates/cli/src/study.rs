@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use cotree::compile;
+use cotree::compile::{self, Compiled, compile_asking};
 use cotree::report::data::Report;
-use cotree::scene::{Asked, Scene};
+use cotree::scene::{Asked, Faults, Scene};
 use cotree::typeset::short;
 use cotree_study::analysis::{self, Study, StudyError};
 
@@ -90,14 +90,12 @@ pub fn asking(scene: &Scene, asked: &Asked, settings: &[String]) -> Result<Study
     Ok(study)
 }
 
-/// The scene as it is, or with its settings as defaults where these change which loop equations are imposed. What is wrong with a setting is said where the run is given it.
-pub fn adapted(scene: Scene, settings: &[String]) -> Scene {
-    if settings.is_empty() {
-        return scene;
-    }
-    match with_settings(&scene, settings) {
-        Ok(study) if study.restricts_otherwise(&scene) => study.settled(scene),
-        _ => scene,
+/// The program for these settings: they are its defaults where they change which loop equations are imposed. What is wrong with a setting is said where the run is given it.
+pub fn compiled(scene: &Scene, asked: &Asked, settings: &[String]) -> Result<Compiled, Faults> {
+    let set = (!settings.is_empty()).then(|| asking(scene, asked, settings).ok()).flatten();
+    match set.filter(|study| study.restricts_otherwise(scene)) {
+        Some(study) => study.compiled(),
+        None => compile_asking(scene, asked).map(|(compiled, _)| compiled),
     }
 }
 

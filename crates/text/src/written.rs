@@ -51,7 +51,7 @@ impl Notation {
 pub fn equations(scene: &Scene, notation: Notation) -> Result<String, Faults> {
     let resolved = scene.resolve()?;
     let text = formulate(&resolved.mechanism).and_then(|mut formulated| written(&mut formulated, notation));
-    text.map_err(|errors| resolved.refused(scene, errors))
+    text.map_err(|errors| resolved.refused(&scene.source, errors))
 }
 
 /// How a scene derives its equations, as a lesson.
@@ -61,7 +61,7 @@ pub fn equations(scene: &Scene, notation: Notation) -> Result<String, Faults> {
 pub fn steps(scene: &Scene, prose: Prose) -> Result<String, Faults> {
     let resolved = scene.resolve()?;
     let text = formulate(&resolved.mechanism).and_then(|mut formulated| derived(&mut formulated, prose));
-    text.map_err(|errors| resolved.refused(scene, errors))
+    text.map_err(|errors| resolved.refused(&scene.source, errors))
 }
 
 /// Equations that have been formulated, in a notation.

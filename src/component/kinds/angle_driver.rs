@@ -3,8 +3,9 @@
 use crate::component::frame::Placed;
 use crate::component::key::{Form, Key};
 use crate::component::{Component, Icon, Room};
+use crate::model::Motion::Given;
 use crate::model::measure::{ANGLE, ANGULAR_ACCELERATION, ANGULAR_VELOCITY};
-use crate::model::{Part, Quantity as Q};
+use crate::model::{Formula, JointId, Part, Quantity as Q, Value};
 use crate::network::{Angle, RotationalRow, Rows, System, table3};
 use crate::scene::{Driver, Motion};
 
@@ -50,5 +51,13 @@ impl Driver {
     /// The angle of the second body relative to the first.
     pub fn angle_between(first: &str, second: &str, motion: impl Into<Motion>) -> Driver {
         Driver::new().set("between", [first, second]).set("angle", motion.into())
+    }
+}
+
+impl Part {
+    /// A driver that turns a joint; [`crate::model::Mechanism::driven`] puts it in.
+    pub fn angle_driver(name: &str, (id, joint): (JointId, &Part), motion: Formula) -> Part {
+        let values = vec![("joint", Value::Joint(id)), ("angle", Value::Motion(Given(motion)))];
+        ANGLE_DRIVER.part(name, joint.between, values)
     }
 }

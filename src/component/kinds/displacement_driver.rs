@@ -4,8 +4,9 @@
 use crate::component::frame::anywhere;
 use crate::component::key::{Form, Key};
 use crate::component::{Component, Icon};
+use crate::model::Motion::Given;
 use crate::model::measure::{ACCELERATION, LENGTH, VELOCITY};
-use crate::model::{Part, Quantity as Q};
+use crate::model::{Formula, JointId, Part, Quantity as Q, Value};
 use crate::network::{Direction, Force, Known, Rows, System, TranslationalRow, table2};
 use crate::scene::{Driver, Motion};
 
@@ -47,5 +48,13 @@ impl Driver {
     /// The displacement of a prismatic joint.
     pub fn displacement(joint: &str, motion: impl Into<Motion>) -> Driver {
         Driver::new().set("joint", joint).set("displacement", motion.into())
+    }
+}
+
+impl Part {
+    /// A driver that slides a joint; [`crate::model::Mechanism::driven`] puts it in.
+    pub fn displacement_driver(name: &str, (id, joint): (JointId, &Part), motion: Formula) -> Part {
+        let values = vec![("joint", Value::Joint(id)), ("displacement", Value::Motion(Given(motion)))];
+        DISPLACEMENT_DRIVER.part(name, joint.between, values)
     }
 }

@@ -3,8 +3,8 @@
 use crate::component::frame::Placed;
 use crate::component::key::{Form, Key};
 use crate::component::{Component, Icon, Room, torsion};
-use crate::model::Quantity as Q;
 use crate::model::measure::TORQUE;
+use crate::model::{BodyId, Formula, Part, Place, Quantity as Q, Value};
 use crate::scene::{Load, Quantity};
 
 pub(crate) const APPLIED_TORQUE: Component = Component {
@@ -30,5 +30,12 @@ impl Load {
     /// A torque on the second body, its opposite on the first.
     pub fn torque(first: &str, second: &str, value: impl Into<Quantity>) -> Load {
         Load::new("torque").set("between", [first, second]).set("value", value.into())
+    }
+}
+
+impl Part {
+    /// A torque on a body, against the ground; [`crate::model::Mechanism::loaded`] puts it in.
+    pub fn applied_torque(name: &str, body: BodyId, value: Formula) -> Part {
+        APPLIED_TORQUE.part(name, [Place::Origin, Place::Centre(body)], vec![("value", Value::Formula(value))])
     }
 }

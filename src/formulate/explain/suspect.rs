@@ -4,7 +4,7 @@ use crate::diagnostic::suggest::list;
 use crate::diagnostic::{Fault, Span};
 use crate::equations::Equations;
 use crate::formulate::start::Start;
-use crate::model::{Coordinates, DriverId, JointId, Mechanism, Owner, Part, Value};
+use crate::model::{DriverId, JointId, Mechanism, Owner, Part};
 use crate::network::{Angle, ElementId, Origin};
 
 /// Beyond so many joints no single one is looked for.
@@ -57,7 +57,7 @@ pub fn suspect(equations: &Equations, length: f64) -> Option<Suspect> {
         let joint = &mechanism.joints[index];
         (index, format!("`{}` is a {}, which leaves its bodies no motion", joint.name, joint.component().words()))
     });
-    second.chain(rigid).find(|(index, _)| Start::find(&without(mechanism, JointId(*index)), length).is_some()).map(
+    second.chain(rigid).find(|(index, _)| Start::find(&mechanism.without_joint(JointId(*index)), length).is_some()).map(
         |(index, why)| {
             let joint = &mechanism.joints[index];
             Suspect { name: joint.name.clone(), span: joint.span, why }
@@ -101,7 +101,8 @@ fn opened_by(mechanism: &Mechanism, length: f64) -> Vec<&Part> {
     if !(2..=MOST_DRIVERS).contains(&count) {
         return Vec::new();
     }
-    let closes = |index: &usize| Start::find(&without_driver(mechanism, *index), length).is_some();
+    let without = |index: usize| mechanism.without_drivers(|own| own.owner == Owner::Driver(DriverId(index)));
+    let closes = |index: &usize| Start::find(&without(*index).kinematic(), length).is_some();
     (0..count).filter(closes).map(|index| &mechanism.drivers[index]).collect()
 }
 
@@ -130,49 +131,4 @@ fn is_rigid(equations: &Equations, joint: JointId) -> bool {
     let element = equations.system.element(id);
     let still = element.translation.as_ref().is_some_and(|row| row.motion.is_empty() && !row.reaction.is_empty());
     still && element.rotation.as_ref().is_some_and(|row| matches!(row.angle, Angle::Constant(_)))
-}
-
-/// The mechanism without a joint, as far as its positions need it.
-fn without(mechanism: &Mechanism, joint: JointId) -> Mechanism {
-    let renumber = |id: &mut JointId| id.0 -= usize::from(id.0 > joint.0);
-    let renumbered = |part: &Part| {
-        let mut part = part.clone();
-        for (_, value) in &mut part.values {
-            if let Value::Joint(id) = value {
-                renumber(id);
-            }
-        }
-        if let Owner::Joint(id) = &mut part.owner {
-            renumber(id);
-        }
-        part
-    };
-    let mut rest = mechanism.clone();
-    rest.joints.remove(joint.0);
-    rest.joints = rest.joints.iter().map(renumbered).collect();
-    rest.drivers = rest.drivers.iter().filter(|driver| driver.joint() != Some(joint)).map(renumbered).collect();
-    rest.initial.retain(|initial| !matches!(initial.variable.owner, Owner::Joint(id) if id == joint));
-    rest.initial.retain(|initial| matches!(initial.variable.owner, Owner::Place(_) | Owner::Joint(_)));
-    for initial in &mut rest.initial {
-        if let Owner::Joint(id) = &mut initial.variable.owner {
-            renumber(id);
-        }
-    }
-    kinematic(rest)
-}
-
-/// The mechanism without a driver, as far as its positions need it.
-fn without_driver(mechanism: &Mechanism, driver: usize) -> Mechanism {
-    let mut rest = mechanism.clone();
-    rest.drivers.remove(driver);
-    for (index, driver) in rest.drivers.iter_mut().enumerate() {
-        driver.owner = Owner::Driver(DriverId(index));
-    }
-    rest.initial.retain(|initial| matches!(initial.variable.owner, Owner::Place(_) | Owner::Joint(_)));
-    kinematic(rest)
-}
-
-fn kinematic(mut mechanism: Mechanism) -> Mechanism {
-    (mechanism.loads, mechanism.outputs, mechanism.coordinates) = (Vec::new(), Vec::new(), Coordinates::Recommended);
-    mechanism
 }

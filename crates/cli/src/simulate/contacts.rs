@@ -3,7 +3,6 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use cotree::compile::compile_asking;
 use cotree::report::csv::Table;
 use cotree::scene::{Faults, Scene};
 use cotree_fmu::model::Model;
@@ -36,7 +35,7 @@ impl Simulate {
     /// None if there are none, or the run cannot be made with their forces: without masses there are none.
     fn contacts(&self, scene: &Scene, input: Option<&Table>, shown: &Shown) -> Option<Contacts> {
         let (asked, mechanism) = contact::asked(scene)?;
-        let (compiled, _) = compile_asking(scene, &asked).ok()?;
+        let compiled = self.compiled(scene, &asked).ok()?;
         let reported = compiled.reported();
         let names: Vec<&str> =
             reported.iter().map(|&index| compiled.description.variables[index].name.as_str()).collect();

@@ -11,11 +11,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
-use cotree::compile::compile_asking;
+use cotree::compile::Compiled;
 use cotree::model::Units;
 use cotree::report::csv::Table;
 use cotree::run as simulate;
 use cotree::run::{Gaps, Run, RunError};
+use cotree::scene::{Asked, Scene};
 use cotree::typeset::counted;
 use cotree_fmu::instance::{Inaccuracy, InstanceError};
 use cotree_fmu::model::Model;
@@ -108,16 +109,11 @@ impl Simulate {
         output::apart(&read, &[self.file(), self.plot.as_deref()])?;
         output::is_written_as(self.plot.as_deref(), &["svg", "png"])?;
         output::is_table(self.file(), "; with --summary --json the figures are JSON")?;
-        let mut scene = output::load(&self.scene)?;
+        let scene = output::load(&self.scene)?;
         if !self.sensitivity.is_empty() {
             return sensitivity::run(&self, &scene, format);
         }
-        if self.from_equilibrium {
-            scene = study::with_settings(&scene, &self.settings)?.resting(scene)?;
-        }
-        let scene = study::adapted(scene, &self.settings);
-        let compiled = compile_asking(&scene, &asked::also(&self));
-        let (compiled, _) = compiled.map_err(|faults| output::unknown(faults, "the command line"))?;
+        let compiled = self.compiled(&scene, &asked::also(&self))?;
         output::warn(compiled.warnings.as_ref(), format);
         let shown = self.units.of(&scene)?;
         let (chosen, units) = (self.columns.chosen()?, compiled.description.units());
@@ -141,6 +137,18 @@ impl Simulate {
             self.say_contacts(&scene, input.as_ref(), &shown, format)?;
         }
         ended.map(drop)
+    }
+
+    /// The program, which begins where the options say.
+    fn compiled(&self, scene: &Scene, asked: &Asked) -> Result<Compiled, Failure> {
+        let compiled = if self.from_equilibrium {
+            let mut study = study::asking(scene, asked, &self.settings)?;
+            study.begin_at_rest()?;
+            study.compiled()
+        } else {
+            study::compiled(scene, asked, &self.settings)
+        };
+        compiled.map_err(|faults| output::unknown(faults, "the command line"))
     }
 
     /// Runs, and writes the table as it comes; how many rows it has, why it ends before its time or is not as accurate as it should be, and which values it lacks.

@@ -19,10 +19,10 @@ use super::{Equilibrium, Failure, Point, StateSpace, Variation, at_rest, modes};
 /// A scene to be analysed: its mechanism, with the parameters and inputs that were set.
 #[derive(Clone, Debug)]
 pub struct Study {
-    mechanism: Mechanism,
+    pub(super) mechanism: Mechanism,
     driven: Driven,
-    source: Source,
-    warnings: Vec<Fault>,
+    pub(super) source: Source,
+    pub(super) warnings: Vec<Fault>,
 }
 
 /// Why there is no result.
@@ -84,7 +84,8 @@ impl Study {
         self.mechanism.experiment
     }
 
-    pub(super) fn mechanism(&self) -> &Mechanism {
+    /// The mechanism, with what was set.
+    pub fn mechanism(&self) -> &Mechanism {
         &self.mechanism
     }
 

@@ -1,16 +1,18 @@
-//! A scene that is driven at one joint with constant speed, through one turn or a given range.
+//! A mechanism that is driven at one joint with constant speed, through one turn or a given range.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use cotree::compile::compile;
+use cotree::compile::{Compiled, compile_resolved};
 use cotree::component::body::{POINT_VARIABLES, VARIABLES};
 use cotree::formulate;
-use cotree::model::{Body, Class, Dimension, JointId, Mechanism, Part, Place, Quantity};
-use cotree::run::{RunError, SimulateError};
+use cotree::model::{
+    Body, Class, Experiment, Formula, JointId, Mechanism, Output, Owner, Part, Place, Quantity, Unit, Variable,
+};
+use cotree::run::{Run, RunError, SimulateError};
 use cotree::scene::constant::evaluate;
-use cotree::scene::{Driver, Faults, Input, Load, Scene, Text};
+use cotree::scene::{Faults, Resolved, Source};
 use cotree_fmu::instance::{Instance, InstanceError};
 use cotree_fmu::model::Model;
 
@@ -105,97 +107,158 @@ pub fn moves(driver: &Part, (id, motion): (JointId, Derivatives), joint: &Part) 
     beside && motion_by(driver.component().name) == motion
 }
 
-/// The scene driven from a place on, forwards or backwards, reporting everything that can be computed beside what it reports already.
-pub fn driven(scene: &Scene, mechanism: &Mechanism, drive: &Drive, from: f64, direction: f64) -> Scene {
-    driven_by(scene, mechanism, drive, &format!("{from:?} + {:?}*t", direction * drive.pace()))
+/// What is driven: a mechanism without what the input replaces, whose outputs are what is looked at, and the text that it came from.
+#[derive(Clone, Debug)]
+pub struct Moved {
+    pub mechanism: Mechanism,
+    pub source: Source,
 }
 
-/// The scene whose input follows a law.
-fn driven_by(scene: &Scene, mechanism: &Mechanism, drive: &Drive, law: &str) -> Scene {
-    let joint = &mechanism.joints[drive.joint.0];
-    let mut driven = scene.clone();
-    let moves_it = |driver: &&Part| moves(driver, (drive.joint, drive.motion), joint);
-    let replaced: Vec<&str> = mechanism.drivers.iter().filter(moves_it).map(|part| &*part.name).collect();
-    driven.drivers.retain(|driver| !replaced.contains(&driver.name.text.as_str()));
-    let driver = match drive.motion {
-        SLIDING => Driver::displacement(&joint.name, law),
-        _ => Driver::angle(&joint.name, law),
-    };
-    driven = driven.driver(DRIVER, driver);
-    // Rates follow from the drive; positions pick the assembly.
-    let position = |name: &str| matches!(name.rsplit('.').next(), Some("angle" | "x" | "y" | "s" | "length"));
-    driven.initial.retain(|initial| position(&initial.variable.text));
-    driven.initial.iter_mut().for_each(|initial| initial.known = false);
-    let asked: Vec<String> = scene.outputs.variables.iter().map(|name| name.text.clone()).collect();
-    let more = names(mechanism).into_iter().filter(|name| !asked.contains(name));
-    driven.outputs.variables.extend(more.map(|name| Text::from(name.as_str())));
-    driven.experiment.start = Some(0.0.into());
-    driven.experiment.tolerance = Some(TOLERANCE.into());
+impl Moved {
+    fn compiled(&self, mechanism: Mechanism) -> Result<Compiled, Faults> {
+        let resolved = Resolved { mechanism, warnings: Vec::new() };
+        compile_resolved(resolved, &self.source).map(|(compiled, _)| compiled)
+    }
+}
+
+/// The mechanism driven from a place on, forwards or backwards.
+pub fn driven(mechanism: &Mechanism, drive: &Drive, from: f64, direction: f64) -> Mechanism {
+    let rate = Formula::Number(direction * drive.pace());
+    let mut driven = driven_by(mechanism, drive, Formula::Number(from) + rate * Formula::Time);
+    driven.experiment = begun(driven.experiment);
     driven
 }
 
-/// The motion of all bodies, points and loads, and all that the joints report.
+/// The experiment from the time 0 on, as accurately as can be.
+fn begun(experiment: Experiment) -> Experiment {
+    Experiment { start: 0.0, stop: experiment.stop - experiment.start, tolerance: TOLERANCE, ..experiment }
+}
+
+/// The driven mechanism until its input has gone this way.
+fn lasting(mut driven: Mechanism, drive: &Drive, way: f64) -> Mechanism {
+    let stop = way / drive.pace();
+    driven.experiment = Experiment { stop, step: stop, ..driven.experiment };
+    driven
+}
+
+/// The mechanism whose input follows a law. Rates follow from the drive; positions pick the assembly.
+fn driven_by(mechanism: &Mechanism, drive: &Drive, law: Formula) -> Mechanism {
+    let joint = &mechanism.joints[drive.joint.0];
+    let moves_it = |driver: &Part| moves(driver, (drive.joint, drive.motion), joint);
+    let driver = match drive.motion {
+        SLIDING => Part::displacement_driver(DRIVER, (drive.joint, joint), law),
+        _ => Part::angle_driver(DRIVER, (drive.joint, joint), law),
+    };
+    mechanism.without_drivers(moves_it).guessed().driven(driver)
+}
+
+/// What is asked of a driven mechanism: what is looked at, all motions and reactions, and what the drive exerts.
+fn asked(driven: &Mechanism, drive: &Drive) -> Vec<Output> {
+    let watched = driven.outputs.iter().map(|output| output.name.as_str());
+    let mut there: HashSet<String> = watched.map(str::to_owned).collect();
+    let driver = driven.drivers.last().map(|driver| Variable { owner: driver.owner, quantity: effort(drive) });
+    let all = variables(driven).into_iter().chain(driver).map(|variable| driven.output(variable));
+    driven.outputs.iter().cloned().chain(all.filter(|output| there.insert(output.name.clone()))).collect()
+}
+
+/// The names of the motions and reactions that are asked for.
 pub fn names(mechanism: &Mechanism) -> Vec<String> {
-    let plane = mechanism.dimension == Dimension::Two;
-    let mut names = Vec::new();
-    let mut push = |owner: &str, quantities: &[Quantity]| {
-        let there = quantities.iter().filter(|quantity| plane || quantity.is_on_a_line());
-        names.extend(there.map(|quantity| quantity.of(owner)));
+    variables(mechanism).into_iter().map(|variable| mechanism.variable_name(variable)).collect()
+}
+
+/// The motion of all bodies, points and loads, and all that the joints report.
+fn variables(mechanism: &Mechanism) -> Vec<Variable> {
+    let mut variables = Vec::new();
+    let mut push = |owner: Owner, quantities: &[Quantity]| {
+        let there = quantities.iter().filter(|&&quantity| mechanism.has(quantity));
+        variables.extend(there.map(|&quantity| Variable { owner, quantity }));
     };
     for place in mechanism.body_places() {
-        push(&mechanism.place_name(place), if matches!(place, Place::Centre(_)) { VARIABLES } else { POINT_VARIABLES });
+        push(Owner::Place(place), if matches!(place, Place::Centre(_)) { VARIABLES } else { POINT_VARIABLES });
     }
     let ground = (0..mechanism.ground.len()).map(Place::Ground);
-    ground.for_each(|point| push(&mechanism.place_name(point), &POINT_VARIABLES[..2]));
-    mechanism.joints.iter().for_each(|joint| push(&joint.name, joint.component().variables));
+    ground.for_each(|point| push(Owner::Place(point), &POINT_VARIABLES[..2]));
+    mechanism.joints.iter().for_each(|joint| push(joint.owner, joint.component().variables));
     for load in &mechanism.loads {
         let moves = load.component().variables.iter().copied().filter(|quantity| quantity.class() != Class::Effort);
-        push(&load.name, &moves.collect::<Vec<_>>());
+        push(load.owner, &moves.collect::<Vec<_>>());
     }
-    names
+    variables
 }
 
-/// Runs a driven scene over so many steps of the input. Efforts are left out if the scene lacks masses for them, or where those at rest are asked for.
-fn run(
-    mut scene: Scene,
-    mechanism: &Mechanism,
-    drive: &Drive,
-    [step, count]: [f64; 2],
-) -> Result<HashMap<String, Vec<f64>>, SimulateError> {
-    scene.experiment.step = Some((step / drive.pace()).into());
-    scene.experiment.stop = Some((step * count / drive.pace()).into());
-    let moved = scene.clone().output(&effort(drive));
-    let compiled = match (drive.speed != 0.0).then(|| compile(&moved)) {
-        Some(Err(faults)) if !lacks_masses(&faults) => return Err(faults.into()),
-        Some(Ok(compiled)) => compiled,
-        Some(Err(_)) | None => compile(&without_efforts(scene, mechanism))?,
-    };
-    let results = compiled.simulate()?;
-    Ok(results.columns().iter().map(|column| (column.name.clone(), column.values.clone())).collect())
+/// A driven mechanism, compiled once for motions of any length.
+struct Driven {
+    compiled: Compiled,
+    model: Arc<Model>,
+    pace: f64,
 }
 
-/// The variable that says what the drive exerts.
-fn effort(drive: &Drive) -> String {
-    if drive.motion == SLIDING { Quantity::Force } else { Quantity::Torque }.of(DRIVER)
+impl Driven {
+    /// Efforts are left out if the mechanism lacks masses for them, or where those at rest are asked for.
+    fn new(moved: &Moved, driven: &Mechanism, drive: &Drive) -> Result<Driven, SimulateError> {
+        let outputs = asked(driven, drive);
+        match (drive.speed != 0.0).then(|| moved.compiled(driven.asking(outputs))) {
+            Some(Err(faults)) if !lacks_masses(&faults) => Err(faults.into()),
+            Some(Ok(compiled)) => Driven::of(compiled, drive),
+            Some(Err(_)) | None => Driven::of_motion(moved, driven, drive),
+        }
+    }
+
+    /// Without efforts.
+    fn of_motion(moved: &Moved, driven: &Mechanism, drive: &Drive) -> Result<Driven, SimulateError> {
+        let is_motion = |output: &Output| !is_effort(driven, &output.name) && output.name != effort(drive).of(DRIVER);
+        let motions = asked(driven, drive).into_iter().filter(is_motion).collect();
+        Driven::of(moved.compiled(driven.asking(motions))?, drive)
+    }
+
+    fn of(compiled: Compiled, drive: &Drive) -> Result<Driven, SimulateError> {
+        let model = Arc::new(Model::new(compiled.program.clone()).map_err(RunError::from)?);
+        Ok(Driven { compiled, model, pace: drive.pace() })
+    }
+
+    /// Runs over so many steps of the input.
+    fn run(&self, step: f64, count: f64) -> Result<HashMap<String, Vec<f64>>, RunError> {
+        let description = &self.compiled.description;
+        let [step, stop] = [step, step * count].map(|way| way / self.pace);
+        let experiment = Experiment { stop, step, ..description.experiment };
+        let reported = self.compiled.reported();
+        let mut columns = vec![Vec::new(); reported.len()];
+        let names: Vec<String> = reported.iter().map(|&index| description.variables[index].name.clone()).collect();
+        Run { description, experiment, settings: Vec::new(), inputs: None, reported }.start(
+            self.model.clone(),
+            |_, values| {
+                columns.iter_mut().zip(values).for_each(|(column, value)| column.push(*value));
+                Ok(())
+            },
+        )?;
+        Ok(names.into_iter().zip(columns).collect())
+    }
 }
 
-fn without_efforts(mut scene: Scene, mechanism: &Mechanism) -> Scene {
-    scene.outputs.variables.retain(|name| !is_effort(mechanism, &name.text));
-    scene
+/// What the drive exerts.
+fn effort(drive: &Drive) -> Quantity {
+    if drive.motion == SLIDING { Quantity::Force } else { Quantity::Torque }
 }
 
-/// The bodies whose mass or moment of inertia the efforts of a driven scene need and do not have.
+/// The bodies whose mass or moment of inertia the efforts of a driven mechanism need and do not have.
 ///
 /// # Errors
-/// The driven scene is at fault.
-pub fn lacking(scene: &Scene, mechanism: &Mechanism, drive: &Drive) -> Result<Vec<String>, Faults> {
-    let driven = driven(scene, mechanism, drive, drive.start, 1.0).output(&effort(drive));
-    let driven = driven.resolve()?.mechanism;
-    let lacking = formulate::lacking(&driven).map_err(|list| Faults::new(scene.source.clone(), list))?;
+/// The driven mechanism is at fault.
+pub fn lacking(moved: &Moved, drive: &Drive) -> Result<Vec<String>, Faults> {
+    let driven = driven(&moved.mechanism, drive, drive.start, 1.0);
+    let driven = driven.asking(asked(&driven, drive));
+    let lacking = formulate::lacking(&driven).map_err(|list| Faults::new(moved.source.clone(), list))?;
     // Of each effort one body is named; a mass that is missing is missing for some.
     let needed: BTreeSet<usize> = lacking.into_iter().map(|(_, body, _)| body).collect();
     let lacks = |(index, body): &(usize, &Body)| needed.contains(index) || !needed.is_empty() && body.mass.is_none();
     Ok(driven.bodies.iter().enumerate().filter(lacks).map(|(_, body)| body.name.to_string()).collect())
+}
+
+/// Does the drive determine the motion?
+pub fn is_determined(moved: &Moved, drive: &Drive) -> bool {
+    let driven = driven(&moved.mechanism, drive, drive.start, 1.0);
+    let outputs = asked(&driven, drive);
+    moved.compiled(driven.asking(outputs)).is_ok()
 }
 
 fn lacks_masses(faults: &Faults) -> bool {
@@ -210,36 +273,31 @@ fn is_effort(mechanism: &Mechanism, name: &str) -> bool {
 }
 
 /// One turn or the range, with one more load if there is one.
-pub fn sample(scene: &Scene, mechanism: &Mechanism, drive: &Drive, load: Option<Load>) -> Result<Table, SimulateError> {
-    let scene = match load {
-        Some(load) => scene.clone().load("cotree_unit_load", load),
-        None => scene.clone(),
-    };
+pub fn sample(moved: &Moved, drive: &Drive, load: Option<Part>) -> Result<Table, SimulateError> {
+    let loaded = load.map(|load| Moved { mechanism: moved.mechanism.loaded(load), source: moved.source.clone() });
+    let moved = loaded.as_ref().unwrap_or(moved);
     let table = match drive.range {
-        None => turn(&scene, mechanism, drive),
-        Some(range) => stroke(&scene, mechanism, drive, range),
+        None => turn(moved, drive),
+        Some(range) => stroke(moved, drive, range),
     }?;
     if drive.speed != 0.0 {
         return Ok(table);
     }
-    let at_rest = at_rest(&scene, mechanism, drive, &table)?;
+    let at_rest = at_rest(moved, drive, &table)?;
     Ok(table.with(at_rest))
 }
 
-/// What acts in each pose of a table while nothing moves, and what else the scene asks for. Where time matters it is that of the start.
-fn at_rest(
-    scene: &Scene,
-    mechanism: &Mechanism,
-    drive: &Drive,
-    table: &Table,
-) -> Result<HashMap<String, Vec<f64>>, SimulateError> {
-    let asked = |name: &str| scene.outputs.variables.iter().any(|asked| asked.text == name);
-    let expression = |name: &str| scene.outputs.expressions.iter().any(|own| own.name.text == name);
-    let effort = effort(drive);
-    let is_wanted = |name: &str| asked(name) || expression(name) || name == effort || is_effort(mechanism, name);
-    let mut still = driven_by(scene, mechanism, drive, PLACE).input(PLACE, Input::new(table.input(0)));
-    still = assembled_at(still, mechanism, |name| Some(*table.columns.get(name)?.first()?));
-    let compiled = compile(&still.output(&effort))?;
+/// What acts in each pose of a table while nothing moves, and what else is looked at. Where time matters it is that of the start.
+fn at_rest(moved: &Moved, drive: &Drive, table: &Table) -> Result<HashMap<String, Vec<f64>>, SimulateError> {
+    let mechanism = &moved.mechanism;
+    let effort = effort(drive).of(DRIVER);
+    let is_watched = |name: &str| mechanism.outputs.iter().any(|output| output.name == name);
+    let is_wanted = |name: &str| is_watched(name) || name == effort || is_effort(mechanism, name);
+    let (still, input) = mechanism.with_input(PLACE, Unit::default(), table.input(0));
+    let mut still = driven_by(&still, drive, Formula::Input(input));
+    still = still.posed(|variable| Some(*table.columns.get(&mechanism.variable_name(variable))?.first()?));
+    still.experiment = begun(still.experiment);
+    let compiled = moved.compiled(still.asking(asked(&still, drive)))?;
     let model = Arc::new(Model::new(compiled.program.clone()).map_err(RunError::from)?);
     if !model.is_driven() {
         let what = "where nothing moves forces are those of a rest only if the input determines the whole pose: give a speed, or hold what else can move";
@@ -277,15 +335,15 @@ fn pose(instance: &mut Instance, mechanism: &Mechanism, table: &Table, index: us
 }
 
 /// One turn from the first round angle after the start; the table begins at angle 0 if the turn closes.
-fn turn(scene: &Scene, mechanism: &Mechanism, drive: &Drive) -> Result<Table, SimulateError> {
+fn turn(moved: &Moved, drive: &Drive) -> Result<Table, SimulateError> {
     let count = COUNT * drive.fineness;
     let [shown, step] = [COUNT, count].map(|count| TAU / count as f64);
     let beside = if drive.between { 0.5 * step } else { 0.0 };
     let first = ((drive.start - beside) / shown - 1e-9).ceil();
     let begin = first * shown + beside;
-    let scene = driven(scene, mechanism, drive, begin, 1.0);
-    let mut columns = run(scene, mechanism, drive, [step, count as f64])?;
-    let periodic = closes(&columns, mechanism, count);
+    let driven = lasting(driven(&moved.mechanism, drive, begin, 1.0), drive, TAU);
+    let mut columns = Driven::new(moved, &driven, drive)?.run(step, count as f64)?;
+    let periodic = closes(&columns, &moved.mechanism, count);
     if !periodic {
         return Ok(Table { grid: [begin, step], periodic, columns });
     }
@@ -330,34 +388,23 @@ fn closes(columns: &HashMap<String, Vec<f64>>, mechanism: &Mechanism, count: usi
 }
 
 /// A range from one end to the other. Forces may depend on the direction: to where the samples begin the input only goes.
-fn stroke(scene: &Scene, mechanism: &Mechanism, drive: &Drive, [from, to]: [f64; 2]) -> Result<Table, SimulateError> {
+fn stroke(moved: &Moved, drive: &Drive, [from, to]: [f64; 2]) -> Result<Table, SimulateError> {
+    let mechanism = &moved.mechanism;
     let count = drive.shown * drive.fineness;
     let step = (to - from) / count as f64;
     let way = from - drive.start;
-    let mut there = driven(scene, mechanism, drive, from, drive.direction());
+    let mut there = lasting(driven(mechanism, drive, from, drive.direction()), drive, (to - from).abs());
     if way.abs() > AT_ONCE * step.abs() {
-        let approach = driven(scene, mechanism, drive, drive.start, way.signum());
-        let approach = without_efforts(approach, mechanism);
-        let columns = run(approach, mechanism, drive, [way.abs(), 1.0])?;
-        there = assembled_at(there, mechanism, |name| columns.get(name)?.last().copied());
+        let approach = lasting(driven(mechanism, drive, drive.start, way.signum()), drive, way.abs());
+        let columns = Driven::of_motion(moved, &approach, drive)?.run(way.abs(), 1.0)?;
+        there = there.posed(|variable| columns.get(&mechanism.variable_name(variable))?.last().copied());
     }
-    let columns = run(there, mechanism, drive, [step.abs(), count as f64])?;
+    let columns = Driven::new(moved, &there, drive)?.run(step.abs(), count as f64)?;
     Ok(Table { grid: [from, step], periodic: false, columns })
 }
 
 /// The variables that say where a body is.
 pub const POSE: [Quantity; 3] = [Quantity::X, Quantity::Y, Quantity::Angle];
-
-/// The scene with the pose of all bodies as guesses, and nothing else said of its start.
-pub fn assembled_at(mut scene: Scene, mechanism: &Mechanism, pose: impl Fn(&str) -> Option<f64>) -> Scene {
-    scene.initial.clear();
-    for name in mechanism.bodies.iter().flat_map(|body| POSE.map(|own| own.of(&body.name))) {
-        if let Some(value) = pose(&name) {
-            scene = scene.guess(&name, value);
-        }
-    }
-    scene
-}
 
 /// A length that no input of a closed mechanism moves: that of all links together.
 pub fn size(mechanism: &Mechanism) -> f64 {
@@ -371,10 +418,10 @@ pub fn size(mechanism: &Mechanism) -> f64 {
 ///
 /// # Errors
 /// The motion cannot be found or continued.
-pub fn change_points(scene: &Scene, mechanism: &Mechanism, drive: &Drive) -> Result<Vec<f64>, SimulateError> {
-    let mut scene = driven(scene, mechanism, drive, drive.start, 1.0);
-    scene.outputs.variables.clear();
-    let model = Arc::new(Model::new(compile(&scene)?.program).map_err(RunError::from)?);
+pub fn change_points(moved: &Moved, drive: &Drive) -> Result<Vec<f64>, SimulateError> {
+    let driven = driven(&moved.mechanism, drive, drive.start, 1.0);
+    let compiled = moved.compiled(driven.asking(Vec::new()))?;
+    let model = Arc::new(Model::new(compiled.program).map_err(RunError::from)?);
     let place = |time: f64| (drive.start + drive.pace() * time).rem_euclid(TAU);
     let turned = || {
         let mut instance = Instance::new(model.clone());
@@ -388,9 +435,16 @@ pub fn change_points(scene: &Scene, mechanism: &Mechanism, drive: &Drive) -> Res
 
 /// How far the input can move from its start in a direction, up to the most: found by halving, then by the way in which rates grow before a
 /// fold of the motion, as 1/sqrt(distance).
-pub fn reach(scene: &Scene, mechanism: &Mechanism, drive: &Drive, direction: f64, most: f64) -> f64 {
-    let scene = driven(scene, mechanism, drive, drive.start, direction);
-    let try_it = |way: f64| run(scene.clone(), mechanism, drive, [way, 1.0]).ok();
+///
+/// # Errors
+/// The driven mechanism is at fault.
+pub fn reach(moved: &Moved, drive: &Drive, direction: f64, most: f64) -> Result<f64, SimulateError> {
+    if most <= 0.0 {
+        return Ok(0.0);
+    }
+    let driven = lasting(driven(&moved.mechanism, drive, drive.start, direction), drive, most);
+    let driven = Driven::new(moved, &driven, drive)?;
+    let try_it = |way: f64| driven.run(way, 1.0).ok();
     let (mut good, mut bad) = (0.0, most);
     for _ in 0..40 {
         let middle = 0.5 * (good + bad);
@@ -402,15 +456,15 @@ pub fn reach(scene: &Scene, mechanism: &Mechanism, drive: &Drive, direction: f64
     // A little before the last good pose the rates are not yet disturbed.
     let turn = most / TAU;
     let before = (good - 1e-6 * turn).max(0.0);
-    let Some(columns) = try_it(before) else { return good };
-    let rates = mechanism.bodies.iter().filter_map(|body| {
+    let Some(columns) = try_it(before) else { return Ok(good) };
+    let rates = moved.mechanism.bodies.iter().filter_map(|body| {
         let last = |quantity: Quantity| columns.get(&quantity.of(&body.name))?.last().copied();
         let rates = [last(Quantity::Omega)? / drive.pace(), last(Quantity::Alpha)? / drive.pace().powi(2)];
         rates.iter().all(|rate| rate.is_finite()).then_some(rates)
     });
     let fastest = rates.max_by(|a, b| a[0].abs().total_cmp(&b[0].abs()));
-    match fastest {
+    Ok(match fastest {
         Some([rate, growth]) if rate.abs() * turn > 30.0 && growth != 0.0 => before + (rate / (2.0 * growth)).abs(),
         _ => good,
-    }
+    })
 }

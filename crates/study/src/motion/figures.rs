@@ -2,17 +2,16 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use cotree::model::{BodyId, Mechanism, Part, Place, Quantity, Units};
+use cotree::model::{BodyId, Formula, Mechanism, Part, Place, Quantity, Units};
 use cotree::report::data::shown;
 use cotree::scene::constant::evaluate;
-use cotree::scene::{Load, Scene};
 use serde::Serialize;
 
 use super::cams::{Cam, cams};
 use super::centres::{Centres, RelativeCentres, centres};
 use super::curve::{self, Path};
 use super::direction::directions;
-use super::drive::{self, Table};
+use super::drive::{self, Moved, Table};
 use super::dwell::Dwell;
 use super::flywheel::Fluctuation;
 use super::growth::{Figured, Unbounded};
@@ -28,7 +27,7 @@ const NOTHING: f64 = 1e-9;
 /// What is looked at.
 #[derive(Clone, Copy)]
 pub(super) struct Subject<'a> {
-    pub scene: &'a Scene,
+    pub moved: &'a Moved,
     pub mechanism: &'a Mechanism,
     pub drive: &'a Drive,
     pub output: Option<&'a Watched>,
@@ -201,7 +200,7 @@ impl Column {
 
 /// Works everything out.
 pub(super) fn of(subject: &Subject, table: &Table) -> Result<Figures, MotionError> {
-    let Subject { scene, mechanism, drive, output, request, lacking, places } = *subject;
+    let Subject { moved, mechanism, drive, output, request, lacking, places } = *subject;
     let mut figures = Figures::empty(mechanism, drive, table);
     figures.range = if let Places::Folds(folds) = places { Some(*folds) } else { drive.range };
     figures.dead_points = matches!(places, Places::Folds(_));
@@ -217,7 +216,7 @@ pub(super) fn of(subject: &Subject, table: &Table) -> Result<Figures, MotionErro
     if let Some((joint, motion)) = output.and_then(|output| output.joint) {
         let part = &mechanism.joints[joint.0];
         let load = unit_load(mechanism, part, motion);
-        let loaded = load.map(|load| drive::sample(scene, mechanism, drive, Some(load))).transpose()?;
+        let loaded = load.map(|load| drive::sample(moved, drive, Some(load))).transpose()?;
         if let Some(loaded) = loaded {
             figures.transmission(subject, part, table, &loaded);
         }
@@ -291,15 +290,16 @@ impl Masses {
 }
 
 /// 1 N.m on the body that the output joint holds, or 1 N along it.
-fn unit_load(mechanism: &Mechanism, output: &Part, motion: Derivatives) -> Option<Load> {
-    let body = &mechanism.bodies[moving(output)?.0].name;
+fn unit_load(mechanism: &Mechanism, output: &Part, motion: Derivatives) -> Option<Part> {
+    const NAME: &str = "cotree_unit_load";
+    let body = moving(output)?;
     match motion {
-        ANGULAR => Some(Load::torque("ground", body, 1.0)),
+        ANGULAR => Some(Part::applied_torque(NAME, body, Formula::Number(1.0))),
         _ => {
             let parameters = mechanism.parameter_values();
-            let [x, y] = output.vector("axis").map(|component| evaluate(&component, &parameters));
+            let axis = output.vector("axis").map(|component| Formula::Number(evaluate(&component, &parameters)));
             // The axis is that of the ground if the ground is the first end.
-            (output.bodies()[0].is_none()).then(|| Load::force(body, [x, y]))
+            (output.bodies()[0].is_none()).then(|| Part::applied_force(NAME, body, axis))
         }
     }
 }

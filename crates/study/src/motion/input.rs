@@ -2,13 +2,13 @@
 
 use std::collections::HashMap;
 
-use cotree::compile::{compile, compile_with_equations};
-use cotree::diagnostic::{Text, suggest};
+use cotree::diagnostic::suggest;
+use cotree::formulate::formulate;
 use cotree::formulate::start::evaluate_at;
-use cotree::model::{BodyId, Class, Formula, JointId, Mechanism, Owner, Part, Place, Quantity, Unit, Variable};
-use cotree::scene::Scene;
+use cotree::model::{Class, Formula, JointId, Mechanism, Output, Owner, Part, Quantity, Unit, Variable};
+use cotree::scene::{Asked, Faults, Scene};
 
-use super::drive::{self, POSE};
+use super::drive::{self, Moved};
 use super::samples::Derivatives;
 use super::{Drive, MotionError, unit_of};
 
@@ -66,6 +66,8 @@ pub(super) struct Watched {
     pub unit: Unit,
     /// Is it a velocity or an acceleration?
     pub is_rate: bool,
+    /// What is asked for.
+    pub asked: Output,
     /// The joint on the ground whose motion it is.
     pub joint: Option<(JointId, Derivatives)>,
 }
@@ -78,6 +80,7 @@ impl Watched {
             variables: motion.map(|quantity| quantity.of(&joint.name)).to_vec(),
             unit: unit_of(motion),
             is_rate: false,
+            asked: mechanism.output(Variable { owner: joint.owner, quantity: motion[0] }),
             joint: Some((id, motion)),
         }
     }
@@ -124,7 +127,7 @@ fn variable(scene: &Scene, mechanism: &Mechanism, name: &str) -> Result<Watched,
         let joints = mechanism.joints.iter().map(|joint| joint.name.as_str());
         return Err(unknown(suggest::known(name, joints.chain(expressions()).chain(owners))));
     }
-    let resolved = only(scene, name).resolve().map_err(|faults| match faults.list.first() {
+    let resolved = scene.resolve_asking(&Asked::these([name])).map_err(|faults| match faults.list.first() {
         Some(fault) if fault.code == "scene::unknown_output" => unknown(fault.help.to_string()),
         _ => MotionError::Scene(faults),
     })?;
@@ -136,7 +139,8 @@ fn variable(scene: &Scene, mechanism: &Mechanism, name: &str) -> Result<Watched,
         let rates = rates(variable.quantity).iter().map(|rate| rate.of(owner));
         variables.extend(rates.take_while(|rate| reported.contains(rate)));
     }
-    Ok(Watched { name: name.to_owned(), variables, unit: output.unit, is_rate, joint: None })
+    let unit = output.unit.clone();
+    Ok(Watched { name: name.to_owned(), variables, unit, is_rate, asked: output, joint: None })
 }
 
 /// The variables that are the derivatives of another by time, one after the other.
@@ -148,44 +152,33 @@ fn rates(of: Quantity) -> &'static [Quantity] {
     CHAINS.iter().find_map(after).unwrap_or_default()
 }
 
-/// The scene that reports one variable or output of its own, and nothing else.
-fn only(scene: &Scene, name: &str) -> Scene {
-    let mut scene = scene.clone();
-    scene.outputs.expressions.retain(|own| own.name.text == name);
-    scene.outputs.variables.clear();
-    if scene.outputs.expressions.is_empty() {
-        scene.outputs.variables.push(Text::from(name));
-    }
-    scene
-}
-
-/// The scene that reports what is looked at, and nothing else.
-pub(super) fn reporting(mut scene: Scene, output: Option<&Watched>) -> Scene {
-    match output.and_then(|output| output.variables.first()) {
-        Some(name) => only(&scene, name),
-        None => {
-            scene.outputs = Default::default();
-            scene
+/// Is what is asked of a mechanism still there when the input is driven instead of what the scene drives? `begun` is the mechanism at its start.
+pub(super) fn is_there(asked: &Mechanism, begun: &Mechanism, drive: &Drive) -> Result<(), MotionError> {
+    let driven = drive::driven(begun, drive, drive.start, 1.0);
+    let is_left = |name: &str| driven.outputs.iter().any(|output| output.name == name);
+    let Some(output) = asked.outputs.iter().find(|output| !is_left(&output.name)) else { return Ok(()) };
+    let mut used = Vec::new();
+    output.value.visit(&mut |part| match part {
+        Formula::Variable(variable) if matches!(variable.owner, Owner::Driver(_)) => {
+            used.push(asked.variable_name(*variable));
         }
-    }
+        _ => {}
+    });
+    let input = drive::called(&asked.joints[drive.joint.0], drive.motion);
+    let (name, used) = (&output.name, suggest::list(used));
+    Err(MotionError::Request(format!(
+        "while `{input}` is driven instead of what the scene drives: `{name}` uses {used}, of a driver that gives way"
+    )))
 }
 
-/// Is what is looked at still there when the input is driven instead of what the scene drives?
-pub(super) fn is_there(scene: &Scene, mechanism: &Mechanism, drive: &Drive) -> Result<(), MotionError> {
-    let Err(faults) = drive::driven(scene, mechanism, drive, drive.start, 1.0).resolve() else { return Ok(()) };
-    let why: Vec<&str> = faults.list.iter().map(|fault| fault.message.as_str()).collect();
-    let input = drive::called(&mechanism.joints[drive.joint.0], drive.motion);
-    Err(MotionError::Request(format!("while `{input}` is driven instead of what the scene drives: {}", why.join("; "))))
-}
-
-/// A scene at its start.
+/// A mechanism at its start.
 pub(super) struct Start {
     /// Of the input [rad] or [m].
     pub position: f64,
     /// [rad/s] or [m/s]
     pub speed: f64,
-    /// The scene, in which nothing else drives what the input drives.
-    pub scene: Scene,
+    /// The mechanism, in which nothing else drives what the input drives.
+    pub mechanism: Mechanism,
 }
 
 /// Where the input is when the scene starts, and how fast it moves. The driver of another joint gives way to the input, if it leaves nothing free: the pose that it chose
@@ -196,7 +189,9 @@ pub(super) fn start(
     driven @ (joint, [position, rate, _]): (JointId, Derivatives),
 ) -> Result<Start, MotionError> {
     let input = &mechanism.joints[joint.0];
-    let (_, mut formulated) = compile_with_equations(&with_masses(scene, mechanism, 1.0))?;
+    // Where it starts does not depend on masses.
+    let formulated = formulate(&mechanism.with_mass(1.0).asking(Vec::new()));
+    let mut formulated = formulated.map_err(|list| Faults::new(scene.source.clone(), list))?;
     let free = formulated.mobility() > 0;
     let equations = &mut formulated.equations;
     let mut values = |variables: &[Variable]| {
@@ -204,48 +199,30 @@ pub(super) fn start(
         evaluate_at(&equations.system.arena, &formulated.state, &exprs)
     };
     let of_input = values(&[position, rate].map(|quantity| Variable { owner: Owner::Joint(joint), quantity }));
-    let pose = mechanism.bodies.iter().enumerate().flat_map(|(index, body)| {
-        let owner = Owner::Place(Place::Centre(BodyId(index)));
-        POSE.map(|quantity| (quantity.of(&body.name), Variable { owner, quantity }))
-    });
-    let pose: HashMap<String, f64> = pose.map(|(name, variable)| (name, values(&[variable])[0])).collect();
+    let pose = mechanism.pose();
+    let pose: HashMap<Variable, f64> = pose.iter().copied().zip(values(&pose)).collect();
     let [position, speed] = [of_input[0], of_input[1]];
     let replaces = !free && !mechanism.drivers.iter().any(|driver| drive::moves(driver, driven, input));
-    let mut scene = scene.clone();
-    match &mechanism.drivers[..] {
+    let begun = match &mechanism.drivers[..] {
         [_] if replaces => {
-            scene.drivers.clear();
-            scene = drive::assembled_at(scene, mechanism, |name| pose.get(name).copied());
+            let left = mechanism.without_drivers(|_| true);
+            left.posed(|variable| pose.get(&variable).copied())
         }
         [_, _, ..] if replaces => {
             let names = suggest::list(mechanism.drivers.iter().map(|driver| driver.name.as_str()).collect::<Vec<_>>());
             let message = format!("the scene drives {names}: take the one out that `{}` is to replace", input.name);
             return Err(MotionError::Request(message));
         }
-        _ => {}
-    }
-    Ok(Start { position, speed, scene })
+        _ => mechanism.clone(),
+    };
+    Ok(Start { position, speed, mechanism: begun })
 }
 
-/// The scene with this mass \[kg\] and moment of inertia [kg.m2] where it has none. Where it starts does not depend on them.
-fn with_masses(scene: &Scene, mechanism: &Mechanism, value: f64) -> Scene {
-    let mut scene = scene.clone();
-    for (written, body) in scene.bodies.iter_mut().zip(&mechanism.bodies) {
-        let missing = [("mass", body.mass.is_none()), ("inertia", body.inertia.is_none())];
-        for (key, _) in missing.into_iter().filter(|(_, missing)| *missing) {
-            *written = written.clone().with_number(key, value);
-        }
+/// What lacks a mass has none: forces are then those of the loads and of the other masses. Where motion itself needs masses it stays as it is.
+pub(super) fn without_masses(moved: Moved, drive: &Drive, lacking: &[String]) -> Moved {
+    if lacking.is_empty() {
+        return moved;
     }
-    scene
-}
-
-/// The scene in which what lacks a mass has none: forces are then those of the loads and of the other masses. Where motion itself needs masses it stays as it is.
-pub(super) fn without_masses(scene: &Scene, mechanism: &Mechanism, drive: &Drive, lacking: &[String]) -> Scene {
-    if !lacking.is_empty() {
-        let light = with_masses(scene, mechanism, 0.0);
-        if compile(&drive::driven(&light, mechanism, drive, drive.start, 1.0)).is_ok() {
-            return light;
-        }
-    }
-    scene.clone()
+    let light = Moved { mechanism: moved.mechanism.with_mass(0.0), source: moved.source.clone() };
+    if drive::is_determined(&light, drive) { light } else { moved }
 }

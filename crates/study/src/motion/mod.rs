@@ -25,7 +25,7 @@ use cotree::scene::{Faults, Scene};
 use cotree::typeset::rounded;
 
 pub use cams::Cam;
-use drive::{COUNT, Table};
+use drive::{COUNT, Moved, Table};
 pub use figures::{Column, Figures, Link, Speed};
 use input::{Start, Watched};
 pub use report::usual;
@@ -142,12 +142,20 @@ fn without_states(mechanism: &Mechanism) -> Result<(), MotionError> {
 /// # Errors
 /// Faults of the scene, a request that does not fit it, a motion that cannot be found.
 pub fn study(scene: &Scene, request: &Request) -> Result<Figures, MotionError> {
-    let mechanism = scene.resolve()?.mechanism;
-    without_states(&mechanism)?;
-    let input @ (joint, motion) = input::driven(&mechanism, request.input.as_deref())?;
-    let output = input::output(scene, &mechanism, input, request.output.as_deref())?;
-    let Start { position: start, speed, scene } = input::start(scene, &mechanism, input)?;
-    let scene = &input::reporting(scene, output.as_ref());
+    study_of(scene, &scene.resolve()?.mechanism, request)
+}
+
+/// As [`study`], of the mechanism of a scene with other values of its parameters and inputs.
+///
+/// # Errors
+/// As there.
+pub fn study_of(scene: &Scene, mechanism: &Mechanism, request: &Request) -> Result<Figures, MotionError> {
+    without_states(mechanism)?;
+    let input @ (joint, motion) = input::driven(mechanism, request.input.as_deref())?;
+    let output = input::output(scene, mechanism, input, request.output.as_deref())?;
+    let asked = mechanism.asking(output.iter().map(|output| output.asked.clone()).collect());
+    let Start { position: start, speed, mechanism: begun } = input::start(scene, &asked, input)?;
+    let moved = Moved { mechanism: begun, source: scene.source.clone() };
     let still = speed.abs() <= 1e-9;
     let origin = match request.speed {
         Some(_) => Speed::Asked,
@@ -166,20 +174,20 @@ pub fn study(scene: &Scene, request: &Request) -> Result<Figures, MotionError> {
         fineness: 1,
     };
     permitted(&drive, request, output.as_ref())?;
-    input::is_there(scene, &mechanism, &drive)?;
-    let lacking = drive::lacking(scene, &mechanism, &drive)?;
-    let scene = &input::without_masses(scene, &mechanism, &drive, &lacking);
+    input::is_there(&asked, &moved.mechanism, &drive)?;
+    let lacking = drive::lacking(&moved, &drive)?;
+    let moved = &input::without_masses(moved, &drive, &lacking);
     let (mut table, places) = match request.range {
-        Some(_) => (drive::sample(scene, &mechanism, &drive, None)?, Places::Ordinary),
-        None => whole_way(scene, &mechanism, &mut drive)?,
+        Some(_) => (drive::sample(moved, &drive, None)?, Places::Ordinary),
+        None => whole_way(moved, &mut drive)?,
     };
-    drive.fineness = drive::fineness(&mechanism, &table)?;
+    drive.fineness = drive::fineness(mechanism, &table)?;
     if drive.fineness > 1 {
-        table = drive::sample(scene, &mechanism, &drive, None)?;
+        table = drive::sample(moved, &drive, None)?;
     }
     let subject = figures::Subject {
-        scene,
-        mechanism: &mechanism,
+        moved,
+        mechanism,
         drive: &drive,
         output: output.as_ref(),
         request,
@@ -231,32 +239,34 @@ pub(crate) enum Places {
 }
 
 /// The motion of a full turn; else as far as the input goes from its start both ways.
-fn whole_way(scene: &Scene, mechanism: &Mechanism, drive: &mut Drive) -> Result<(Table, Places), MotionError> {
+fn whole_way(moved: &Moved, drive: &mut Drive) -> Result<(Table, Places), MotionError> {
+    let mechanism = &moved.mechanism;
     let is_angular = drive.motion == ANGULAR;
     if is_angular {
-        match drive::sample(scene, mechanism, drive, None) {
+        match drive::sample(moved, drive, None) {
             Err(SimulateError::Run(_)) => {}
             // The turn begins a little ahead of the scene: out of reach already.
             Err(SimulateError::Scene(faults)) if faults.list.iter().all(|own| own.code.starts_with("assembly::")) => {}
             sampled => {
                 let table = sampled?;
-                let crossings = drive::change_points(scene, mechanism, drive)?;
+                let crossings = drive::change_points(moved, drive)?;
                 if crossings.is_empty() {
                     return Ok((table, Places::Ordinary));
                 }
                 // In a singular pose nothing but the motion itself is determined.
                 drive.between = true;
-                return Ok((drive::sample(scene, mechanism, drive, None)?, Places::Crossings(crossings)));
+                return Ok((drive::sample(moved, drive, None)?, Places::Crossings(crossings)));
             }
         }
     }
     let most = if is_angular { TAU } else { drive::size(mechanism) };
-    let [back, forth] = [-1.0, 1.0].map(|direction| drive::reach(scene, mechanism, drive, direction, most));
+    let reach = |direction: f64| drive::reach(moved, drive, direction, most);
+    let (back, forth) = (reach(-1.0)?, reach(1.0)?);
     let is_whole = |way: f64| way >= most * (1.0 - 1e-9);
     if is_angular && is_whole(back) && is_whole(forth) {
         drive.between = true;
-        let crossings = drive::change_points(scene, mechanism, drive)?;
-        return Ok((drive::sample(scene, mechanism, drive, None)?, Places::Crossings(crossings)));
+        let crossings = drive::change_points(moved, drive)?;
+        return Ok((drive::sample(moved, drive, None)?, Places::Crossings(crossings)));
     }
     if is_whole(back) || is_whole(forth) {
         let name = &mechanism.joints[drive.joint.0].name;
@@ -273,5 +283,5 @@ fn whole_way(scene: &Scene, mechanism: &Mechanism, drive: &mut Drive) -> Result<
     let margin = 1e-3 * (back + forth);
     drive.range = Some([drive.start - (back - margin).max(0.0), drive.start + (forth - margin).max(0.0)]);
     let folds = [drive.start - back, drive.start + forth];
-    Ok((drive::sample(scene, mechanism, drive, None)?, Places::Folds(folds)))
+    Ok((drive::sample(moved, drive, None)?, Places::Folds(folds)))
 }

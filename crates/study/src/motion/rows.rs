@@ -87,7 +87,7 @@ fn sampled(subject: &Subject, places: &Wanted, last: f64) -> Result<Vec<Column>,
     };
     let drive = Drive { range: Some([places.first, end]), shown: each * intervals.max(1), ..drive.clone() };
     let subject = Subject { drive: &drive, ..*subject };
-    let table = drive::sample(subject.scene, subject.mechanism, &drive, None)?;
+    let table = drive::sample(subject.moved, &drive, None)?;
     let figures = figures::of(&subject, &table)?;
     Ok(figures.table.iter().map(|column| column.every(0, each, places.count)).collect())
 }

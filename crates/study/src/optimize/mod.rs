@@ -138,10 +138,10 @@ pub fn optimize(
 ) -> Result<Best, OptimizeError> {
     let names: Vec<String> = request.vary.iter().map(|vary| vary.name.clone()).collect();
     let (name, experiment) = (study.name().to_owned(), study.experiment());
-    let set = study.settled(scene.clone());
+    let set = study.clone();
     study.varying(&names, |varying| {
         let known: Vec<(String, Unit)> = match &request.turn {
-            Some(turn) => turn::known(&set, turn)?,
+            Some(turn) => turn::known(scene, &set, turn)?,
             None => varying.outputs().map(|(name, unit)| (name.to_owned(), unit.clone())).collect(),
         };
         let checked = match request.checked(varying, &known, experiment) {
@@ -152,7 +152,8 @@ pub fn optimize(
         let motions = match &request.turn {
             Some(turn) => {
                 let measured = checked.outputs.iter().map(|&place| known[place].0.clone()).collect();
-                Moved::Turn(Turns { scene: &set, request: turn, names: names.clone(), bounds, ranges, measured })
+                let (study, names) = (set.clone(), names.clone());
+                Moved::Turn(Turns { scene, study, request: turn, names, bounds, ranges, measured })
             }
             None => {
                 let table = request.table().map(|table| (table, checked.columns.clone()));

@@ -18,6 +18,8 @@ const TRANSMISSION: &str = "transmission";
 /// The turns of a scene.
 pub struct Turns<'a> {
     pub scene: &'a Scene,
+    /// What else was set.
+    pub study: Study,
     pub request: &'a motion::Request,
     pub names: Vec<String>,
     pub bounds: Vec<[f64; 2]>,
@@ -37,15 +39,15 @@ struct Figure {
 ///
 /// # Errors
 /// There is no turn.
-pub fn known(scene: &Scene, request: &motion::Request) -> Result<Vec<(String, Unit)>, Failure> {
-    let figures = figures_of(&turned(scene, request)?);
+pub fn known(scene: &Scene, study: &Study, request: &motion::Request) -> Result<Vec<(String, Unit)>, Failure> {
+    let figures = figures_of(&turned(scene, study, request)?);
     // A unit such as `1/rad` has no name of its own: numbers in it are bare.
     let unit = |text: String| compile::unit(&text).unwrap_or_else(|_| Unit { si: text, ..Unit::default() });
     Ok(figures.into_iter().map(|own| (own.name, unit(own.unit))).collect())
 }
 
-fn turned(scene: &Scene, request: &motion::Request) -> Result<Figures, Failure> {
-    motion::study(scene, request).map_err(|error| Failure::Turn(error.to_string()))
+fn turned(scene: &Scene, study: &Study, request: &motion::Request) -> Result<Figures, Failure> {
+    motion::study_of(scene, study.mechanism(), request).map_err(|error| Failure::Turn(error.to_string()))
 }
 
 /// The columns of the table, and what is one number for the whole turn.
@@ -125,11 +127,11 @@ impl Turns<'_> {
 
     /// The input at each sample, and the values of each figure.
     fn measured(&self, values: &[f64]) -> Result<(Vec<f64>, Vec<Vec<f64>>), Failure> {
-        let mut study = Study::new(self.scene).map_err(|faults| Failure::Turn(faults.to_string()))?;
+        let mut study = self.study.clone();
         for (name, value) in self.names.iter().zip(values) {
             study.set(name, |_| Ok(*value)).map_err(|message| Failure::Unknown(vec![message]))?;
         }
-        let figures = turned(&study.settled(self.scene.clone()), self.request)?;
+        let figures = turned(self.scene, &study, self.request)?;
         let inputs = figures.table.first().map_or(Vec::new(), |own| own.values.clone());
         let all = figures_of(&figures);
         let of = |name: &String| {

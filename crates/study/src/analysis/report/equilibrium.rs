@@ -8,7 +8,6 @@ use cotree::{line, row};
 use serde_json::{Value, json};
 
 use super::at;
-use crate::analysis::resting::pose;
 use crate::analysis::{Equilibrium, Point, Stability};
 
 #[derive(Clone, Debug, PartialEq)]
@@ -37,7 +36,7 @@ impl Statics {
     pub fn new(formulated: &mut Formulated, equilibrium: &Equilibrium) -> Self {
         let mechanism = &*formulated.equations.system.mechanism.clone();
         let mut reader = Reader { formulated, point: &equilibrium.point };
-        let mut groups = vec![reader.coordinates(), reader.states(), reader.read("pose", pose(mechanism))];
+        let mut groups = vec![reader.coordinates(), reader.states(), reader.read("pose", mechanism.pose())];
         let efforts = [("joints", joints(mechanism)), ("drivers", mechanism.driver_efforts())];
         let weightless = efforts.iter().find_map(|(_, variables)| reader.missing_mass(variables));
         if weightless.is_none() {
