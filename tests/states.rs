@@ -2,7 +2,9 @@
 
 use crate::model_exchange::integrate;
 use crate::sensitivities::check as check_sensitivities;
-use crate::support::absolute::{At as Corner, Body as Rigid, Joint as Held, JointKind, Load as Applied, State as Pose, System};
+use crate::support::absolute::{
+    At as Corner, Body as Rigid, Joint as Held, JointKind, Load as Applied, State as Pose, System,
+};
 use crate::support::motion::Run;
 use crate::support::run::{compiled, model, sound, started, value};
 
@@ -100,7 +102,8 @@ fn a_dc_motor_is_a_torque_and_a_state() {
         run.check("motor.torque", 0.05 * current);
         run.check("energy.total", 0.5 * 2e-3 * omega * omega + 0.5 * 4e-3 * current * current);
     }
-    let geared = Load::dc_motor("ground", "wheel", "voltage", [values[0].clone(), values[1].clone(), "0.025 N.m/A".into()]);
+    let geared =
+        Load::dc_motor("ground", "wheel", "voltage", [values[0].clone(), values[1].clone(), "0.025 N.m/A".into()]);
     let mut run = Run::new(&scene(geared.ratio(2).current("0.5 A")));
     let [current, omega] = motor_at(0.3);
     run.to(0.3).check("motor.current", current);
@@ -115,7 +118,9 @@ fn a_mirrored_motor_has_the_same_current() {
     let end = MOTOR.find("[bodies.wheel]").unwrap();
     let law = "type  = \"torque\"\non    = \"wheel\"\nvalue = \"constant*current\"";
     let component = "type = \"dc_motor\"\nbetween = [\"ground\", \"wheel\"]\nvoltage = \"voltage\"\nresistance = \"resistance\"\ninductance = \"inductance\"\nconstant = \"constant\"\ncurrent = \"0.5 A\"";
-    let text = format!("{}{}", &MOTOR[..start], &MOTOR[end..]).replace(law, component).replace("\"current\"]", "\"motor.current\"]");
+    let text = format!("{}{}", &MOTOR[..start], &MOTOR[end..])
+        .replace(law, component)
+        .replace("\"current\"]", "\"motor.current\"]");
     std::fs::write(folder.path().join("motor.toml"), text).unwrap();
     let whole = folder.path().join("both.toml");
     std::fs::write(&whole, "name = \"both\"\n[parts]\nleft = { file = \"motor.toml\", mirror = true }\n").unwrap();
@@ -191,7 +196,8 @@ fn the_linear_system_has_the_states() {
 /// Against a torsion spring the motor rests where the torque of the current U/R is that of the spring; its modes are the eigenvalues of the linear system.
 #[test]
 fn a_motor_rests_against_a_spring_and_swings_about_it() {
-    let spring = "[loads.spring]\ntype = \"torsion_spring\"\nbetween = [\"ground\", \"wheel\"]\nstiffness = 0.5\n[initial]";
+    let spring =
+        "[loads.spring]\ntype = \"torsion_spring\"\nbetween = [\"ground\", \"wheel\"]\nstiffness = 0.5\n[initial]";
     let scene = Scene::from_toml(&MOTOR.replacen("[initial]", spring, 1)).unwrap();
     let rest = Study::new(&scene).unwrap().equilibrium().unwrap();
     for (name, expected) in [("current", 6.0 / 0.8), ("wheel.angle", 0.05 * 6.0 / 0.8 / 0.5)] {
@@ -200,7 +206,8 @@ fn a_motor_rests_against_a_spring_and_swings_about_it() {
     }
     let found = Study::new(&scene).unwrap().modes(None).unwrap().modes;
     let system = Matrix3::new(0.0, 1.0, 0.0, -250.0, -0.5, 25.0, 0.0, -12.5, -200.0);
-    let mut expected: Vec<Complex<f64>> = system.complex_eigenvalues().iter().copied().filter(|value| value.im >= 0.0).collect();
+    let mut expected: Vec<Complex<f64>> =
+        system.complex_eigenvalues().iter().copied().filter(|value| value.im >= 0.0).collect();
     expected.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
     assert_eq!(found.len(), expected.len());
     for (mode, expected) in found.iter().zip(expected) {
@@ -311,7 +318,8 @@ impl Network {
             let body = Body::new().mass(mass).inertia(mass * length * length / 12.0);
             body.point("a", [-length / 2.0, 0.0]).point("b", [length / 2.0, 0.0])
         };
-        let torque: Vec<String> = self.0.iter().enumerate().map(|(index, own)| format!("{}*z{index}", own[6])).collect();
+        let torque: Vec<String> =
+            self.0.iter().enumerate().map(|(index, own)| format!("{}*z{index}", own[6])).collect();
         let mut scene = Scene::new("network")
             .gravity([0.0, -9.81])
             .ground_point("right", [0.9, 0.0])
@@ -329,9 +337,8 @@ impl Network {
             .guess("rocker.angle", 1.6);
         for (index, [d, a, b, s, w, c, _]) in self.0.iter().enumerate() {
             let other = (index + 1) % count;
-            let rate = format!(
-                "-{d}*z{index} + {a}*sin(crank.angle) + {b}*crank.omega + {s}*sin({w}*t) + {c}*tanh(z{other})"
-            );
+            let rate =
+                format!("-{d}*z{index} + {a}*sin(crank.angle) + {b}*crank.omega + {s}*sin({w}*t) + {c}*tanh(z{other})");
             scene = scene.state(&format!("z{index}"), State::new(0.1 * index as f64, rate.as_str()));
         }
         scene
@@ -392,7 +399,8 @@ fn networks_on_a_four_bar_agree_with_absolute_coordinates() {
         let scene = network.scene().with_every_output();
         let mut run = Run::new(&scene);
         let mut pose = |quantities: [&str; 3]| {
-            let all = ["crank", "coupler", "rocker"].iter().flat_map(|body| quantities.map(|own| format!("{body}.{own}")));
+            let all =
+                ["crank", "coupler", "rocker"].iter().flat_map(|body| quantities.map(|own| format!("{body}.{own}")));
             DVector::from_vec(all.map(|name| run.get(&name)).collect::<Vec<f64>>())
         };
         let start = Pose { q: pose(["x", "y", "angle"]), v: pose(["vx", "vy", "omega"]) };
@@ -415,7 +423,11 @@ fn a_part_brings_its_states() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("motor.toml"), MOTOR).unwrap();
     let whole = folder.path().join("both.toml");
-    std::fs::write(&whole, "name = \"both\"\n[parts]\nleft = { file = \"motor.toml\" }\nright = { file = \"motor.toml\" }\n").unwrap();
+    std::fs::write(
+        &whole,
+        "name = \"both\"\n[parts]\nleft = { file = \"motor.toml\" }\nright = { file = \"motor.toml\" }\n",
+    )
+    .unwrap();
     let scene = sound(Scene::read(&whole));
     let program = sound(compile(&scene)).program;
     let mut run = Instance::new(Arc::new(Model::new(program).unwrap()));

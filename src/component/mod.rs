@@ -23,9 +23,7 @@ pub use schema::schema;
 use std::sync::Arc;
 
 use crate::diagnostic::{Fault, Span};
-use crate::model::{
-    Dimension, Formula, Mechanism, Owner, Part, Place, Quantity, State, Unit, Value, Variable,
-};
+use crate::model::{Dimension, Formula, Mechanism, Owner, Part, Place, Quantity, State, Unit, Value, Variable};
 use crate::network::{Rows, System};
 use crate::scene::constant;
 use crate::scene::key::Key;

@@ -58,7 +58,9 @@ impl Equations {
                 self.of_angle(&angle, order)
             }
             Aspect::Along(axis, order) => self.of_point(place, axis, order),
-            Aspect::Slide(_) | Aspect::Length(_) | Aspect::PressureAngle | Aspect::Curvature | Aspect::State => Expr::ZERO,
+            Aspect::Slide(_) | Aspect::Length(_) | Aspect::PressureAngle | Aspect::Curvature | Aspect::State => {
+                Expr::ZERO
+            }
             Aspect::Effort(_) | Aspect::Whole(_) => Expr::ZERO,
         }
     }

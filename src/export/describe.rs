@@ -18,7 +18,8 @@ pub fn describe(formulated: &Formulated, guid: &str) -> Description {
     let rows = &formulated.lowered.table.rows;
     let mut changing = Changing { rows, known: HashMap::new() };
     let followed = places(program.followed_inputs(), rows);
-    let mut variables: Vec<ScalarVariable> = rows.iter().map(|row| variable((mechanism, program.mechanical()), &mut changing, row)).collect();
+    let mut variables: Vec<ScalarVariable> =
+        rows.iter().map(|row| variable((mechanism, program.mechanical()), &mut changing, row)).collect();
     for place in places(program.inputs_with_rates(), rows) {
         variables[place].description = with_derivatives(&variables[place].description);
     }
@@ -70,11 +71,7 @@ impl Changing<'_> {
     }
 }
 
-fn variable(
-    (mechanism, mechanical): (&Mechanism, usize),
-    changing: &mut Changing,
-    row: &TableRow,
-) -> ScalarVariable {
+fn variable((mechanism, mechanical): (&Mechanism, usize), changing: &mut Changing, row: &TableRow) -> ScalarVariable {
     let causality = match (row.source, row.calculated) {
         (_, Some(tunable)) => Causality::CalculatedParameter { tunable },
         (Source::Parameter(index), _) => {

@@ -76,6 +76,9 @@ impl Arena {
 impl Symbol {
     /// Is this an acceleration or a reaction, known only after the equations of motion are solved?
     pub fn is_solved(self) -> bool {
-        matches!(self, Symbol::Coordinate(_, Order::Acceleration) | Symbol::State(_, Order::Velocity) | Symbol::Reaction(_))
+        matches!(
+            self,
+            Symbol::Coordinate(_, Order::Acceleration) | Symbol::State(_, Order::Velocity) | Symbol::Reaction(_)
+        )
     }
 }

@@ -45,7 +45,8 @@ impl Law {
     /// The same of a law that may have variables, inputs and states: none if it has.
     pub fn of_time(mechanism: &Mechanism, formula: &Formula) -> Option<Self> {
         let mut moves = false;
-        formula.visit(&mut |part| moves |= matches!(part, Formula::Variable(_) | Formula::Input(_) | Formula::State(_)));
+        formula
+            .visit(&mut |part| moves |= matches!(part, Formula::Variable(_) | Formula::Input(_) | Formula::State(_)));
         if moves { None } else { Self::of(mechanism, formula) }
     }
 

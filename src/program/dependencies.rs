@@ -37,7 +37,8 @@ pub(crate) struct Moving<'a> {
 /// Driven motion: through the blocks of the loop equations to the inputs in them.
 pub(crate) fn in_motion(rows: &mut [TableRow], equations: &mut Equations, moving: &Moving) {
     let (driven, mechanical) = (moving.solved.is_empty(), equations.coordinates.len());
-    let given = rows.iter().enumerate().filter_map(|(place, row)| Some((place, known(row.source, driven, mechanical)?)));
+    let given =
+        rows.iter().enumerate().filter_map(|(place, row)| Some((place, known(row.source, driven, mechanical)?)));
     // Time is beyond all places.
     let given: Vec<_> = given.chain([(rows.len(), vec![Symbol::Time])]).collect();
     let mut sources = Sources::new(equations, &given);

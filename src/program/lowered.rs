@@ -363,7 +363,8 @@ fn assemble(
             Method::Auto if arms.is_some() => Engine::Taylor,
             Method::Auto | Method::Explicit => Engine::Dop853,
         },
-        automatic: mechanism.solver.method == Method::Auto && equations.coordinates.len() + equations.states.len() <= MOST_IMPLICIT,
+        automatic: mechanism.solver.method == Method::Auto
+            && equations.coordinates.len() + equations.states.len() <= MOST_IMPLICIT,
         arms,
         masses,
     }

@@ -240,7 +240,13 @@ fn coordinate_members(equations: &mut Equations) -> Vec<TableRow> {
         let description = if state.description.is_empty() { "state" } else { &state.description };
         let members = [
             (&state.name, description.to_owned(), state.unit.clone(), Source::Rate(place), Order::Position),
-            (&rate, format!("rate of `{}`", state.name), state.unit.per_second(), Source::Acceleration(place), Order::Velocity),
+            (
+                &rate,
+                format!("rate of `{}`", state.name),
+                state.unit.per_second(),
+                Source::Acceleration(place),
+                Order::Velocity,
+            ),
         ];
         for (name, description, unit, source, order) in members {
             let value = equations.system.arena.symbol(Symbol::State(index, order));

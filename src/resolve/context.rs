@@ -301,7 +301,8 @@ impl Resolver<'_> {
     /// A prescribed motion is differentiated twice, and the rate of a state may depend on the motion.
     fn refuse_state(&mut self, used: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
         let message = format!("{} depends on {used}, but a prescribed motion cannot depend on a state", site.what);
-        let help = "a driver may use the time `t`, parameters and inputs; let the state act through a force or a torque";
+        let help =
+            "a driver may use the time `t`, parameters and inputs; let the state act through a force or a torque";
         self.refuse("scene::driver_depends", message, help, (tree, site))
     }
 
@@ -358,8 +359,9 @@ impl Resolver<'_> {
 fn refusal(variable: Variable, site: Site<'_>, called: &str) -> Option<(&'static str, String, &'static str)> {
     let what = site.what;
     let refused = match (site.context, variable.quantity.class()) {
-        (Context::Law(_) | Context::Rate, Class::Position | Class::Velocity | Class::State)
-        | (Context::Output, _) => return None,
+        (Context::Law(_) | Context::Rate, Class::Position | Class::Velocity | Class::State) | (Context::Output, _) => {
+            return None;
+        }
         (Context::Law(own), _) if variable.owner == Owner::Load(own) => {
             let message = format!("{what} depends on itself: {called}");
             return Some(("scene::cycle", message, "a load may use positions and velocities of the scene"));

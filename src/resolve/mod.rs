@@ -38,9 +38,7 @@ use crate::component::{ALL, Room, Section};
 use crate::diagnostic::fault::{Fault, Faults, Sink};
 use crate::diagnostic::span::{Source, Span, Text};
 use crate::diagnostic::suggest;
-use crate::model::{
-    Bound, Dimension, Exponents, Formula, InputId, Mechanism, Owner, Place, StateId, Units, Variable,
-};
+use crate::model::{Bound, Dimension, Exponents, Formula, InputId, Mechanism, Owner, Place, StateId, Units, Variable};
 use crate::scene::Asked;
 use crate::scene::model::Within;
 use crate::scene::{Resolved, Scene};

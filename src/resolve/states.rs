@@ -8,9 +8,9 @@ use crate::diagnostic::span::Span;
 use crate::model::measure::ANYTHING;
 use crate::model::{Formula, State, Unit};
 use crate::scene::dimension::Known;
+use crate::scene::model;
 use crate::scene::quantity::Quantity;
 use crate::scene::unit::from_exponents;
-use crate::scene::model;
 
 impl Resolver<'_> {
     /// The states without their rates, which may name everything; their units are known from here on.

@@ -7,7 +7,8 @@ use crate::diagnostic::{Span, suggest};
 use std::path::Path;
 
 /// Tables whose entries are named without them.
-const TABLES: [&str; 9] = ["parameters", "inputs", "states", "initial", "signals", "bodies", "joints", "drivers", "loads"];
+const TABLES: [&str; 9] =
+    ["parameters", "inputs", "states", "initial", "signals", "bodies", "joints", "drivers", "loads"];
 /// The key of an entry that is called by the entry's name.
 const ITSELF: [&str; 3] = ["value", "start", "guess"];
 

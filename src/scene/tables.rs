@@ -25,7 +25,12 @@ pub(crate) const SCENE: &[Key] = &[
     Key::default("gravity", Form::ConstantVector(ACCELERATION), "the acceleration of gravity", "none"),
     Key::default("parameters", Form::Table, "[named constants](#parameters) that become parameters of the FMU", "none"),
     Key::default("inputs", Form::Table, "[named inputs](#inputs) of the FMU", "none"),
-    Key::default("states", Form::Table, "[quantities whose rates are given](#states): currents, pressures, integrals", "none"),
+    Key::default(
+        "states",
+        Form::Table,
+        "[quantities whose rates are given](#states): currents, pressures, integrals",
+        "none",
+    ),
     Key::default("signals", Form::Table, "[laws that others use by name](#signals)", "none"),
     Key::default("ground", Form::Table, "[points of the ground](#ground)", "none"),
     Key::default("bodies", Form::Table, "the [bodies](#bodies)", "none"),

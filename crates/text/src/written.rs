@@ -92,7 +92,8 @@ fn without_code(equations: &Equations, solved: &[Expr]) -> Option<Fault> {
     let state = equations.system.mechanism.states.first()?;
     let driven = solved.is_empty() && !equations.coordinates.is_empty();
     driven.then(|| {
-        let message = format!("drivers determine the motion beside the state `{}`: there is no code of that", state.name);
+        let message =
+            format!("drivers determine the motion beside the state `{}`: there is no code of that", state.name);
         Fault::new("equations::driven_states", message, state.span)
             .label("a state")
             .help("print the equations as `text` or `latex`, or export an FMU")

@@ -89,8 +89,12 @@ fn stuck_at(formulated: &Formulated, variation: &Variation, point: &Point) -> Re
     order.sort_by(|a, b| size(b).total_cmp(&size(a)));
     let most = order.first().map_or(0.0, size);
     if most < STILL {
-        let pose: Vec<String> =
-            order.iter().filter(|&&index| index < equations.coordinates.len()).take(3).map(|&index| told(index, point.positions()[index], ["rad", "m"])).collect();
+        let pose: Vec<String> = order
+            .iter()
+            .filter(|&&index| index < equations.coordinates.len())
+            .take(3)
+            .map(|&index| told(index, point.positions()[index], ["rad", "m"]))
+            .collect();
         return Ok(Failure::Crossing { pose: pose.join(", ") });
     }
     let named = order.iter().take(3).filter(|index| size(index) > 1e-3 * most);

@@ -103,7 +103,8 @@ impl Variation {
         groups: Vec<(RowBlock, Vec<Expr>)>,
         signals: Vec<Symbol>,
     ) -> Self {
-        let (mechanical, coordinates) = (equations.coordinates.len(), equations.coordinates.len() + equations.states.len());
+        let (mechanical, coordinates) =
+            (equations.coordinates.len(), equations.coordinates.len() + equations.states.len());
         let arena = &mut equations.system.arena;
         let columns: Vec<Symbol> = (Order::ALL.into_iter())
             .flat_map(|order| (0..coordinates).map(move |index| unknown(mechanical, index, order)))

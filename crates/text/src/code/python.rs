@@ -45,7 +45,8 @@ impl Language for Python {
         let names = names.join(", ");
         let known = if function.knows_motion { ["a", "lambda_"].as_slice() } else { &[] };
         let states = if sizes.states > 0 { ["z"].as_slice() } else { &[] };
-        let arguments = ["p", "u", "f", "q", "v"].iter().chain(states).chain(known).copied().collect::<Vec<_>>().join(", ");
+        let arguments =
+            ["p", "u", "f", "q", "v"].iter().chain(states).chain(known).copied().collect::<Vec<_>>().join(", ");
         let about = function.comment().join("\n    ");
         let mut text = format!(
             "\n\ndef {}(t, {arguments}):\n    \"\"\"{about}\n\n    Returns {names}.\n    \"\"\"\n    t = np.float64(t)\n    \

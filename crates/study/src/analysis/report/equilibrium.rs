@@ -113,7 +113,10 @@ impl Reader<'_> {
 
     fn states(&self) -> Group {
         let states = self.formulated.equations.system.mechanism.states.iter().zip(self.point.states());
-        Group { title: "states", values: states.map(|(own, &value)| (own.name.clone(), value, own.unit.si.clone())).collect() }
+        Group {
+            title: "states",
+            values: states.map(|(own, &value)| (own.name.clone(), value, own.unit.si.clone())).collect(),
+        }
     }
 
     fn exprs(&mut self, variables: &[Variable]) -> Vec<Expr> {

@@ -58,7 +58,9 @@ fn variable(equations: &Equations, letters: Letters, own: Variable) -> Tree {
         (Aspect::Angle(Order::Position), _) => letters.angle(label),
         (Aspect::Angle(Order::Velocity), _) => letters.omega(label),
         (Aspect::Length(Order::Acceleration) | Aspect::Angle(Order::Acceleration), _) => named(),
-        (Aspect::Along(..) | Aspect::Slide(_) | Aspect::PressureAngle | Aspect::Curvature | Aspect::State, _) => named(),
+        (Aspect::Along(..) | Aspect::Slide(_) | Aspect::PressureAngle | Aspect::Curvature | Aspect::State, _) => {
+            named()
+        }
         (Aspect::Effort(_) | Aspect::Whole(_), _) => named(),
     }
 }
