@@ -194,7 +194,8 @@ pub unsafe extern "C" fn cotree_grip(
 }
 
 /// Pulls a point of the body, in the body's axes, to a place. 0: it is there, or as near as its path comes; 1: it is on its way; 2: at a dead point; 3: where branches
-/// of the motion meet; 4: nothing moves the point.
+/// of the motion meet; 4: nothing moves the point; 5: nothing
+/// moves at all.
 ///
 /// # Safety
 /// `grip` comes from [`cotree_grip`], and nobody else uses it now.

@@ -50,6 +50,8 @@ pub enum End {
     Singular = 3,
     /// Nothing moves the point.
     Fixed = 4,
+    /// Nothing moves at all: no freedom is left.
+    Held = 5,
 }
 
 struct Unknown {
@@ -143,6 +145,9 @@ impl Grip {
         let mut basis = self.basis(0..self.unknowns.len());
         for _ in 0..STEPS {
             let free = basis.rest(self.unknowns.len());
+            if free.is_empty() {
+                return End::Held;
+            }
             let Point { at, rates } = self.point(point, &free);
             let missing = [(target[0] - at[0]) / reach, (target[1] - at[1]) / reach];
             let distance = length(&missing);

@@ -93,7 +93,7 @@ class Solver {
 class Grip {
   constructor(solver, at) { Object.assign(this, { solver, at }); }
 
-  /** Pulls a point of the body, in its axes, to a place: 0 there or as near as it comes, 1 on its way, 2 at a dead point, 3 where branches meet, 4 nothing moves it. */
+  /** Pulls a point of the body, in its axes, to a place: 0 there or as near as it comes, 1 on its way, 2 at a dead point, 3 where branches meet, 4 nothing moves it, 5 nothing moves at all. */
   pull([x, y], [u, v]) { return this.solver.calls.cotree_pull(this.at, x, y, u, v); }
 
   /** Values in the pose; what only a motion has is not a number. */
