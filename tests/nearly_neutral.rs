@@ -236,15 +236,14 @@ fn long_steps_leap_over_no_pose_of_other_shapes() {
 /// pose are known, with the signs of the lengths that add up to nothing.
 #[test]
 fn a_pose_is_clear_of_another_until_arms_have_turned_as_far() {
-    let mut poses = 0;
     for seed in 0..40 {
         let bars = neutral(seed);
         let sides = [bars.crank, bars.coupler, -bars.rocker];
-        let signs = (0..8).map(|bits| [0, 1, 2].map(|bar| if bits >> bar & 1 == 0 { 1.0 } else { -1.0 }));
+        let mut signs = (0..8).map(|bits| [0, 1, 2].map(|bar| if (bits >> bar) & 1 == 0 { 1.0 } else { -1.0 }));
         let in_line = |signs: &[f64; 3]| {
             (sides.iter().zip(signs).map(|(side, sign)| side * sign).sum::<f64>() - bars.base).abs() < 1e-12
         };
-        let flat = signs.filter(in_line).next().expect("bars that can lie in line").map(|sign| f64::acos(sign));
+        let flat = signs.find(in_line).expect("bars that can lie in line").map(f64::acos);
         let case = four_bar("neutral", bars);
         let model = case.model();
         let mut machine = Machine::new(&model);
@@ -268,9 +267,7 @@ fn a_pose_is_clear_of_another_until_arms_have_turned_as_far() {
             jet.stays_clear(&mut changes, (&polynomial, 1), 1.0)
         };
         assert!(!is_clear(1.0) && is_clear(0.1), "{seed}: {bars:?}");
-        poses += 1;
     }
-    assert_eq!(poses, 40);
 }
 
 /// Methods that are named do not pass such places: they follow what is wide enough, and stop at the rest instead of taking the wrong branch.
