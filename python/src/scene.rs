@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
 
+use cotree::compile::compile_asking;
 use cotree::diagnostic::every;
 use cotree::export::FmiVersion;
 use cotree::report::csv::Table;
 use cotree::report::statistics::Accumulator;
-use cotree::compile::compile_asking;
-use cotree::scene::{Asked, EditError};
 use cotree::run::{Ended, Ensemble, Measure, Run, points};
+use cotree::scene::{Asked, EditError};
 use cotree::{Compiled, Scene};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
@@ -24,7 +24,9 @@ use pyo3::prelude::*;
 use serde_json::json;
 
 use crate::listening::{self, PATIENCE, interruptible};
-use crate::outcome::{RunError, file_error, interrupted, run_error, scene_error, study_error, unlike_the_scene, warn, wrong};
+use crate::outcome::{
+    RunError, file_error, interrupted, run_error, scene_error, study_error, unlike_the_scene, warn, wrong,
+};
 use crate::request::{self, Columns, Times, Value};
 use crate::running::Running;
 

@@ -152,7 +152,7 @@ pub fn optimize(
         let motions = match &request.turn {
             Some(turn) => {
                 let measured = checked.outputs.iter().map(|&place| known[place].0.clone()).collect();
-                let (study, names) = (set.clone(), names.clone());
+                let (study, names) = (&set, names.clone());
                 Moved::Turn(Turns { scene, study, request: turn, names, bounds, ranges, measured })
             }
             None => {

@@ -19,7 +19,7 @@ const TRANSMISSION: &str = "transmission";
 pub struct Turns<'a> {
     pub scene: &'a Scene,
     /// What else was set.
-    pub study: Study,
+    pub study: &'a Study,
     pub request: &'a motion::Request,
     pub names: Vec<String>,
     pub bounds: Vec<[f64; 2]>,
