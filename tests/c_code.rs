@@ -112,6 +112,8 @@ struct Sizes {
     inputs: usize,
     followers: usize,
     coordinates: usize,
+    /// How many of the coordinates are integrals of states.
+    states: usize,
     constraints: usize,
     accelerations: bool,
 }
@@ -124,6 +126,7 @@ impl Sizes {
             inputs: program.inputs.len(),
             followers: program.followers.len(),
             coordinates: program.coordinates.len(),
+            states: program.states as usize,
             constraints,
             accelerations: !solved.is_empty(),
         }
@@ -131,17 +134,21 @@ impl Sizes {
 
     /// A C program that reads arguments and prints results, all as the bits of doubles in hexadecimal.
     fn driver(&self, name: &str) -> String {
-        let (n, m) = (self.coordinates, self.constraints);
-        let offsets = [1, self.parameters, 3 * self.inputs, 3 * self.followers, n, n];
+        let (n, m) = (self.coordinates - self.states, self.constraints);
+        let all = self.coordinates;
+        let offsets = [1, self.parameters, 3 * self.inputs, 3 * self.followers, all, all];
         let starts: Vec<usize> =
             offsets.iter().scan(0, |sum, size| Some(std::mem::replace(sum, *sum + size))).collect();
-        let arguments = format!(
+        let mut arguments = format!(
             "in[0], in + {}, in + {}, in + {}, in + {}, in + {}",
             starts[1], starts[2], starts[3], starts[4], starts[5]
         );
-        let arrays =
-            [("M", n * n), ("Q", n), ("Phi", m), ("Phi_q", m * n), ("Phi_t", m), ("gamma", m), ("a", n), ("lambda", m)];
-        let used = if self.accelerations { 8 } else { 6 };
+        if self.states > 0 {
+            let _ = write!(arguments, ", in + {}", starts[5] + n);
+        }
+        let (matrices, rates) = ([("M", n * n), ("Q", n), ("Phi", m), ("Phi_q", m * n), ("Phi_t", m)], ("dz", self.states));
+        let arrays = [&matrices[..], &[("gamma", m), ("a", n), rates, ("lambda", m)]].concat();
+        let used = if self.accelerations { 9 } else { 6 };
         let mut body = String::new();
         for (array, size) in &arrays[..used] {
             let _ = writeln!(body, "        double {array}[{}] = {{0}};", (*size).max(1));
@@ -149,6 +156,9 @@ impl Sizes {
         let _ = writeln!(body, "        {name}_equations({arguments}, M, Q, Phi, Phi_q, Phi_t, gamma);");
         if self.accelerations {
             let _ = writeln!(body, "        {name}_accelerations({arguments}, a, lambda);");
+        }
+        if self.states > 0 {
+            let _ = writeln!(body, "        {name}_states({arguments}, dz);");
         }
         for (array, size) in &arrays[..used] {
             let _ = writeln!(body, "        print({array}, {size});");

@@ -366,6 +366,10 @@ fn for_all_models(notation: Notation, check: impl Fn(&Case, &str, &[f64], bool))
         let scene = sound(Scene::from_toml(&text));
         let code = written::equations(&scene, notation).unwrap_or_else(|faults| panic!("{faults}"));
         let mechanism: Mechanism = scene.resolve().unwrap_or_else(|faults| panic!("{faults}")).mechanism;
+        // Functions with states take one argument more: `c_code` compares those.
+        if !mechanism.states.is_empty() {
+            continue;
+        }
         let mut formulated = formulate(&mechanism).unwrap();
         let points = points(&formulated, 7 + name.len() as u64);
         check_tapes(&name, &mut formulated, &points[0]);

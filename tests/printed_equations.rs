@@ -167,6 +167,10 @@ fn check_values(title: &str, equations: &mut Equations) -> usize {
         }
         exact.extend(dynamics.load.iter().enumerate().map(|(row, entry)| (format!("Q[{}]", row + 1), *entry)));
     }
+    for (index, &rate) in equations.states.iter().enumerate() {
+        let state = cotree::expr::Symbol::State(index, cotree::expr::Order::Velocity);
+        exact.insert(text::symbol_name(equations, state), rate);
+    }
     // Rows that say nothing are not printed.
     for (index, (_, row)) in equations.loops().enumerate() {
         let row_number = index + 1;

@@ -136,7 +136,11 @@ impl Heading {
         let has_slash = self.text.contains('/');
         let mut found: Vec<(String, Unit)> = slashes.filter_map(behind).collect();
         let last = self.last_word();
-        let is_whole = self.text.chars().count() > 1 && !MISTAKABLE.contains(&self.text.as_str());
+        // `F/kN` is a force in kilonewtons, not a capacitance by a force.
+        let first = self.text.split('/').next().unwrap_or_default().trim();
+        let is_whole = self.text.chars().count() > 1
+            && !MISTAKABLE.contains(&self.text.as_str())
+            && !(has_slash && POINTS.contains(&first));
         found.extend(last.clone());
         found.extend(parsed(&self.text).filter(|_| is_whole).map(|unit| (String::new(), unit)));
         let Some((name, unit)) = found.first().cloned() else {

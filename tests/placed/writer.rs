@@ -275,7 +275,11 @@ impl Writer {
                     ),
                 )
             }
-            2 => ("torsion_damper", format!("damping = {damping:e}\n")),
+            2 if stiffness < 27.5 => ("torsion_damper", format!("damping = {damping:e}\n")),
+            2 => {
+                let winding = "resistance = 0.8\ninductance = 0.05\nconstant = 0.3\nratio = 2\ncurrent = 0.4\n";
+                ("dc_motor", format!("voltage = \"3 - {damping:e}*omega + 0.2*current\"\n{winding}"))
+            }
             3 => {
                 let more = match (pin, self.allowed.absolute) {
                     (Some(pin), true) => {
@@ -324,7 +328,12 @@ impl Writer {
                 let side = ["both", "above", "below"][self.pick(3)];
                 ("spring", format!("stiffness = {some:e}\nlength = 5\ndamping = 0.7\nside = \"{side}\"\n"))
             }
-            1 => ("damper", format!("damping = {some:e}\n")),
+            1 if some < 15.5 => ("damper", format!("damping = {some:e}\n")),
+            1 => {
+                let chambers = "areas = [1e-3, 8e-4]\nvolumes = [0.02, 0.025]\nretracted = 6\nbulk = 1e7\npressures = [1e4, 1.2e4]\n";
+                let valve = "opening = \"0.3 + 0.1*sin(t)\"\nvalve = 1e-7\nsupply = 1e5\nleakage = 1e-9\n";
+                ("cylinder", format!("{chambers}{valve}"))
+            }
             2 => ("gas_spring", format!("push = {some:e}\nlength = 6\ncolumn = 4\nexponent = 1.3\n")),
             3 => ("constant_force_spring", format!("pull = {some:e}\n")),
             _ => {

@@ -62,6 +62,9 @@ impl Instance {
         }
         self.computed = Computed::default();
         self.now.at_start = false;
+        if states.is_empty() {
+            return Ok(());
+        }
         let mechanical = self.model.mechanical();
         let (pairs, own) = states.split_at(2 * mechanical);
         for (index, pair) in pairs.chunks_exact(2).enumerate() {
@@ -77,6 +80,10 @@ impl Instance {
         self.check_count(states.len())?;
         self.reproject()?;
         let state = &self.now.state;
+        // A driven mechanism has none.
+        if states.is_empty() {
+            return Ok(());
+        }
         interleave(self.model.mechanical(), [state.positions(), state.rates()], states);
         Ok(())
     }
