@@ -146,7 +146,8 @@ impl Sizes {
         if self.states > 0 {
             let _ = write!(arguments, ", in + {}", starts[5] + n);
         }
-        let (matrices, rates) = ([("M", n * n), ("Q", n), ("Phi", m), ("Phi_q", m * n), ("Phi_t", m)], ("dz", self.states));
+        let (matrices, rates) =
+            ([("M", n * n), ("Q", n), ("Phi", m), ("Phi_q", m * n), ("Phi_t", m)], ("dz", self.states));
         let arrays = [&matrices[..], &[("gamma", m), ("a", n), rates, ("lambda", m)]].concat();
         let used = if self.accelerations { 9 } else { 6 };
         let mut body = String::new();
