@@ -546,7 +546,7 @@ fn hydraulic_lever() {
         [way.norm(), slope]
     };
     let force = move |y: &DVector<f64>| y[2] * cap_area - y[3] * rod_area;
-    let opening = |time: f64| 0.5 * (4.0 * time + 0.2).sin();
+    let opening = |time: f64| -0.5 * (4.0 * (time - 0.75)).sin();
     let rate = move |y: &DVector<f64>| {
         let ([length, slope], open) = (cylinder(y[0]), opening(y[4]));
         let (speed, stroke, leak) = (slope * y[1], length - retracted, leakage * (y[2] - y[3]));
