@@ -151,7 +151,7 @@ pub fn version_3(file: &Path) -> Result<Run, Error> {
     let folder = tempfile::tempdir()?;
     zip::ZipArchive::new(std::fs::File::open(file)?)?.extract(&folder)?;
     let text = std::fs::read_to_string(folder.path().join("modelDescription.xml"))?;
-    let fmu = Fmi3Import::new(folder, &without_units(&text))?;
+    let fmu = Fmi3Import::new(folder, &readable(&text))?;
     let description = fmu.model_description();
     let outputs = description.model_variables.iter_abstract();
     let outputs = outputs.filter(|one| one.causality() == schema::fmi3::Causality::Output);
@@ -163,11 +163,14 @@ pub fn version_3(file: &Path) -> Result<Run, Error> {
     Ok(Run { description: std::fs::read_to_string(fmu.archive_path().join("modelDescription.xml"))?, ..run })
 }
 
-/// A description without the units of its variables, which the crate takes for an error (2.4.7.5 has them).
-fn without_units(description: &str) -> String {
+/// A description as the crate can read it: without the units of its variables, which it takes for an error (2.4.7.5 has them), and with the ampere as `a` (2.4.4 has `A`).
+fn readable(description: &str) -> String {
     let mut lines = Vec::new();
     for line in description.lines() {
         let mut line = line.to_owned();
+        if line.contains("<BaseUnit ") {
+            line = line.replace(" A=\"", " a=\"");
+        }
         for key in [" unit=\"", " displayUnit=\""] {
             if let Some((before, after)) = line.split_once(key).filter(|_| line.contains("<Float64 ")) {
                 line = format!("{before}{}", after.split_once('"').map_or("", |(_, rest)| rest));
