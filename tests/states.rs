@@ -417,7 +417,7 @@ fn networks_on_a_four_bar_agree_with_absolute_coordinates() {
     }
 }
 
-/// Those of a part have its name in front.
+/// States of a part have the name of the part in front.
 #[test]
 fn a_part_brings_its_states() {
     let folder = tempfile::tempdir().unwrap();

@@ -76,23 +76,21 @@ fn unit_of_mass(equations: &Equations, arms: &ArmEquations, values: &impl Values
     if arms.rows.is_empty() {
         return 1.0;
     }
-    let masses = masses(equations, arms, values);
-    let logarithms: Vec<f64> = masses.iter().filter(|mass| **mass > 0.0).map(|mass| mass.log2()).collect();
-    let mean = logarithms.iter().sum::<f64>() / logarithms.len() as f64;
-    // No number if nothing has a mass.
-    if mean.abs() > ORDINARY { mean.round().exp2() } else { 1.0 }
+    let mean = mean_power(&masses(equations, arms, values));
+    mean.filter(|power| power.abs() > ORDINARY).map_or(1.0, |power| power.round().exp2())
 }
 
 /// What stands for the mass behind a state: a power of two in the middle of the masses of displacements, so that they stay of one order.
 fn mean_mass(equations: &Equations, arms: &ArmEquations, values: &impl Values) -> f64 {
     let straight = equations.coordinates.iter().filter(|coordinate| !coordinate.angular).count();
     let masses = masses(equations, arms, values);
-    let masses = masses[masses.len() - straight..].iter().filter(|mass| **mass > 0.0);
-    let logarithms: Vec<f64> = masses.map(|mass| mass.log2()).collect();
-    match logarithms.len() {
-        0 => 1.0,
-        count => (logarithms.iter().sum::<f64>() / count as f64).round().exp2(),
-    }
+    mean_power(&masses[masses.len() - straight..]).map_or(1.0, |power| power.round().exp2())
+}
+
+/// The mean of the logarithms to base 2 of the masses that are positive; none if nothing has a mass.
+fn mean_power(masses: &[f64]) -> Option<f64> {
+    let powers: Vec<f64> = masses.iter().filter(|mass| **mass > 0.0).map(|mass| mass.log2()).collect();
+    (!powers.is_empty()).then(|| powers.iter().sum::<f64>() / powers.len() as f64)
 }
 
 /// The same without loads: what the accuracy of a motion is measured by that has no series.

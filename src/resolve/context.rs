@@ -355,43 +355,37 @@ impl Resolver<'_> {
     }
 }
 
-/// Why a law may not depend on a variable that is called so: a code, a message and what to do.
+/// Why a formula may not depend on a variable that is called so: a code, a message and what to do.
 fn refusal(variable: Variable, site: Site<'_>, called: &str) -> Option<(&'static str, String, &'static str)> {
     let what = site.what;
-    let refused = match (site.context, variable.quantity.class()) {
-        (Context::Law(_) | Context::Rate, Class::Position | Class::Velocity | Class::State) | (Context::Output, _) => {
-            return None;
-        }
-        (Context::Law(own), _) if variable.owner == Owner::Load(own) => {
-            let message = format!("{what} depends on itself: {called}");
-            return Some(("scene::cycle", message, "a load may use positions and velocities of the scene"));
-        }
-        (Context::Law(_) | Context::Rate, Class::Acceleration) => "an acceleration",
-        // Their laws are written out in its place.
-        (Context::Law(_) | Context::Rate, Class::Effort)
-            if matches!((variable.owner, variable.quantity), (Owner::Load(_), Quantity::Force | Quantity::Torque)) =>
-        {
-            return None;
-        }
-        (Context::Law(_) | Context::Rate, Class::Effort) if matches!(variable.owner, Owner::Load(_)) => {
-            "a component or the power of another load"
-        }
-        (Context::Law(_) | Context::Rate, Class::Effort) => "a reaction",
-        (Context::Law(_) | Context::Rate, Class::System) => "a sum over the whole system",
-        (Context::Constant | Context::Curve(_) | Context::Driver, _) => {
+    let (code, help) = match site.context {
+        Context::Output => return None,
+        Context::Constant | Context::Curve(_) | Context::Driver => {
             let message = format!("{what} depends on {called}, but a prescribed motion cannot depend on the motion");
             return Some(("scene::driver_depends", message, "a driver may use the time `t`, parameters and inputs"));
         }
-    };
-    let (code, help) = match site.context {
+        Context::Law(_) => (
+            "scene::load_depends",
+            "a load may use positions and velocities of the scene, forces along springs and actuators, torques of loads, states, the time `t`, parameters and inputs",
+        ),
         Context::Rate => (
             "scene::rate_depends",
             "the rate of a state may use states, positions and velocities of the scene, forces along springs and actuators, torques of loads, the time `t`, parameters and inputs",
         ),
-        Context::Constant | Context::Driver | Context::Law(_) | Context::Curve(_) | Context::Output => (
-            "scene::load_depends",
-            "a load may use positions and velocities of the scene, forces along springs and actuators, torques of loads, states, the time `t`, parameters and inputs",
-        ),
+    };
+    let is_own = matches!(site.context, Context::Law(own) if variable.owner == Owner::Load(own));
+    let refused = match (variable.quantity.class(), variable.owner, variable.quantity) {
+        (Class::Position | Class::Velocity | Class::State, ..) => return None,
+        _ if is_own => {
+            let message = format!("{what} depends on itself: {called}");
+            return Some(("scene::cycle", message, "a load may use positions and velocities of the scene"));
+        }
+        (Class::Acceleration, ..) => "an acceleration",
+        // Their laws are written out in its place.
+        (Class::Effort, Owner::Load(_), Quantity::Force | Quantity::Torque) => return None,
+        (Class::Effort, Owner::Load(_), _) => "a component or the power of another load",
+        (Class::Effort, ..) => "a reaction",
+        (Class::System, ..) => "a sum over the whole system",
     };
     Some((code, format!("{what} depends on {called}, {refused}"), help))
 }

@@ -88,15 +88,7 @@ fn with_states(formulated: &Formulated, system: &StateSpace) -> Result<Vec<Mode>
     let natural: Vec<f64> = own[..f].iter().chain(&own).copied().collect();
     let size = natural.len();
     let matrix = DMatrix::from_fn(size, size, |i, j| system.a[(i, j)] * natural[j] / natural[i]);
-    let free = null_space(&matrix, FREE)?.ncols();
-    let mut found = decompose::eigenvalues(matrix.clone())?;
-    found.retain(|value| value.im >= 0.0);
-    found.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
-    let largest = found.iter().map(|value| value.norm()).fold(0.0, f64::max);
-    // What moves on without any stiffness is a double zero, which rounding turns into a slow motion.
-    let still = found.iter().take(2 * free).filter(|value| value.norm() <= DOUBLE * largest).count();
-    found.iter_mut().take(still).for_each(|value| *value = Complex::default());
-    found.dedup_by(|a, b| *a == Complex::default() && *b == Complex::default() && free == 1);
+    let found = eigenvalues_with_states(&matrix)?;
     let mut modes = Vec::new();
     for (index, &eigenvalue) in found.iter().enumerate() {
         let same = |other: &&Complex<f64>| (**other - eigenvalue).norm() <= SAME * eigenvalue.norm();
@@ -116,6 +108,22 @@ fn with_states(formulated: &Formulated, system: &StateSpace) -> Result<Vec<Mode>
         modes.push(Mode { eigenvalue: unsigned(eigenvalue), shape });
     }
     Ok(modes)
+}
+
+/// One of each conjugate pair, the slowest first; exactly zero for free motions.
+fn eigenvalues_with_states(matrix: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, Failure> {
+    let free = null_space(matrix, FREE)?.ncols();
+    let mut found = decompose::eigenvalues(matrix.clone())?;
+    found.retain(|value| value.im >= 0.0);
+    found.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
+    let largest = found.iter().map(|value| value.norm()).fold(0.0, f64::max);
+    // What moves on without any stiffness is a double zero, which rounding turns into a slow motion.
+    let still = found.iter().take(2 * free).filter(|value| value.norm() <= DOUBLE * largest).count();
+    found[..still].fill(Complex::default());
+    if free == 1 {
+        found.dedup_by(|a, b| [*a, *b] == [Complex::default(); 2]);
+    }
+    Ok(found)
 }
 
 /// Eigenvalues other than zero with a positive or no imaginary part, by size. Free motions are deflated first: the rest has no double zero, which
