@@ -248,6 +248,10 @@ fn is_free(model: &Model, state: &State, machine: &mut Machine, index: usize) ->
     let scales = DVector::from_iterator(columns, model.program().coordinates.iter().map(|coordinate| coordinate.scale));
     let mut gradient = own[index].component_mul(&scales);
     let whole = gradient.norm();
+    // A mechanism that drivers alone move has no coordinate that could change it.
+    if whole == 0.0 {
+        return false;
+    }
     if !rows.is_empty() {
         let held = DMatrix::from_fn(rows.len(), columns, |row, column| rows[row][column] * scales[column]).transpose();
         let directions = held.svd(true, false);
