@@ -64,21 +64,13 @@ fn program() -> data::Program {
 fn description() -> Description {
     let causalities = [
         Causality::Independent,
-        Causality::Parameter { tunable: false, start: 1.0, min: Some(0.0), max: None },
+        Causality::Parameter { start: 1.0, min: Some(0.0), max: None },
         Causality::Input { start: 0.0, min: None, max: None },
         Causality::Output,
         Causality::Output,
     ];
-    let variables = program().variables.into_iter().zip(causalities).map(|(variable, causality)| ScalarVariable {
-        name: variable.name,
-        description: String::new(),
-        unit: Unit::default(),
-        causality,
-        start: None,
-        derivative_of: None,
-        dependencies: vec![].into(),
-        all_dependencies: vec![].into(),
-        state: None,
+    let variables = program().variables.into_iter().zip(causalities).map(|(variable, causality)| {
+        ScalarVariable::new(variable.name, String::new(), Unit::default(), causality)
     });
     Description {
         model_name: "mass".into(),

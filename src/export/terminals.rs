@@ -8,7 +8,7 @@ use crate::program::TableRow;
 
 /// The terminals of a mechanism, in the order of its outputs, then of the inputs.
 pub(super) fn terminals(mechanism: &Mechanism, rows: &[TableRow]) -> Vec<Terminal> {
-    let places: HashMap<&str, usize> = rows.iter().enumerate().map(|(place, row)| (row.name.as_str(), place)).collect();
+    let places: HashMap<&str, usize> = rows.iter().enumerate().map(|(place, row)| (row.variable.name.as_str(), place)).collect();
     let mut found = Found::default();
     for output in &mechanism.outputs {
         let Formula::Variable(variable) = output.value else { continue };

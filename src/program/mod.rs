@@ -8,8 +8,10 @@ mod dependency_sets;
 mod initial;
 mod lowered;
 mod table;
+mod variable;
 
 pub(crate) use dependencies::LISTED;
 pub use initial::{Conditions, conditions};
 pub use lowered::{Lowered, positions, program};
-pub use table::{Start, Table, TableRow};
+pub use table::{Table, TableRow};
+pub use variable::{Causality, ScalarVariable, Start, Type, Variability};

@@ -68,7 +68,7 @@ fn integrated(lowered: &Lowered) -> Integrated {
     let active = program.constraints.iter().filter(|constraint| constraint.is_imposed()).count();
     let needs_acceleration =
         |source: Source| matches!(source, Source::Acceleration(_) | Source::Output { accelerated: true, .. });
-    let outputs = lowered.table.rows.iter().filter(|row| row.output);
+    let outputs = lowered.table.rows.iter().filter(|row| row.is_output());
     let (accelerated, state): (Vec<_>, Vec<_>) = outputs.partition(|row| needs_acceleration(row.source));
     Integrated {
         series: program.arms.as_ref().filter(|_| program.engine == Engine::Taylor).map(series_system),

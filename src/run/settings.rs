@@ -38,7 +38,7 @@ pub fn settable(description: &Description, name: &str) -> Result<usize, String> 
     let found = description.variables.iter().position(|variable| variable.name == name && can_be_set(&variable));
     found.ok_or_else(|| {
         let is_calculated = |variable: &&ScalarVariable| {
-            variable.name == name && matches!(variable.causality, Causality::CalculatedParameter { .. })
+            variable.name == name && variable.causality == Causality::CalculatedParameter
         };
         if let Some(variable) = description.variables.iter().find(is_calculated) {
             let about = &variable.description;
