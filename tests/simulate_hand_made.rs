@@ -41,6 +41,7 @@ fn program() -> data::Program {
         followers: vec![],
         coordinates: vec![data::Coordinate { name: "mass.x".into(), scale: 1.0 }],
         states: 0,
+        instants: Default::default(),
         constraints: vec![],
         length: 1.0,
         variables: vec![

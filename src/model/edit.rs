@@ -25,10 +25,18 @@ impl Mechanism {
         changed
     }
 
+    /// Where nothing happens: held values are inputs like all others.
+    #[must_use]
+    pub fn without_instants(&self) -> Mechanism {
+        let mut changed = self.clone();
+        (changed.held, changed.samplers, changed.events) = (Vec::new(), Vec::new(), Vec::new());
+        changed
+    }
+
     /// With one more input, in SI, and where it is among the inputs.
     #[must_use]
     pub fn with_input(&self, name: &str, unit: Unit, start: f64) -> (Mechanism, InputId) {
-        let mut changed = self.clone();
+        let mut changed = self.without_instants();
         let (name, description) = (name.to_owned(), String::new());
         changed.inputs.push(Input { name, description, unit, start, min: None, max: None, span: Span::default() });
         (changed, InputId(self.inputs.len()))
@@ -37,7 +45,7 @@ impl Mechanism {
     /// Without the drivers of which this is true, and without the outputs that need them.
     #[must_use]
     pub fn without_drivers(&self, is_gone: impl Fn(&Part) -> bool) -> Mechanism {
-        let mut changed = self.clone();
+        let mut changed = self.without_instants();
         let mut places: Vec<Option<DriverId>> = Vec::with_capacity(self.drivers.len());
         let mut left = 0;
         for driver in &self.drivers {
@@ -86,7 +94,7 @@ impl Mechanism {
     /// What positions need: no loads, no states, no outputs, the recommended trees.
     #[must_use]
     pub fn kinematic(&self) -> Mechanism {
-        let mut rest = self.clone();
+        let mut rest = self.without_instants();
         rest.initial.retain(|initial| matches!(initial.variable.owner, Owner::Place(_) | Owner::Joint(_)));
         (rest.loads, rest.outputs, rest.coordinates) = (Vec::new(), Vec::new(), Coordinates::Recommended);
         rest.states.clear();

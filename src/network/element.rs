@@ -296,6 +296,18 @@ pub enum Force {
     Line(Formula),
 }
 
+impl Force {
+    /// Multiplies a law.
+    pub(super) fn scale(&mut self, factor: &Formula) {
+        let laws = match self {
+            Force::World(laws) | Force::InBody(_, laws) => &mut laws[..],
+            Force::Line(law) => std::slice::from_mut(law),
+            Force::None | Force::Inertia(_) | Force::Resistance(_) => return,
+        };
+        laws.iter_mut().for_each(|law| *law = std::mem::replace(law, Formula::Time) * factor.clone());
+    }
+}
+
 /// An element's row of Table 1 in the rotational graph.
 #[derive(Clone, Debug)]
 pub struct RotationalRow {
@@ -327,6 +339,16 @@ pub enum Torque {
     /// Against the motion.
     Resistance(Resistance),
     Law(Formula),
+}
+
+impl Torque {
+    /// Multiplies a law.
+    pub(super) fn scale(&mut self, factor: &Formula) {
+        match self {
+            Torque::Law(law) => *law = std::mem::replace(law, Formula::Time) * factor.clone(),
+            Torque::None | Torque::Inertia(_) | Torque::Resistance(_) => {}
+        }
+    }
 }
 
 impl TranslationalRow {

@@ -11,6 +11,7 @@ use cotree_fmu::program::Source;
 use super::dependency_sets::dependency_sets;
 use super::lowered::inverse;
 use super::table::TableRow;
+use super::variable::Variability;
 use crate::equations::{Constraint, Equations};
 use crate::expr::{Arena, Expr, Order, Symbol};
 use crate::solve::Block;
@@ -37,8 +38,9 @@ pub(crate) struct Moving<'a> {
 /// Driven motion: through the blocks of the loop equations to the inputs in them.
 pub(crate) fn in_motion(rows: &mut [TableRow], equations: &mut Equations, moving: &Moving) {
     let (driven, mechanical) = (moving.solved.is_empty(), equations.coordinates.len());
-    let given =
-        rows.iter().enumerate().filter_map(|(place, row)| Some((place, known(row.source, driven, mechanical)?)));
+    // Held values are no knowns of the standard: they change at events only.
+    let open = rows.iter().enumerate().filter(|(_, row)| row.variable.variability != Variability::Discrete);
+    let given = open.filter_map(|(place, row)| Some((place, known(row.source, driven, mechanical)?)));
     // Time is beyond all places.
     let given: Vec<_> = given.chain([(rows.len(), vec![Symbol::Time])]).collect();
     let mut sources = Sources::new(equations, &given);

@@ -11,6 +11,7 @@ use cotree_fmu::program::{
 use cotree_fmu::taylor::Jet;
 
 use super::dependencies::Moving;
+use super::instants::InstantKernels;
 use super::initial::{Conditions, Settable, conditions, settable};
 use super::table::Table;
 use crate::arms::{TOO_MANY, arm_form, mass_form, repeat_exactly};
@@ -65,6 +66,7 @@ struct MotionKernels {
     laws: Vec<(Steep, Expr)>,
     domains: Vec<(Domain, Expr)>,
     outputs: Vec<Expr>,
+    instants: InstantKernels,
     arms: Option<(ArmForm, Vec<Expr>)>,
     masses: Option<(ArmForm, Vec<Expr>)>,
     solve_tree: Option<SolveTree>,
@@ -116,14 +118,16 @@ pub fn program(equations: &mut Equations, length: f64, [pose, generic]: [&Pose; 
     // The states of a driven mechanism are integrated beside it, as those of any other.
     let kinematic = driven && equations.states.is_empty();
     if driven && !kinematic {
-        let asked = asked(equations);
+        let asked = [asked(equations), InstantKernels::new(equations).read()].concat();
         moving.drive(equations, (&kernels, &blocks), &asked, (length, pose))?;
         moving.indicators = motion_indicators(equations, &moving.solved);
     }
     let table = Table::new(equations, kinematic, &Moving { solved: &moving.solved, blocks: &blocks });
     moving.outputs.clone_from(&table.results);
+    moving.instants = InstantKernels::new(equations);
     if kinematic {
-        moving.drive(equations, (&kernels, &blocks), &table.results, (length, pose))?;
+        let asked = [&table.results[..], &moving.instants.read()].concat();
+        moving.drive(equations, (&kernels, &blocks), &asked, (length, pose))?;
     }
     let mut no_series = None;
     match series(equations, length, pose) {
@@ -297,6 +301,10 @@ fn assemble(
             &arguments,
             &bounded,
             &moving.outputs,
+            &moving.instants.begin,
+            &moving.instants.clocks,
+            &moving.instants.written,
+            &moving.instants.sides,
             coefficients,
             masses,
         ],
@@ -338,6 +346,7 @@ fn assemble(
         found_positions: Vec::new(),
         found_rates: Vec::new(),
     };
+    let instants = moving.instants.lower(mechanism, &mut assembler);
     let [arms, masses] = [&moving.arms, &moving.masses].map(|form| {
         let (form, coefficients) = form.as_ref()?;
         Some(ArmForm { coefficients: assembler.tape(coefficients), ..form.clone() })
@@ -365,6 +374,7 @@ fn assemble(
         },
         automatic: mechanism.solver.method == Method::Auto
             && equations.coordinates.len() + equations.states.len() <= MOST_IMPLICIT,
+        instants,
         arms,
         masses,
     }

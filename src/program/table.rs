@@ -9,7 +9,7 @@ use super::initial::{Given, settable};
 use super::variable::{Causality, ScalarVariable, Start, Variability};
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
-use crate::model::{Calculated, DisplayUnit, Mechanism, Parameter, Unit};
+use crate::model::{Calculated, DisplayUnit, HeldWhat, Mechanism, Parameter, Unit};
 
 /// A variable: what an importer sees, and where its value comes from.
 #[derive(Clone, Debug)]
@@ -85,12 +85,29 @@ impl Table {
             let variability = Variability::of_parameter(parameter.tunable);
             self.push(ScalarVariable { variability, ..variable }, source, value);
         }
-        for (index, input) in mechanism.inputs.iter().enumerate() {
+        for (index, input) in mechanism.open_inputs().iter().enumerate() {
             let value = equations.system.arena.symbol(Symbol::Input(index, Order::Position));
             let own = described("input", &input.name, &input.description);
             let causality = Causality::Input { start: input.start, min: input.min, max: input.max };
             let variable = ScalarVariable::new(input.name.clone(), own, input.unit.clone(), causality);
             self.push(variable, Source::Input(index as u32), value);
+        }
+    }
+
+    /// What ticks and events write; whether a load is there shows in its forces.
+    fn add_held(&mut self, equations: &mut Equations) {
+        let mechanism = &*equations.system.mechanism.clone();
+        for (id, input, held) in mechanism.held_inputs() {
+            let what = match held.what {
+                HeldWhat::Sampled => "sampled value",
+                HeldWhat::Time => "time of an event",
+                HeldWhat::Presence(_) => continue,
+            };
+            let value = equations.system.arena.symbol(Symbol::Input(id.0, Order::Position));
+            let own = described(what, &input.name, &input.description);
+            let variable = ScalarVariable::new(input.name.clone(), own, input.unit.clone(), Causality::Local);
+            let variable = ScalarVariable { variability: Variability::Discrete, ..variable };
+            self.push(variable, Source::Input(id.0 as u32), value);
         }
     }
 
@@ -100,8 +117,10 @@ impl Table {
         for output in &equations.system.mechanism.clone().outputs {
             let (name, description) = (output.name.clone(), output.description.clone());
             if let Some(&member) = named.get(output.name.as_str()) {
-                let unit = member.variable.unit.clone();
+                let ScalarVariable { unit, variability, .. } = member.variable.clone();
+                let description = if description.is_empty() { member.variable.description.clone() } else { description };
                 let variable = ScalarVariable::new(name, description, unit, Causality::Output);
+                let variable = ScalarVariable { variability, ..variable };
                 self.rows.push(TableRow { variable, ..member.clone() });
                 continue;
             }
@@ -254,5 +273,6 @@ fn coordinate_members(equations: &mut Equations) -> Vec<TableRow> {
             table.push(ScalarVariable::new(name, description, unit, Causality::Local), source, value);
         }
     }
+    table.add_held(equations);
     table.rows
 }

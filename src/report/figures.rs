@@ -26,7 +26,7 @@ pub fn summarise(formulated: &Formulated) -> Summary {
         drivers: mechanism.drivers.iter().map(|driver| driver.name.clone()).collect(),
         loads: mechanism.loads.iter().map(|load| load.name.clone()).collect(),
         parameters: mechanism.parameters.iter().map(|parameter| parameter.name.clone()).collect(),
-        inputs: mechanism.inputs.iter().map(|input| input.name.clone()).collect(),
+        inputs: mechanism.open_inputs().iter().map(|input| input.name.clone()).collect(),
         states: mechanism.states.iter().map(|state| state.name.clone()).collect(),
         outputs: mechanism.outputs.iter().map(|output| output.name.clone()).collect(),
         mobility: formulated.mobility(),

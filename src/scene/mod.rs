@@ -26,8 +26,8 @@ pub use crate::diagnostic::{Fault, Faults, Severity, Source, Span, Text};
 pub use asked::Asked;
 pub use edit::{EditError, spliced};
 pub use model::{
-    Coordinates, Experiment, Initial, Input, InputAs, Motion, Outputs, Parameter, Point, Scene, Signal, Solver, State,
-    Vector,
+    Coordinates, Event, Experiment, Initial, Input, InputAs, Motion, Outputs, Parameter, Point, Sampled, SampledValue,
+    Scene, Signal, Solver, State, Vector,
 };
 pub use part::{Body, Corner, Driver, Joint, Load, Part, Shape, Side};
 pub use quantity::{Quantity, Value};
