@@ -71,7 +71,7 @@ impl Study {
     }
 
     pub fn input_unit(&self, name: &str) -> Option<&Unit> {
-        self.mechanism.inputs.iter().find(|input| input.name == name).map(|input| &input.unit)
+        self.mechanism.open_inputs().iter().find(|input| input.name == name).map(|input| &input.unit)
     }
 
     /// The units of the scene's `[display]`.
@@ -128,9 +128,10 @@ impl Study {
             line.value = Formula::Number(value);
             return Ok(());
         }
+        let open = mechanism.open_inputs().len();
         let parameters =
             mechanism.parameters.iter_mut().map(|own| (&own.name, &own.unit, [own.min, own.max], &mut own.value));
-        let inputs = mechanism.inputs.iter_mut().map(|own| (&own.name, &own.unit, [own.min, own.max], &mut own.start));
+        let inputs = mechanism.inputs[..open].iter_mut().map(|own| (&own.name, &own.unit, [own.min, own.max], &mut own.start));
         let Some((_, unit, bounds, place)) = parameters.chain(inputs).find(|(known, ..)| *known == name) else {
             return Err(self.unknown(name));
         };
@@ -152,7 +153,7 @@ impl Study {
             return why;
         }
         let parameters = self.mechanism.parameters.iter().map(|parameter| parameter.name.as_str());
-        let known = suggest::known(name, parameters.chain(self.mechanism.inputs.iter().map(|own| own.name.as_str())));
+        let known = suggest::known(name, parameters.chain(self.mechanism.open_inputs().iter().map(|own| own.name.as_str())));
         format!("the scene has no parameter or input `{name}`; {known}")
     }
 
@@ -228,12 +229,22 @@ impl Study {
         &mut self,
         then: impl FnOnce(&mut Formulated, &Variation, &Equilibrium) -> Result<T, Failure>,
     ) -> Result<T, StudyError> {
+        can_rest(&self.mechanism)?;
         self.formulated(&at_rest(&self.mechanism), |formulated| {
             let variation = Variation::new(formulated);
             let equilibrium = Equilibrium::find(formulated, &variation)?;
             then(formulated, &variation, &equilibrium)
         })
     }
+}
+
+/// What is sampled goes on changing where everything else rests.
+fn can_rest(mechanism: &Mechanism) -> Result<(), Failure> {
+    let Some(sampler) = mechanism.samplers.iter().find(|own| !own.writes.is_empty()) else { return Ok(()) };
+    Err(Failure::Instants(format!(
+        "sampler `{}` goes on changing its values, so that nothing is said to rest: use `simulate`, or `--at` a time",
+        sampler.name
+    )))
 }
 
 /// The linear systems at these times of the motion.

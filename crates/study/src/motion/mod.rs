@@ -19,7 +19,7 @@ mod samples;
 
 use std::f64::consts::TAU;
 
-use cotree::model::{JointId, Mechanism, Unit, Units};
+use cotree::model::{HeldWhat, JointId, Mechanism, Unit, Units};
 use cotree::run::{RunError, SimulateError};
 use cotree::scene::{Faults, Scene};
 use cotree::typeset::rounded;
@@ -128,8 +128,14 @@ impl Drive {
     }
 }
 
-/// What states are in a pose depends on the way there: figures of a turn or stroke cannot say what acts.
+/// What states and sampled values are in a pose depends on the way there: figures of a turn or stroke cannot say what acts.
 fn without_states(mechanism: &Mechanism) -> Result<(), MotionError> {
+    if let Some(held) = mechanism.held_inputs().find_map(|(_, input, held)| (held.what == HeldWhat::Sampled).then_some(input)) {
+        return Err(MotionError::Request(format!(
+            "what the sampled value `{}` is in a pose depends on the way there, so that no turn or stroke tells what acts: use `simulate`, or a scene without `[sampled]` and what uses it",
+            held.name
+        )));
+    }
     let Some(state) = mechanism.states.first() else { return Ok(()) };
     Err(MotionError::Request(format!(
         "what the state `{}` is in a pose depends on the way there, so that no turn or stroke tells what acts: use `simulate`, or a scene without `[states]` and what uses them",
