@@ -26,7 +26,7 @@ fn main() {
 
 /// The cost of the kernel in branch coordinates [ns].
 fn cost(system: &System, trees: &Trees) -> Option<f64> {
-    let mut formulated = formulate_with(Equations::new(system.clone(), trees.clone())).ok()?;
+    let mut formulated = formulate_with(Equations::new(system.clone(), trees.clone()), &[]).ok()?;
     if formulated.lowered.program.is_driven() {
         return None;
     }
@@ -53,7 +53,7 @@ fn chains() {
         let scene = chain(n);
         let Ok(resolved) = scene.resolve() else { continue };
         let begin = Instant::now();
-        let Ok(formulated) = formulate(&resolved.mechanism) else { continue };
+        let Ok(formulated) = formulate(&resolved.mechanism, &resolved.outputs) else { continue };
         let seconds = begin.elapsed().as_secs_f64();
         let tape = &formulated.lowered.program.tapes.acceleration;
         let substituted = if n <= 50 { in_branches(&resolved.mechanism) } else { None };
@@ -91,7 +91,7 @@ fn fit() {
     let (mut rows, mut times) = (Vec::new(), Vec::new());
     for scene in scenes {
         let Ok(resolved) = scene.resolve() else { continue };
-        let Ok(formulated) = formulate(&resolved.mechanism) else { continue };
+        let Ok(formulated) = formulate(&resolved.mechanism, &resolved.outputs) else { continue };
         let tape = formulated.lowered.program.tapes.acceleration.clone();
         if tape.instructions().len() < 10 {
             continue;

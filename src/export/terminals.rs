@@ -3,14 +3,15 @@
 use std::collections::{HashMap, HashSet};
 
 use super::description::{Flow, Member, Terminal};
-use crate::model::{Formula, Mechanism, Motion, Owner, Part, Unit, Value};
+use crate::model::{Formula, Mechanism, Motion, Output, Owner, Part, Unit, Value};
 use crate::program::TableRow;
 
-/// The terminals of a mechanism, in the order of its outputs, then of the inputs.
-pub(super) fn terminals(mechanism: &Mechanism, rows: &[TableRow]) -> Vec<Terminal> {
-    let places: HashMap<&str, usize> = rows.iter().enumerate().map(|(place, row)| (row.variable.name.as_str(), place)).collect();
+/// The terminals of a mechanism, in the order of the outputs, then of the inputs.
+pub(super) fn terminals(mechanism: &Mechanism, outputs: &[Output], rows: &[TableRow]) -> Vec<Terminal> {
+    let places: HashMap<&str, usize> =
+        rows.iter().enumerate().map(|(place, row)| (row.variable.name.as_str(), place)).collect();
     let mut found = Found::default();
-    for output in &mechanism.outputs {
+    for output in outputs {
         let Formula::Variable(variable) = output.value else { continue };
         let (Some(&place), Some((owner, member))) = (places.get(output.name.as_str()), output.name.rsplit_once('.'))
         else {

@@ -17,7 +17,7 @@ use crate::arms::{TOO_MANY, arm_form, mass_form, repeat_exactly};
 use crate::equations::{Constraint as Row, Equations, Standing};
 use crate::expr::{Expr, Order, Symbol};
 use crate::laws::{domains, motion_indicators, ranges, steep};
-use crate::model::Method;
+use crate::model::{Method, Output};
 use crate::network::{Held, Origin};
 use crate::solve::{
     Block, Incidence, Loops, Obstacle, Pose, Shared, SolveTree, blocks, is_driven, least_norm, solve_tree, typical,
@@ -82,7 +82,12 @@ pub fn positions(equations: &mut Equations, length: f64) -> Program {
 ///
 /// # Errors
 /// A coordinate that moves no mass and is not constrained.
-pub fn program(equations: &mut Equations, length: f64, [pose, generic]: [&Pose; 2]) -> Result<Lowered, Obstacle> {
+pub fn program(
+    equations: &mut Equations,
+    outputs: &[Output],
+    length: f64,
+    [pose, generic]: [&Pose; 2],
+) -> Result<Lowered, Obstacle> {
     let driven = is_driven(equations);
     let roles = roles(equations, length, pose);
     let kernels = PositionKernels::new(equations, length);
@@ -116,11 +121,11 @@ pub fn program(equations: &mut Equations, length: f64, [pose, generic]: [&Pose; 
     // The states of a driven mechanism are integrated beside it, as those of any other.
     let kinematic = driven && equations.states.is_empty();
     if driven && !kinematic {
-        let asked = asked(equations);
+        let asked: Vec<Expr> = outputs.iter().map(|output| equations.formula(&output.value)).collect();
         moving.drive(equations, (&kernels, &blocks), &asked, (length, pose))?;
         moving.indicators = motion_indicators(equations, &moving.solved);
     }
-    let table = Table::new(equations, kinematic, &Moving { solved: &moving.solved, blocks: &blocks });
+    let table = Table::new(equations, outputs, kinematic, &Moving { solved: &moving.solved, blocks: &blocks });
     moving.outputs.clone_from(&table.results);
     if kinematic {
         moving.drive(equations, (&kernels, &blocks), &table.results, (length, pose))?;
@@ -239,12 +244,6 @@ impl MotionKernels {
             kernel.extend(corrections(residuals));
         }
     }
-}
-
-/// The values of the outputs.
-fn asked(equations: &mut Equations) -> Vec<Expr> {
-    let mechanism = equations.system.mechanism.clone();
-    mechanism.outputs.iter().map(|output| equations.formula(&output.value)).collect()
 }
 
 /// Q - M a, by coordinates.

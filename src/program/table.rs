@@ -9,7 +9,7 @@ use super::initial::{Given, settable};
 use super::variable::{Causality, ScalarVariable, Start, Variability};
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
-use crate::model::{Calculated, DisplayUnit, Mechanism, Parameter, Unit};
+use crate::model::{Calculated, DisplayUnit, Mechanism, Output, Parameter, Unit};
 
 /// A variable: what an importer sees, and where its value comes from.
 #[derive(Clone, Debug)]
@@ -37,11 +37,11 @@ pub struct Table {
 }
 
 impl Table {
-    pub(crate) fn new(equations: &mut Equations, driven: bool, moving: &Moving) -> Table {
+    pub(crate) fn new(equations: &mut Equations, outputs: &[Output], driven: bool, moving: &Moving) -> Table {
         let mut table = Table::default();
         table.add_parameters_and_inputs(equations);
         let members = coordinate_members(equations);
-        table.add_outputs(equations, &members);
+        table.add_outputs(equations, outputs, &members);
         table.add_members(&members, equations, driven);
         table.add_starts(equations);
         table.add_display_units(&equations.system.mechanism);
@@ -55,11 +55,7 @@ impl Table {
     pub fn variables(&self) -> Vec<Variable> {
         self.rows
             .iter()
-            .map(|row| Variable {
-                name: row.variable.name.clone(),
-                source: row.source,
-                initial: row.initial,
-            })
+            .map(|row| Variable { name: row.variable.name.clone(), source: row.source, initial: row.initial })
             .collect()
     }
 
@@ -94,10 +90,10 @@ impl Table {
         }
     }
 
-    fn add_outputs(&mut self, equations: &mut Equations, members: &[TableRow]) {
+    fn add_outputs(&mut self, equations: &mut Equations, outputs: &[Output], members: &[TableRow]) {
         let named: HashMap<&str, &TableRow> =
             members.iter().map(|member| (member.variable.name.as_str(), member)).collect();
-        for output in &equations.system.mechanism.clone().outputs {
+        for output in outputs {
             let (name, description) = (output.name.clone(), output.description.clone());
             if let Some(&member) = named.get(output.name.as_str()) {
                 let unit = member.variable.unit.clone();
