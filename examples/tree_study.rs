@@ -10,7 +10,7 @@ use cotree::formulate::{formulate, formulate_with};
 use cotree::model::{Coordinates, Mechanism};
 use cotree::network::{Origin, System, Trees};
 use cotree::scene::Scene;
-use cotree::solve::{MotionSystem, Pose};
+use cotree::solve::MotionSystem;
 use cotree::tape::{Cost, kernel_cost};
 use cotree_fmu::model::Model;
 use nalgebra::{DMatrix, DVector};
@@ -33,12 +33,10 @@ fn cost(system: &System, trees: &Trees) -> Option<f64> {
     if formulated.lowered.solve_tree.is_none() {
         return Some(Cost::of(&formulated.lowered.program.tapes.acceleration).nanoseconds());
     }
-    let state = &formulated.state;
-    let (positions, followers) = (state.positions().to_vec(), state.follower_positions().to_vec());
-    let pose = Pose { time: state.time(), positions, followers, states: state.states().to_vec() };
+    let state = formulated.state.clone();
     let equations = &mut formulated.equations;
     let system = MotionSystem::in_branch_coordinates(equations, formulated.lowered.program.length);
-    let solver = system.factorise(equations, &pose).ok()?;
+    let solver = system.factorise(equations, &state).ok()?;
     let results = solver.motion(&mut equations.system.arena, equations.constraints.len());
     Some(kernel_cost(equations, &results).nanoseconds())
 }

@@ -9,7 +9,7 @@ use cotree::expr::{Expr, Order, Symbol};
 use cotree::formulate::Formulated;
 use cotree::model::BodyId;
 use cotree::scene::{Resolved, Scene};
-use cotree::solve::{MotionSystem, Pose, in_solve_tree};
+use cotree::solve::{MotionSystem, in_solve_tree};
 use cotree::tape::Cost;
 use cotree_fmu::tape::Tape;
 
@@ -40,23 +40,13 @@ fn assert_close(what: &str, found: &[f64], expected: &[f64], tolerance: f64) {
     assert_eq!(found.len(), expected.len(), "{what}");
 }
 
-fn pose(formulated: &Formulated) -> Pose {
-    let state = &formulated.state;
-    Pose {
-        time: state.time(),
-        positions: state.positions().to_vec(),
-        followers: state.follower_positions().to_vec(),
-        states: state.states().to_vec(),
-    }
-}
-
 /// Accelerations, reactions and a projection by a solve tree against those in branch coordinates.
 fn check_solve_trees(resolved: &Resolved) {
     let mut formulated = formulated(resolved);
     if formulated.lowered.program.is_driven() {
         return;
     }
-    let pose = pose(&formulated);
+    let pose = formulated.state.clone();
     let length = formulated.lowered.program.length;
     let rows = formulated.equations.constraints.len();
     let residuals: Vec<Expr> =

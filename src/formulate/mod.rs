@@ -27,7 +27,7 @@ use crate::model::{BodyId, Coordinates, Formula, Mechanism, Output, Owner, Varia
 use crate::network::{ElementId, Held, Origin, System, Trees};
 use crate::program::Lowered;
 use crate::scene::constant;
-use crate::solve::{Obstacle, Pose, Shared};
+use crate::solve::{Obstacle, Shared};
 
 /// A mechanism with its equations, assembled at its initial state and lowered.
 #[derive(Clone, Debug)]
@@ -87,13 +87,7 @@ pub fn formulate_with(mut equations: Equations, outputs: &[Output]) -> Result<Fo
     let Restrictions { mut equations, state, generic, .. } = found;
     let rows = equations.constraints.iter().enumerate();
     let redundant: Vec<usize> = rows.filter(|(_, row)| !row.is_imposed()).map(|(index, _)| index).collect();
-    let [pose, generic] = [&state, &generic].map(|state| Pose {
-        time: state.time(),
-        positions: state.positions().to_vec(),
-        followers: state.follower_positions().to_vec(),
-        states: state.states().to_vec(),
-    });
-    let mut lowered = match crate::program::program(&mut equations, outputs, length, [&pose, &generic]) {
+    let mut lowered = match crate::program::program(&mut equations, outputs, length, [&state, &generic]) {
         Ok(lowered) => lowered,
         // Where the loops do not close, this may have no other cause.
         Err(_) if !faults.is_empty() => return Err(faults),

@@ -1,6 +1,6 @@
 //! The kernels of a program.
 
-use cotree_fmu::model::Model;
+use cotree_fmu::model::{Model, State};
 use cotree_fmu::program::Steep;
 use cotree_fmu::program::arm_form::ArmForm;
 use cotree_fmu::program::domain::{Domain, DomainTape};
@@ -20,7 +20,7 @@ use crate::laws::{domains, motion_indicators, ranges, steep};
 use crate::model::{Method, Output};
 use crate::network::{Held, Origin};
 use crate::solve::{
-    Block, Incidence, Loops, Obstacle, Pose, Shared, SolveTree, blocks, is_driven, least_norm, solve_tree, typical,
+    Block, Incidence, Loops, Obstacle, Shared, SolveTree, blocks, is_driven, least_norm, solve_tree, typical,
 };
 use crate::tape::{Assembler, layout};
 
@@ -86,7 +86,7 @@ pub fn program(
     equations: &mut Equations,
     outputs: &[Output],
     length: f64,
-    [pose, generic]: [&Pose; 2],
+    [pose, generic]: [&State; 2],
 ) -> Result<Lowered, Obstacle> {
     let driven = is_driven(equations);
     let roles = roles(equations, length, pose);
@@ -136,7 +136,7 @@ pub fn program(
         Err(reason) => {
             no_series = Some(reason);
             if !driven {
-                moving.masses = mass_form(equations, &typical(&equations.system.mechanism, pose)).ok();
+                moving.masses = mass_form(equations, &typical(pose)).ok();
             }
         }
     }
@@ -151,8 +151,8 @@ pub fn program(
 
 /// The arm form with the expressions of its coefficients, or why there is none: the scene asks for another method, or it is hopeless, because
 /// many bodies move with many angles each.
-fn series(equations: &mut Equations, length: f64, pose: &Pose) -> Result<(ArmForm, Vec<Expr>), String> {
-    let values = typical(&equations.system.mechanism, pose);
+fn series(equations: &mut Equations, length: f64, pose: &State) -> Result<(ArmForm, Vec<Expr>), String> {
+    let values = typical(pose);
     match equations.system.mechanism.solver.method {
         Method::Auto => arm_form(equations, length, &values),
         Method::Explicit => Err("the scene asks for `method = \"explicit\"`".into()),
@@ -204,7 +204,7 @@ impl MotionKernels {
         equations: &mut Equations,
         (kernels, blocks): (&PositionKernels, &[Block]),
         asked: &[Expr],
-        (length, pose): (f64, &Pose),
+        (length, pose): (f64, &State),
     ) -> Result<(), Obstacle> {
         let loops = Loops::new(equations, blocks, length, pose)?;
         self.solved = loops.solve(&mut equations.system.arena, &kernels.gamma);
@@ -370,11 +370,11 @@ fn assemble(
 }
 
 /// What the motion has to do with each loop equation. Those that repeat others but nearly are left out: each choice of them is another motion.
-fn roles(equations: &Equations, length: f64, pose: &Pose) -> Vec<Role> {
+fn roles(equations: &Equations, length: f64, pose: &State) -> Vec<Role> {
     let chosen = is_driven(equations)
         && equations.states.is_empty()
         && equations.constraints.iter().all(|row| row.standing != Standing::SecondOrder)
-        && repeat_exactly(equations, length, &typical(&equations.system.mechanism, pose));
+        && repeat_exactly(equations, length, &typical(pose));
     let role = |row: &Row| match row.standing {
         Standing::Imposed => Role::Imposed,
         Standing::Repeats if chosen => Role::Repeating,

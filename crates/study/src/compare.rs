@@ -5,7 +5,6 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use cotree::expr::Expr;
-use cotree::formulate::start::evaluate_at;
 use cotree::formulate::{Formulated, formulate_written};
 use cotree::model::{Coordinates, Experiment, Mechanism, Output};
 use cotree::report::data::{Cell, Report, Table};
@@ -189,8 +188,7 @@ fn time(machine: &mut Machine, tape: &Tape) -> f64 {
 fn conditions(formulated: &mut Formulated, dynamic: bool) -> (Option<f64>, Option<f64>) {
     let mass = dynamic.then(|| formulated.equations.dynamics().mass.clone());
     let Formulated { equations, state, redundant, .. } = formulated;
-    let (n, values) =
-        (equations.coordinates.len(), |exprs: &[Expr]| evaluate_at(&equations.system.arena, state, exprs));
+    let (n, values) = (equations.coordinates.len(), |exprs: &[Expr]| equations.system.arena.evaluate(exprs, state));
     let active = equations.constraints.iter().enumerate().filter(|(index, _)| !redundant.contains(index));
     let jacobian = dense(active.map(|(_, row)| &row.jacobian), n, values);
     let Some(mass) = mass.map(|mass| dense(&mass, n, values)) else { return (condition(jacobian), None) };

@@ -4,7 +4,6 @@ use cotree::component::Section;
 use cotree::expr::{Order, Symbol};
 use cotree::formulate::Formulated;
 use cotree::formulate::assemblies::assemblies;
-use cotree::formulate::start::evaluate_at;
 use cotree::model::{Body, Dimension, Mechanism, Output, Range, Unit};
 use cotree::scene::constant::evaluate;
 use cotree::scene::key::{Form, Need};
@@ -131,7 +130,7 @@ fn far_from_guess(formulated: &mut Formulated) -> Vec<String> {
     let mut sentences = Vec::new();
     for initial in mechanism.initial.iter().filter(|initial| !initial.known) {
         let exprs = [equations.formula(&initial.value), equations.variable(initial.variable)];
-        let [guess, found] = evaluate_at(&equations.system.arena, &state, &exprs)[..] else { continue };
+        let [guess, found] = equations.system.arena.evaluate(&exprs, &state)[..] else { continue };
         let (unit, most) = match initial.variable.quantity.measure().si {
             "rad" => (Unit::angle(), std::f64::consts::FRAC_PI_2),
             "m" => (Unit::length(), longest),

@@ -4,7 +4,6 @@ use std::collections::HashMap;
 
 use cotree::diagnostic::suggest;
 use cotree::formulate::formulate;
-use cotree::formulate::start::evaluate_at;
 use cotree::model::{Class, Formula, JointId, Mechanism, Output, Owner, Part, Quantity, Unit, Variable};
 use cotree::scene::{Asked, Faults, Scene};
 
@@ -202,7 +201,7 @@ pub(super) fn start(
     let equations = &mut formulated.equations;
     let mut values = |variables: &[Variable]| {
         let exprs: Vec<_> = variables.iter().map(|&variable| equations.variable(variable)).collect();
-        evaluate_at(&equations.system.arena, &formulated.state, &exprs)
+        equations.system.arena.evaluate(&exprs, &formulated.state)
     };
     let of_input = values(&[position, rate].map(|quantity| Variable { owner: Owner::Joint(joint), quantity }));
     let pose = mechanism.pose();
