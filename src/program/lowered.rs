@@ -8,10 +8,12 @@ use cotree_fmu::program::{
     Constraint, Coordinate, Engine, Experiment, Follower, FollowerOrder, Initial, Input, LawTape, Parameter, Program,
     Role, SparseTape, Tapes,
 };
+use cotree_fmu::tape::Tape;
 use cotree_fmu::taylor::Jet;
 
 use super::dependencies::Moving;
 use super::initial::{Conditions, Settable, conditions, settable};
+use super::kernels::Kernels;
 use super::table::Table;
 use crate::arms::{TOO_MANY, arm_form, mass_form, repeat_exactly};
 use crate::equations::{Constraint as Row, Equations, Standing};
@@ -267,80 +269,71 @@ fn assemble(
     let mechanism = &*equations.system.mechanism.clone();
     let starts = settable(equations);
     let layout = layout(equations, starts.len());
-    let sparse = |entries: &[((u32, u32), Expr)]| -> Vec<Expr> { entries.iter().map(|(_, entry)| *entry).collect() };
-    let (jacobian, q_jacobian, v_jacobian) =
-        (sparse(&position.jacobian), sparse(&position.positions.jacobian), sparse(&position.velocities.jacobian));
+    let entries = |entries: &[((u32, u32), Expr)]| -> Vec<Expr> { entries.iter().map(|(_, entry)| *entry).collect() };
+    let [jacobian, q_jacobian, v_jacobian] =
+        [&position.jacobian, &position.positions.jacobian, &position.velocities.jacobian].map(|own| entries(own));
     let (kinds, laws): (Vec<Steep>, Vec<Expr>) = moving.laws.iter().copied().unzip();
     let (domains, arguments): (Vec<Domain>, Vec<Expr>) = moving.domains.iter().cloned().unzip();
     let (ranges, bounded): (Vec<Domain>, Vec<Expr>) = ranges(equations).into_iter().unzip();
     let acceleration: Vec<Expr> = moving.solved.iter().chain(&moving.reciprocal_pivots).copied().collect();
-    let [coefficients, masses] =
+    let [arms, masses] =
         [&moving.arms, &moving.masses].map(|form| form.as_ref().map_or(&[][..], |(_, coefficients)| coefficients));
-    let mut assembler = Assembler::new(
-        &equations.system.arena,
-        layout,
-        &[
-            &position.constraint,
-            &jacobian,
-            &position.constraint_rate,
-            &position.gamma,
-            &position.positions.results,
-            &q_jacobian,
-            &position.velocities.results,
-            &v_jacobian,
-            &acceleration,
-            &moving.project_position,
-            &moving.project_velocity,
-            &moving.indicators,
-            &laws,
-            &arguments,
-            &bounded,
-            &moving.outputs,
-            coefficients,
-            masses,
-        ],
-    );
-    let places = |entries: &[((u32, u32), Expr)]| entries.iter().map(|(place, _)| *place).collect();
-    let mut acceleration = assembler.tape(&acceleration);
-    let reciprocal_pivots = acceleration.results.split_off(moving.solved.len());
+    let kernels: Kernels<&[Expr]> = Kernels {
+        constraint: &position.constraint,
+        jacobian: &jacobian,
+        constraint_rate: &position.constraint_rate,
+        gamma: &position.gamma,
+        position: &position.positions.results,
+        position_jacobian: &q_jacobian,
+        velocity: &position.velocities.results,
+        velocity_jacobian: &v_jacobian,
+        acceleration: &acceleration,
+        project_position: &moving.project_position,
+        project_velocity: &moving.project_velocity,
+        indicators: &moving.indicators,
+        laws: &laws,
+        domains: &arguments,
+        ranges: &bounded,
+        outputs: &moving.outputs,
+        arms,
+        masses,
+    };
+    let mut assembler = Assembler::new(&equations.system.arena, layout, &kernels.all());
+    let mut kernels = kernels.map(|results| assembler.tape(results));
+    let reciprocal_pivots = kernels.acceleration.results.split_off(moving.solved.len());
+    let sparse = |entries: &[((u32, u32), Expr)], tape: Tape| SparseTape {
+        entries: entries.iter().map(|(place, _)| *place).collect(),
+        tape,
+    };
     let tapes = Tapes {
         parameters: assembler.stage.clone(),
-        constraint: assembler.tape(&position.constraint),
-        jacobian: SparseTape { entries: places(&position.jacobian), tape: assembler.tape(&jacobian) },
-        constraint_rate: assembler.tape(&position.constraint_rate),
-        gamma: assembler.tape(&position.gamma),
-        acceleration,
+        constraint: kernels.constraint,
+        jacobian: sparse(&position.jacobian, kernels.jacobian),
+        constraint_rate: kernels.constraint_rate,
+        gamma: kernels.gamma,
+        acceleration: kernels.acceleration,
         reciprocal_pivots,
-        project_position: assembler.tape(&moving.project_position),
-        project_velocity: assembler.tape(&moving.project_velocity),
-        indicators: assembler.tape(&moving.indicators),
-        laws: LawTape { kinds, tape: assembler.tape(&laws) },
-        domains: DomainTape { domains, tape: assembler.tape(&arguments) },
-        ranges: DomainTape { domains: ranges, tape: assembler.tape(&bounded) },
-        outputs: assembler.tape(&moving.outputs),
+        project_position: kernels.project_position,
+        project_velocity: kernels.project_velocity,
+        indicators: kernels.indicators,
+        laws: LawTape { kinds, tape: kernels.laws },
+        domains: DomainTape { domains, tape: kernels.domains },
+        ranges: DomainTape { domains: ranges, tape: kernels.ranges },
+        outputs: kernels.outputs,
     };
     let initial = Initial {
         positions: position.positions.conditions.clone(),
-        position: assembler.tape(&position.positions.results),
-        position_jacobian: SparseTape {
-            entries: places(&position.positions.jacobian),
-            tape: assembler.tape(&q_jacobian),
-        },
+        position: kernels.position,
+        position_jacobian: sparse(&position.positions.jacobian, kernels.position_jacobian),
         velocities: position.velocities.conditions.clone(),
-        velocity: assembler.tape(&position.velocities.results),
-        velocity_jacobian: SparseTape {
-            entries: places(&position.velocities.jacobian),
-            tape: assembler.tape(&v_jacobian),
-        },
-        first_positions: Vec::new(),
-        first_rates: Vec::new(),
-        found_positions: Vec::new(),
-        found_rates: Vec::new(),
+        velocity: kernels.velocity,
+        velocity_jacobian: sparse(&position.velocities.jacobian, kernels.velocity_jacobian),
+        ..Initial::default()
     };
-    let [arms, masses] = [&moving.arms, &moving.masses].map(|form| {
-        let (form, coefficients) = form.as_ref()?;
-        Some(ArmForm { coefficients: assembler.tape(coefficients), ..form.clone() })
-    });
+    let form = |form: &Option<(ArmForm, Vec<Expr>)>, coefficients: Tape| {
+        form.as_ref().map(|(form, _)| ArmForm { coefficients, ..form.clone() })
+    };
+    let (arms, masses) = (form(&moving.arms, kernels.arms), form(&moving.masses, kernels.masses));
     Program {
         name: mechanism.name.clone(),
         guid: String::from("draft"),

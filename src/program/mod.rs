@@ -6,6 +6,7 @@
 mod dependencies;
 mod dependency_sets;
 mod initial;
+mod kernels;
 mod lowered;
 mod table;
 mod variable;
