@@ -1,5 +1,7 @@
 //! The start of a mechanism whose `[initial]` leaves freedoms open: completed in the recommended trees, for every choice of trees.
 
+use std::collections::HashMap;
+
 use cotree_fmu::constraints::initial::solve_initial;
 use cotree_fmu::model::{Model, State};
 use cotree_fmu::program::Initial;
@@ -29,13 +31,14 @@ pub(super) fn begin(equations: &mut Equations, initial: &mut Initial) {
     if mechanism.begins.is_empty() {
         return;
     }
-    let names: Vec<String> = mechanism.begins.iter().map(|begin| mechanism.variable_name(begin.variable)).collect();
     let exprs: Vec<Expr> = mechanism.begins.iter().map(|begin| equations.formula(&begin.value)).collect();
     let values = equations.system.arena.evaluate(&exprs, &|symbol: Symbol| default_value(mechanism, symbol));
-    let of = |name: &String| names.iter().position(|own| own == name).map_or(0.0, |place| values[place]);
+    let begins = mechanism.begins.iter().map(|begin| begin.variable);
+    let values: HashMap<Variable, f64> = begins.zip(values).collect();
+    let of = |variable: Variable| values.get(&variable).copied().unwrap_or_default();
     // Integrals of states and what drivers integrate begin at zero.
     let others = equations.states.len() + equations.system.followers.len();
-    initial.first_positions = equations.coordinates.iter().map(|own| of(&own.name.position)).collect();
+    initial.first_positions = equations.coordinates.iter().map(|own| of(own.variables[0])).collect();
     initial.first_positions.extend(std::iter::repeat_n(0.0, others));
     initial.first_rates = vec![0.0; initial.first_positions.len()];
 }

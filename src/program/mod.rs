@@ -14,5 +14,5 @@ mod variable;
 pub(crate) use dependencies::LISTED;
 pub use initial::{Conditions, conditions};
 pub use lowered::{Lowered, positions, program};
-pub use table::{Table, TableRow};
+pub use table::{Of, Table, TableRow};
 pub use variable::{Causality, ScalarVariable, Start, Type, Variability};

@@ -208,9 +208,7 @@ impl Driven {
 
     /// Without efforts.
     fn of_motion(driven: &Moved, drive: &Drive) -> Result<Driven, SimulateError> {
-        let is_motion =
-            |output: &Output| !is_effort(&driven.mechanism, &output.name) && output.name != effort(drive).of(DRIVER);
-        let motions = asked(driven, drive).into_iter().filter(is_motion).collect();
+        let motions = asked(driven, drive).into_iter().filter(|output| !is_effort(&driven.mechanism, output)).collect();
         Driven::of(driven.compiled(motions)?, drive)
     }
 
@@ -268,11 +266,13 @@ fn lacks_masses(faults: &Faults) -> bool {
     faults.list.iter().any(|fault| fault.code == "scene::missing_mass")
 }
 
-fn is_effort(mechanism: &Mechanism, name: &str) -> bool {
-    let Some((owner, word)) = name.rsplit_once('.') else { return false };
-    let joint = mechanism.joints.iter().find(|joint| joint.name == owner);
-    let quantity = joint.and_then(|joint| joint.component().variables.iter().find(|quantity| quantity.word() == word));
-    quantity.is_some_and(|quantity| quantity.class() == Class::Effort)
+/// Is it an effort of a joint, or of the driver that moves the input?
+fn is_effort(driven: &Mechanism, output: &Output) -> bool {
+    let drives = |owner: Owner| driven.drivers.last().is_some_and(|driver| driver.owner == owner);
+    driven.variable_of(output).is_some_and(|variable| {
+        let Variable { owner, quantity } = variable;
+        quantity.class() == Class::Effort && (matches!(owner, Owner::Joint(_)) || drives(owner))
+    })
 }
 
 /// One turn or the range, with one more load if there is one.
@@ -293,15 +293,15 @@ pub fn sample(moved: &Moved, drive: &Drive, load: Option<Part>) -> Result<Table,
 /// What acts in each pose of a table while nothing moves, and what else is looked at. Where time matters it is that of the start.
 fn at_rest(moved: &Moved, drive: &Drive, table: &Table) -> Result<HashMap<String, Vec<f64>>, SimulateError> {
     let mechanism = &moved.mechanism;
-    let effort = effort(drive).of(DRIVER);
-    let is_watched = |name: &str| moved.watched.iter().any(|output| output.name == name);
-    let is_wanted = |name: &str| is_watched(name) || name == effort || is_effort(mechanism, name);
     let (still, input) = mechanism.with_input(PLACE, Unit::default(), table.input(0));
     let mut still = driven_by(&Moved { mechanism: still, ..moved.clone() }, drive, Formula::Input(input));
     let first = |variable| Some(*table.columns.get(&mechanism.variable_name(variable))?.first()?);
     still.mechanism = still.mechanism.posed(first);
     still.mechanism.experiment = begun(still.mechanism.experiment);
-    let compiled = still.compiled(asked(&still, drive))?;
+    let outputs = asked(&still, drive);
+    let is_wanted = |output: &&Output| moved.watched.contains(output) || is_effort(&still.mechanism, output);
+    let wanted: HashSet<String> = outputs.iter().filter(is_wanted).map(|output| output.name.clone()).collect();
+    let compiled = still.compiled(outputs)?;
     let model = Arc::new(Model::new(compiled.program.clone()).map_err(RunError::from)?);
     if !model.is_driven() {
         let what = "where nothing moves forces are those of a rest only if the input determines the whole pose: give a speed, or hold what else can move";
@@ -309,7 +309,7 @@ fn at_rest(moved: &Moved, drive: &Drive, table: &Table) -> Result<HashMap<String
     }
     let variables = &compiled.description.variables;
     let named = |index: usize| (index, variables[index].name.clone());
-    let reported = compiled.reported().into_iter().map(named).filter(|(_, name)| is_wanted(name));
+    let reported = compiled.reported().into_iter().map(named).filter(|(_, name)| wanted.contains(name));
     let reported: Vec<(usize, String)> = reported.collect();
     let mut instance = Instance::new(model);
     let mut columns: HashMap<String, Vec<f64>> = reported.iter().map(|(_, name)| (name.clone(), Vec::new())).collect();

@@ -144,11 +144,8 @@ fn variable(scene: &Scene, mechanism: &Mechanism, name: &str) -> Result<Watched,
 
 /// The variables that are the derivatives of another by time, one after the other.
 fn rates(of: Quantity) -> &'static [Quantity] {
-    use Quantity::{A, Acceleration, Alpha, Angle, Ax, Ay, Length, Omega, Rate, S, V, Vx, Vy, X, Y};
-    const CHAINS: [Derivatives; 5] =
-        [[Angle, Omega, Alpha], [S, V, A], [X, Vx, Ax], [Y, Vy, Ay], [Length, Rate, Acceleration]];
     let after = |chain: &'static Derivatives| Some(&chain[chain.iter().position(|own| *own == of)? + 1..]);
-    CHAINS.iter().find_map(after).unwrap_or_default()
+    Quantity::MOTIONS.iter().find_map(after).unwrap_or_default()
 }
 
 /// Is what is asked of a mechanism still there when the input is driven instead of what the scene drives? `moved` is the mechanism at its start.
