@@ -70,9 +70,11 @@ fn description() -> Description {
         Causality::Output,
         Causality::Output,
     ];
-    let variables = program().variables.into_iter().zip(causalities).map(|(variable, causality)| {
-        ScalarVariable::new(variable.name, String::new(), Unit::default(), causality)
-    });
+    let variables = program()
+        .variables
+        .into_iter()
+        .zip(causalities)
+        .map(|(variable, causality)| ScalarVariable::new(variable.name, String::new(), Unit::default(), causality));
     Description {
         model_name: "mass".into(),
         identifier: "mass".into(),

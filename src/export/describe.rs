@@ -32,7 +32,7 @@ pub fn describe(formulated: &Formulated, guid: &str) -> Description {
         own_steps: program.has_own_steps(),
         followed,
         variables,
-        terminals: terminals(mechanism, rows),
+        terminals: terminals(mechanism, &formulated.outputs, rows),
     }
 }
 

@@ -105,8 +105,6 @@ pub struct Mechanism {
     pub initial: Vec<Initial>,
     /// Where positions that `[initial]` does not mention are looked for, if not at zero.
     pub begins: Vec<Initial>,
-    /// What is reported.
-    pub outputs: Vec<Output>,
     pub experiment: Experiment,
     pub solver: Solver,
     pub coordinates: Coordinates,

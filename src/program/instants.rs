@@ -1,11 +1,11 @@
 //! What ticks and events write, and when: the kernels of held values.
 
 use cotree_fmu::program::{Event, Instants, Sampler, Write};
+use cotree_fmu::tape::Tape;
 
 use crate::equations::Equations;
 use crate::expr::Expr;
 use crate::model::{Formula, InputId, Mechanism};
-use crate::tape::Assembler;
 
 /// The expressions behind [`Instants`].
 #[derive(Clone, Debug, Default)]
@@ -35,7 +35,8 @@ impl InstantKernels {
         [&self.written[..], &self.sides].concat()
     }
 
-    pub fn lower(&self, mechanism: &Mechanism, assembler: &mut Assembler) -> Instants {
+    /// With the tapes of its kernels.
+    pub fn lower(&self, mechanism: &Mechanism, [begin, clocks, written, sides]: [Tape; 4]) -> Instants {
         let (first, held) = (mechanism.open_inputs().len(), mechanism.held.len() as u32);
         // A program of positions alone has no kernels of the motion, and nothing happens in it.
         if self.begin.len() < mechanism.held.len() {
@@ -62,10 +63,10 @@ impl InstantKernels {
             held,
             samplers,
             events: events.collect(),
-            begin: assembler.tape(&self.begin),
-            clocks: assembler.tape(&self.clocks),
-            written: assembler.tape(&self.written),
-            sides: assembler.tape(&self.sides),
+            begin,
+            clocks,
+            written,
+            sides,
         }
     }
 }

@@ -177,9 +177,7 @@ impl Causality {
             Causality::Parameter { start, min, max } | Causality::Input { start, min, max } => {
                 Some((start, [min, max]))
             }
-            Causality::CalculatedParameter | Causality::Output | Causality::Local | Causality::Independent => {
-                None
-            }
+            Causality::CalculatedParameter | Causality::Output | Causality::Local | Causality::Independent => None,
         }
     }
 

@@ -28,7 +28,7 @@ pub fn summarise(formulated: &Formulated) -> Summary {
         parameters: mechanism.parameters.iter().map(|parameter| parameter.name.clone()).collect(),
         inputs: mechanism.open_inputs().iter().map(|input| input.name.clone()).collect(),
         states: mechanism.states.iter().map(|state| state.name.clone()).collect(),
-        outputs: mechanism.outputs.iter().map(|output| output.name.clone()).collect(),
+        outputs: formulated.outputs.iter().map(|output| output.name.clone()).collect(),
         mobility: formulated.mobility(),
         kinematic: formulated.lowered.program.is_driven(),
         solver: solver(&formulated.lowered),

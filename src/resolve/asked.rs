@@ -74,7 +74,7 @@ impl Scene {
         let held = self.held_names();
         let named = laws.chain(self.states.iter().map(|own| own.name.text.as_str()));
         let named = named.chain(held.iter().map(String::as_str));
-        let own = self.resolve_asking(&Asked::these(named))?.mechanism.outputs;
+        let own = self.resolve_asking(&Asked::these(named))?.outputs;
         let of_parts = self.owners().into_iter().flat_map(|(owner, has)| {
             has.into_iter().map(move |quantity| (quantity.of(&owner), Unit::of(&quantity.measure(), None)))
         });

@@ -39,7 +39,9 @@ use crate::component::{ALL, Room, Section};
 use crate::diagnostic::fault::{Fault, Faults, Sink};
 use crate::diagnostic::span::{Source, Span, Text};
 use crate::diagnostic::suggest;
-use crate::model::{Bound, Dimension, Exponents, Formula, InputId, Mechanism, Owner, Place, StateId, Units, Variable};
+use crate::model::{
+    Bound, Dimension, Exponents, Formula, InputId, Mechanism, Output, Owner, Place, StateId, Units, Variable,
+};
 use crate::scene::Asked;
 use crate::scene::model::Within;
 use crate::scene::{Resolved, Scene};
@@ -88,15 +90,15 @@ impl Scene {
     /// All faults; an output that there is not among them.
     pub fn resolve_asking(&self, asked: &Asked) -> Result<Resolved, Faults> {
         let mut faults = Sink::default();
-        let mechanism = self.resolve_into(asked, &mut faults);
+        let (mechanism, outputs) = self.resolve_into(asked, &mut faults);
         if faults.has_errors() {
             return Err(faults.into_faults(self.source.clone()));
         }
-        Ok(Resolved { mechanism, warnings: faults.into_list() })
+        Ok(Resolved { mechanism, outputs, warnings: faults.into_list() })
     }
 
-    /// The mechanism as far as it can be resolved; complete if there are no errors.
-    fn resolve_into(&self, asked: &Asked, faults: &mut Sink) -> Mechanism {
+    /// The mechanism and what is asked of it, as far as they can be resolved; complete if there are no errors.
+    fn resolve_into(&self, asked: &Asked, faults: &mut Sink) -> (Mechanism, Vec<Output>) {
         let names = Names::collect(self, faults);
         let mut resolver = Resolver::new(self, names, faults);
         resolver.name();
@@ -128,7 +130,6 @@ impl Scene {
             events: resolver.events(),
             initial: resolver.initial(),
             begins: resolver.begins(),
-            outputs: resolver.outputs(asked),
             experiment: resolver.experiment(),
             solver: resolver.solver(),
             coordinates: resolver.coordinates(),
@@ -137,6 +138,7 @@ impl Scene {
             units: Units::default(),
             display,
         };
+        let outputs = resolver.outputs(asked);
         mechanism.add_own_states();
         mechanism.units = mechanism.display.clone().before(&resolver.written_in);
         resolver.islands(&mechanism.bodies);
@@ -147,7 +149,7 @@ impl Scene {
             }
             mechanism.check().into_iter().for_each(|fault| resolver.faults.push(fault));
         }
-        mechanism
+        (mechanism, outputs)
     }
 }
 

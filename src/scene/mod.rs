@@ -38,6 +38,8 @@ pub(crate) use quantity::{Reading, read};
 pub struct Resolved {
     /// The mechanism.
     pub mechanism: crate::model::Mechanism,
+    /// What is asked of it.
+    pub outputs: Vec<crate::model::Output>,
     /// What is worth a look all the same.
     pub warnings: Vec<Fault>,
 }

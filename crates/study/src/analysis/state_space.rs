@@ -356,7 +356,7 @@ fn defined(value: f64) -> f64 {
 }
 
 fn output_signals(formulated: &Formulated, numbers: &Numbers) -> Vec<Signal> {
-    let outputs = formulated.equations.system.mechanism.outputs.iter();
+    let outputs = formulated.outputs.iter();
     let values = numbers.values(RowBlock::Outputs);
     outputs
         .zip(values.iter())

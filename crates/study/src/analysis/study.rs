@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use cotree::diagnostic::suggest;
 use cotree::formulate::{Formulated, formulate_written, pattern};
-use cotree::model::{Experiment, Formula, Mechanism, Unit, Units};
+use cotree::model::{Experiment, Formula, Mechanism, Output, Unit, Units};
 use cotree::report::csv::Table;
 use cotree::run::Gaps;
-use cotree::scene::{Asked, Fault, Faults, Scene, Source};
+use cotree::scene::{Asked, Fault, Faults, Resolved, Scene, Source};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::{Model, State};
 use thiserror::Error;
@@ -20,6 +20,7 @@ use super::{Equilibrium, Failure, Point, StateSpace, Variation, at_rest, modes};
 #[derive(Clone, Debug)]
 pub struct Study {
     pub(super) mechanism: Mechanism,
+    pub(super) outputs: Vec<Output>,
     driven: Driven,
     pub(super) source: Source,
     pub(super) warnings: Vec<Fault>,
@@ -57,9 +58,8 @@ impl Study {
     /// # Errors
     /// Everything that is wrong with it; an output that it does not have.
     pub fn asking(scene: &Scene, asked: &Asked) -> Result<Self, Faults> {
-        let resolved = scene.resolve_asking(asked)?;
-        let driven = Driven::default();
-        Ok(Study { mechanism: resolved.mechanism, driven, source: scene.source.clone(), warnings: resolved.warnings })
+        let Resolved { mechanism, outputs, warnings } = scene.resolve_asking(asked)?;
+        Ok(Study { mechanism, outputs, driven: Driven::default(), source: scene.source.clone(), warnings })
     }
 
     pub fn name(&self) -> &str {
@@ -67,7 +67,7 @@ impl Study {
     }
 
     pub fn output_unit(&self, name: &str) -> Option<&Unit> {
-        self.mechanism.outputs.iter().find(|output| output.name == name).map(|output| &output.unit)
+        self.outputs.iter().find(|output| output.name == name).map(|output| &output.unit)
     }
 
     pub fn input_unit(&self, name: &str) -> Option<&Unit> {
@@ -188,7 +188,7 @@ impl Study {
     fn without_value(&self, points: &[StateSpace]) -> Option<Fault> {
         let mut gaps = Gaps::default();
         points.iter().for_each(|point| gaps.note(point.time, &point.gaps()));
-        let outputs = &self.mechanism.outputs;
+        let outputs = &self.outputs;
         let derivatives: Vec<String> = outputs.iter().map(|output| format!("d({})", output.name)).collect();
         let names: Vec<&str> =
             outputs.iter().map(|output| &output.name).chain(&derivatives).map(String::as_str).collect();
@@ -219,7 +219,8 @@ impl Study {
         mechanism: &Mechanism,
         then: impl FnOnce(&mut Formulated) -> Result<T, Failure>,
     ) -> Result<T, StudyError> {
-        let mut formulated = formulate_written(mechanism).map_err(|list| Faults::new(self.source.clone(), list))?;
+        let mut formulated =
+            formulate_written(mechanism, &self.outputs).map_err(|list| Faults::new(self.source.clone(), list))?;
         self.warnings.append(&mut formulated.warnings);
         Ok(then(&mut formulated)?)
     }

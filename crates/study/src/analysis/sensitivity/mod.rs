@@ -146,7 +146,7 @@ impl<'f> Varying<'f> {
     }
 
     pub fn outputs(&self) -> impl Iterator<Item = (&str, &Unit)> + Clone {
-        let outputs = &self.formulated.equations.system.mechanism.outputs;
+        let outputs = &self.formulated.outputs;
         outputs.iter().map(|output| (output.name.as_str(), &output.unit))
     }
 
