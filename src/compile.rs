@@ -283,17 +283,39 @@ impl Compiled {
         runtimes: &[Runtime],
         path: &Path,
     ) -> Result<(), ExportError> {
+        archive::write(&self.package(version, extras, runtimes, &self.program.to_bytes()?), path)
+    }
+
+    /// The bytes of that file.
+    ///
+    /// # Errors
+    /// A description or a picture that cannot be written.
+    pub fn pack_fmu(
+        &self,
+        version: FmiVersion,
+        extras: Vec<Extra>,
+        runtimes: &[Runtime],
+    ) -> Result<Vec<u8>, ExportError> {
+        archive::pack(&self.package(version, extras, runtimes, &self.program.to_bytes()?))
+    }
+
+    fn package<'a>(
+        &'a self,
+        version: FmiVersion,
+        extras: Vec<Extra>,
+        runtimes: &'a [Runtime],
+        program: &'a [u8],
+    ) -> Package<'a> {
         let is_json = self.source.own_text().trim_start().starts_with('{');
         let extension = if is_json { "json" } else { "toml" };
-        let package = Package {
+        Package {
             version,
             description: &self.description,
-            program: &self.program.to_bytes()?,
+            program,
             scene: (!self.source.text.is_empty()).then_some(SceneText { extension, source: &self.source }),
             extras,
             runtimes,
-        };
-        archive::write(&package, path)
+        }
     }
 
     /// What a simulation reports: indices of variables of the description.

@@ -38,11 +38,11 @@ pub enum Origin {
 }
 
 /// What is made of the equations before they go.
-struct Picture {
-    geometry: Geometry,
-    points: Vec<Vec<String>>,
-    ground: Vec<GroundPoint>,
-    line: bool,
+pub(crate) struct Picture {
+    pub geometry: Geometry,
+    pub points: Vec<Vec<String>>,
+    pub ground: Vec<GroundPoint>,
+    pub line: bool,
     /// What the scene wants its values shown in.
     units: Units,
 }
@@ -163,7 +163,7 @@ fn touch(scene: &Scene, known: &[Variable]) -> Option<Touch> {
 }
 
 /// Where the values of parameters, inputs and initial values are written, and whether a unit beside them holds for bare numbers.
-fn values(scene: &Scene) -> Vec<(String, Span, bool)> {
+pub(crate) fn values(scene: &Scene) -> Vec<(String, Span, bool)> {
     let parameters = scene.parameters.iter().map(|own| (&own.name, own.value.span, true));
     let inputs = scene.inputs.iter().filter_map(|own| Some((&own.name, own.start.as_ref()?.span, true)));
     let initial = scene.initial.iter().map(|own| (&own.variable, own.value.span, false));
@@ -177,7 +177,7 @@ fn record_coordinates(model: &mut Model) {
     model.recorded.extend(lacking);
 }
 
-fn picture(formulated: &mut Formulated) -> Picture {
+pub(crate) fn picture(formulated: &mut Formulated) -> Picture {
     let mechanism = &*formulated.equations.system.mechanism.clone();
     let frames = frames(formulated);
     let places = positions(formulated, (0..mechanism.ground.len()).map(Place::Ground));
