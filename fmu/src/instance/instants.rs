@@ -17,6 +17,9 @@ use crate::tape::Tape;
 /// A side of a comparison that has just been equal to the other one is off by no more than this share of both.
 const ROUNDING: f64 = 1e-12;
 
+/// An importer finds where a comparison begins to hold so well, as a share of what its sides differed by before.
+const LOCATED: f64 = 1e-9;
+
 /// What a run remembers of what has happened.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Happened {
@@ -24,6 +27,8 @@ pub(super) struct Happened {
     armed: Vec<bool>,
     /// How often each has happened.
     counts: Vec<u32>,
+    /// In Model Exchange: by how much the sides of each have differed at most.
+    sizes: Vec<f64>,
     /// Ticks up to this time are done \[s\].
     ticked: f64,
     /// The event that has ended the run.
@@ -33,12 +38,13 @@ pub(super) struct Happened {
 impl Happened {
     pub fn new(model: &Model) -> Self {
         let events = model.program().instants.events.len();
-        Self { armed: vec![true; events], counts: vec![0; events], ticked: f64::MIN, ended: None }
+        Self { armed: vec![true; events], counts: vec![0; events], sizes: vec![0.0; events], ticked: f64::MIN, ended: None }
     }
 
     pub fn copy_from(&mut self, other: &Self) {
         self.armed.clone_from(&other.armed);
         self.counts.clone_from(&other.counts);
+        self.sizes.clone_from(&other.sizes);
         (self.ticked, self.ended) = (other.ticked, other.ended);
     }
 
@@ -46,6 +52,8 @@ impl Happened {
         let events = model.program().instants.events.len();
         self.armed.len() == events
             && self.counts.len() == events
+            && self.sizes.len() == events
+            && self.sizes.iter().all(|size| size.is_finite())
             && self.ticked.is_finite()
             && self.ended.is_none_or(|event| (event as usize) < events)
     }
@@ -459,7 +467,8 @@ impl Instance {
         let evaluated = self.evaluate(&model.program().instants.sides, own.sides_solved, &mut own.sides);
         for (index, event) in model.program().instants.events.iter().enumerate() {
             let excess = own.sides[2 * index] - own.sides[2 * index + 1];
-            let holds = if event.strict { excess > 0.0 } else { excess >= 0.0 };
+            let nearly = self.now.phase == Phase::Exchange && excess > -LOCATED * self.now.happened.sizes[index];
+            let holds = nearly || if event.strict { excess > 0.0 } else { excess >= 0.0 };
             let begins = found == Some(index) || self.now.happened.armed[index] && holds;
             own.due[index] = begins && !self.is_over(index);
         }
@@ -503,6 +512,9 @@ impl Instance {
         let model = self.model.clone();
         let evaluated = self.evaluate(&model.program().instants.sides, own.sides_solved, &mut own.sides);
         excesses.iter_mut().zip(own.sides.chunks_exact(2)).for_each(|(excess, sides)| *excess = sides[0] - sides[1]);
+        for (size, excess) in self.now.happened.sizes.iter_mut().zip(&*excesses).filter(|(_, excess)| excess.is_finite()) {
+            *size = size.max(excess.abs());
+        }
         self.instants = Some(own);
         evaluated
     }
