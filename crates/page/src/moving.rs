@@ -110,7 +110,7 @@ fn with_places(scene: &Scene) -> Result<Asked, Faults> {
     Ok(Asked::Also(names))
 }
 
-/// What can be touched; none if the scene is on a line, has no text, many bodies or states of its own, or cannot be formulated with its numbers as parameters: some must be known
+/// What can be touched; none if the scene is on a line, has no text, many bodies, states of its own or values that are held, or cannot be formulated with its numbers as parameters: some must be known
 /// beforehand.
 fn touch(scene: &Scene, known: &[Variable]) -> Option<Touch> {
     let (file, text) = scene.source.files().next()?;
@@ -119,7 +119,7 @@ fn touch(scene: &Scene, known: &[Variable]) -> Option<Touch> {
     }
     let Loosened { scene: loose, numbers, laws, formulas } = scene.loosened();
     let (everything, formulated) = compile_asking(&loose, &with_places(&loose).ok()?).ok()?;
-    if everything.program.states > 0 {
+    if everything.program.states > 0 || everything.program.instants.held > 0 {
         return None;
     }
     let units = &formulated.equations.system.mechanism.display;

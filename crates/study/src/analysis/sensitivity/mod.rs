@@ -20,6 +20,7 @@ mod step;
 use cotree::diagnostic::{every, suggest};
 use cotree::expr::{Order, Symbol};
 use cotree::formulate::Formulated;
+use cotree::model::Mechanism;
 use cotree::model::Unit;
 use cotree_fmu::instance;
 use cotree_fmu::machine::Machine;
@@ -145,7 +146,7 @@ impl<'f> Varying<'f> {
     }
 
     pub fn outputs(&self) -> impl Iterator<Item = (&str, &Unit)> + Clone {
-        let outputs = &self.formulated.equations.system.mechanism.outputs;
+        let outputs = &self.formulated.outputs;
         outputs.iter().map(|output| (output.name.as_str(), &output.unit))
     }
 
@@ -260,8 +261,20 @@ impl Study {
         then: impl FnOnce(&Varying) -> Result<T, Failure>,
     ) -> Result<T, StudyError> {
         let (mechanism, driven) = (self.mechanism().clone(), self.driven().clone());
+        uneventful(&mechanism, "derivatives of the motion")?;
         self.formulated(&mechanism, |formulated| then(&Varying::new(formulated, driven, to)?))
     }
+}
+
+/// Held values jump at ticks and events, and with them what depends on them.
+fn uneventful(mechanism: &Mechanism, what: &str) -> Result<(), Failure> {
+    let sampled = mechanism.samplers.first().map(|own| format!("sampler `{}`", own.name));
+    let Some(own) = sampled.or_else(|| mechanism.events.first().map(|own| format!("event `{}`", own.name))) else {
+        return Ok(());
+    };
+    Err(Failure::Instants(format!(
+        "there are no {what} through the instants of {own}, where values jump; compare runs with other values instead, with `cotree sweep`"
+    )))
 }
 
 /// True if an output has a value and derivatives.
@@ -293,7 +306,7 @@ fn parameter(formulated: &Formulated, name: &str) -> Result<Varied, String> {
         let place = instance::Varied::Parameter(index);
         return Ok(Varied { name, unit, start, bounds: [min, max], place, symbol });
     }
-    if let Some(index) = program.inputs.iter().position(|own| own.name == name) {
+    if let Some(index) = program.inputs[..program.open_inputs()].iter().position(|own| own.name == name) {
         let cotree_fmu::program::Input { start, min, max, .. } = program.inputs[index];
         let (name, symbol) = (name.to_owned(), Symbol::Input(index, Order::Position));
         let place = instance::Varied::Input(index);
@@ -304,6 +317,6 @@ fn parameter(formulated: &Formulated, name: &str) -> Result<Varied, String> {
         return Err(why);
     }
     let names = program.parameters.iter().map(|own| own.name.as_str());
-    let names = names.chain(program.inputs.iter().map(|own| own.name.as_str()));
+    let names = names.chain(program.inputs[..program.open_inputs()].iter().map(|own| own.name.as_str()));
     Err(format!("the scene has no parameter, input or initial value `{name}`; {}", suggest::known(name, names)))
 }
