@@ -66,7 +66,7 @@ fn exported(folder: &Path, text: &str, more: &[&str]) -> Vec<u8> {
 fn first_difference(one: &[u8], other: &[u8]) -> Option<String> {
     let open = |bytes: &[u8]| zip::ZipArchive::new(std::io::Cursor::new(bytes.to_vec())).unwrap();
     let (mut one, mut other) = (open(one), open(other));
-    let names: Vec<String> = one.file_names().map(str::to_owned).collect();
+    let names: Vec<String> = one.file_names().map(|name| name.unwrap().into_owned()).collect();
     names.into_iter().find(|name| {
         let mut read = |archive: &mut zip::ZipArchive<std::io::Cursor<Vec<u8>>>| {
             let mut bytes = Vec::new();
