@@ -751,5 +751,8 @@ fn a_watched_page_and_its_file_keep_in_step() {
     let Seen { verdict, .. } =
         browser.look_at(&Source { page: "", server: &watched.host, edit: &edit }, include_str!("watches_both.js"));
     assert_eq!(*faults.borrow(), Vec::<String>::new(), "{verdict}");
-    assert_eq!(verdict, serde_json::json!({ "stays": true, "followed": true, "told": true, "kept": true, "quiet": true }));
+    assert_eq!(
+        verdict,
+        serde_json::json!({ "stays": true, "followed": true, "told": true, "kept": true, "quiet": true })
+    );
 }
