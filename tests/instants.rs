@@ -291,7 +291,10 @@ fn values_that_are_held_cannot_be_set_and_are_inputs_of_linear_systems() {
 #[test]
 fn a_part_brings_what_it_samples() {
     let folder = tempfile::tempdir().unwrap();
-    let ended = SERVO.replace("[initial]", "[events.far]\nwhen = \"rail.s > 0.31\"\nset = { sum = \"sum/2 + 0*events.far.time\" }\n[initial]");
+    let ended = SERVO.replace(
+        "[initial]",
+        "[events.far]\nwhen = \"rail.s > 0.31\"\nset = { sum = \"sum/2 + 0*events.far.time\" }\n[initial]",
+    );
     std::fs::write(folder.path().join("servo.toml"), ended).unwrap();
     let whole = folder.path().join("both.toml");
     let both = "name = \"both\"\n[parts]\nleft = { file = \"servo.toml\" }\nright = { file = \"servo.toml\" }\n";
@@ -330,7 +333,8 @@ fn what_is_wrong_with_instants_is_said() {
     assert!(period.contains("must be positive"), "{period}");
     let unit = servo("unit = \"N\"", "unit = \"m\"");
     assert!(unit.contains("`m`") && unit.contains("N"), "{unit}");
-    let driver = SERVO.replace("[loads.drive]", "[drivers.d]\ndisplacement = \"push\"\njoint = \"rail\"\n[loads.drive]");
+    let driver =
+        SERVO.replace("[loads.drive]", "[drivers.d]\ndisplacement = \"push\"\njoint = \"rail\"\n[loads.drive]");
     assert!(fault(&driver).contains("sampled value `push`"), "{}", fault(&driver));
     let twice = SERVO.replace("[loads.drive]", "[inputs]\nsum = 0\n[loads.drive]");
     assert!(fault(&twice).contains("as input and as sampled value"), "{}", fault(&twice));

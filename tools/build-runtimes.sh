@@ -26,8 +26,7 @@ build_front() {
     for small in cotree-fmu cotree-runtime cotree-synthesis libm matrixmultiply nalgebra zlib-rs; do
         options+=(--config "profile.release.package.$small.opt-level=\"z\"")
     done
-    # A crate that packs archives could draw random numbers, for which it would ask the page. Nothing here does.
-    RUSTFLAGS="$RUSTFLAGS --cfg getrandom_backend=\"unsupported\"" build_for web tools/front/Cargo.toml "${options[@]}"
+    build_for web tools/front/Cargo.toml "${options[@]}"
     cp "$work/$(triple web)/release/cotree_front.wasm" "$folder/web/cotree_front.wasm"
 }
 

@@ -249,8 +249,8 @@ impl Assemblies {
 /// x^(d+1) = x + 1 (Roberts 2018).
 fn even(n: usize, index: usize, dimension: usize) -> f64 {
     let power = dimension as f64 + 1.0;
-    let root = (0..60).fold(1.5f64, |root, _| (1.0 + root).powf(1.0 / power));
-    (0.5 + n as f64 * root.powf(-(index as f64 + 1.0))).fract()
+    let root = (0..60).fold(1.5f64, |root, _| libm::pow(1.0 + root, 1.0 / power));
+    (0.5 + n as f64 * libm::pow(root, -(index as f64 + 1.0))).fract()
 }
 
 #[cfg(test)]

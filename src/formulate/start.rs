@@ -134,7 +134,7 @@ impl Start {
             Direction::Fixed(body, axis) => {
                 let axis = equations.system.arena.evaluate(&axis, &self.state);
                 let [angle, omega] = self.bodies[equations.system.r_node(body).index()];
-                let (sine, cosine) = angle.sin_cos();
+                let (sine, cosine) = libm::sincos(angle);
                 let along = [cosine * axis[0] - sine * axis[1], sine * axis[0] + cosine * axis[1]];
                 let across = [-along[1], along[0]];
                 [dot(r, along), dot(v, along) + omega * dot(r, across)]

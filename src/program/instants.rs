@@ -47,10 +47,10 @@ impl InstantKernels {
             result += 1;
             Write { held: (input.0 - first) as u32, result: result - 1 }
         };
-        let samplers = mechanism.samplers.iter().map(|own| Sampler {
-            name: own.name.clone(),
-            writes: own.writes.iter().map(&mut write).collect(),
-        });
+        let samplers = mechanism
+            .samplers
+            .iter()
+            .map(|own| Sampler { name: own.name.clone(), writes: own.writes.iter().map(&mut write).collect() });
         let samplers = samplers.collect();
         let events = mechanism.events.iter().map(|own| Event {
             name: own.name.clone(),
@@ -59,15 +59,7 @@ impl InstantKernels {
             stop: own.stop,
             writes: own.writes.iter().map(&mut write).collect(),
         });
-        Instants {
-            held,
-            samplers,
-            events: events.collect(),
-            begin,
-            clocks,
-            written,
-            sides,
-        }
+        Instants { held, samplers, events: events.collect(), begin, clocks, written, sides }
     }
 }
 

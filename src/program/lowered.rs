@@ -12,8 +12,8 @@ use cotree_fmu::tape::Tape;
 use cotree_fmu::taylor::Jet;
 
 use super::dependencies::Moving;
-use super::instants::InstantKernels;
 use super::initial::{Conditions, Settable, conditions, settable};
+use super::instants::InstantKernels;
 use super::kernels::Kernels;
 use super::table::Table;
 use crate::arms::{TOO_MANY, arm_form, mass_form, repeat_exactly};

@@ -276,7 +276,8 @@ impl Resolver<'_> {
     /// The two sides of a comparison must have the same unit.
     pub(super) fn must_compare(&mut self, left: Known, right: Known, text: &Text, what: &str) {
         if let Err((a, b)) = dimension::join(left, right) {
-            let message = format!("in {what}, a value in {} is compared with a value in {}", unit_name(a), unit_name(b));
+            let message =
+                format!("in {what}, a value in {} is compared with a value in {}", unit_name(a), unit_name(b));
             let fault = Fault::new("scene::wrong_unit", message, text.span);
             self.faults.push(fault.label(format!("{} and {}", unit_name(a), unit_name(b))));
         }

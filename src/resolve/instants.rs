@@ -179,7 +179,8 @@ impl Resolver<'_> {
 
     fn refuse_circle_of_news(&mut self, first: usize, span: crate::diagnostic::Span) {
         let scene = self.scene;
-        let name = |id: &InputId| scene.sampled_values().find(|(own, _)| own == id).map(|(_, own)| own.name.text.as_str());
+        let name =
+            |id: &InputId| scene.sampled_values().find(|(own, _)| own == id).map(|(_, own)| own.name.text.as_str());
         let mut names: Vec<&str> = self.nexts.pending[first..].iter().filter_map(name).collect();
         names.extend(names.first().copied());
         let message = format!("new values of sampled values depend on each other in a circle: {}", names.join(" -> "));
@@ -224,8 +225,10 @@ impl Resolver<'_> {
                 true => "`new(x)` stands in `next` only".to_owned(),
                 false => format!("the values of this sampler are {}", suggest::list(names)),
             };
-            let message = format!("{what} uses `new({})`, which is no value that is sampled at the same tick", name.text);
-            self.faults.push(Fault::new("scene::unknown_name", message, name.span).label("not sampled here").help(help));
+            let message =
+                format!("{what} uses `new({})`, which is no value that is sampled at the same tick", name.text);
+            self.faults
+                .push(Fault::new("scene::unknown_name", message, name.span).label("not sampled here").help(help));
         }
         None
     }
@@ -312,7 +315,9 @@ impl Resolver<'_> {
         }
         if !self.is_reported(name, &name.text) {
             let message = match self.names.get(&name.text) {
-                Some(named) => format!("{what} removes the {} `{}`, but only loads can be removed", named.word(), name.text),
+                Some(named) => {
+                    format!("{what} removes the {} `{}`, but only loads can be removed", named.word(), name.text)
+                }
                 None => format!("{what} removes `{}`, which is not in the scene", name.text),
             };
             let scene = self.scene;

@@ -1,8 +1,8 @@
 //! Builds scenes in Rust, with the words of the scene file.
 
 use super::model::{
-    Coordinates, Event, Experiment, Initial, Input, InputAs, Motion, Outputs, Parameter, Point, Sampled, SampledValue, Scene, Signal, Solver, State,
-    Vector,
+    Coordinates, Event, Experiment, Initial, Input, InputAs, Motion, Outputs, Parameter, Point, Sampled, SampledValue,
+    Scene, Signal, Solver, State, Vector,
 };
 use super::part::{Body, Driver, Joint, Load};
 use super::quantity::Quantity;

@@ -142,9 +142,19 @@ pub(crate) const EVENT: &[Key] = &[
         "give a comparison: `when = \"beam.angle > 0.7\"`",
     ),
     Key::default("remove", Form::Names, "names of loads that are there no longer", "none"),
-    Key::default("set", Form::Table, "new values of [sampled values](#sampled), expressions of everything just before the event", "none"),
+    Key::default(
+        "set",
+        Form::Table,
+        "new values of [sampled values](#sampled), expressions of everything just before the event",
+        "none",
+    ),
     Key::default("stop", Form::Switch, "whether it ends the run", "`false`"),
-    Key::default("once", Form::Switch, "whether it happens once only", "`false`, but `true` where it removes something"),
+    Key::default(
+        "once",
+        Form::Switch,
+        "whether it happens once only",
+        "`false`, but `true` where it removes something",
+    ),
     DESCRIPTION,
 ];
 

@@ -1,9 +1,9 @@
 const empty = drawing.text, begun = { faults: $("faults").textContent, error: page.document.querySelector("#faults .error") !== null };
-use("pin"); await press([0, 0]); await press([.24, 0]);
-use("bar"); await drag([0, 0], [.04, .08]); await drag([.04, .08], [.28, .16]); await drag([.28, .16], [.24, 0]);
+use("pin"); await press([0, 0]); await press([.25, 0]);
+use("bar"); await drag([0, 0], [.05, .1]); await drag([.05, .1], [.3, .2]); await drag([.3, .2], [.25, 0]);
 const four = drawing.sketch.mobility;
 use("motor"); await press([0, 0]);
-use("tracer"); await press([.16, .12]);
+use("tracer"); await press([.176, .15]);
 const drawn = drawing.text, moving = await until(() => page.document.documentElement.dataset.moving === drawn);
 const inner = draw.motion.frame.contentWindow.cotree, columns = inner.state.run.columns;
 const { name, bytes } = await draw.exportFmu(2), third = await draw.exportFmu(3);

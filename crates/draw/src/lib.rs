@@ -11,8 +11,9 @@
     )
 )]
 
-// Public for the crates above, the command and the tests of this repository.
+mod alike;
 mod carrier;
+// Public for the crates above, the command and the tests of this repository.
 #[doc(hidden)]
 pub mod drawing;
 #[doc(hidden)]

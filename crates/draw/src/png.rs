@@ -1,12 +1,16 @@
 //! Pictures as PNG files, with the letters of a font that the program brings with it: the same on every computer.
 
+#[cfg(not(target_family = "wasm"))]
 use std::sync::Arc;
 
 use resvg::tiny_skia::{Pixmap, Transform};
+#[cfg(not(target_family = "wasm"))]
 use resvg::usvg::fontdb::Database;
 use resvg::usvg::{Options, Tree};
 
+#[cfg(not(target_family = "wasm"))]
 const LETTERS: &[u8] = include_bytes!("../vendor/dejavu/DejaVuSans.ttf");
+#[cfg(not(target_family = "wasm"))]
 const FAMILY: &str = "DejaVu Sans";
 /// The longest side that is drawn [px].
 const LONGEST: f32 = 8000.0;
@@ -46,11 +50,22 @@ pub fn png(svg: &str, size: Size) -> Result<Vec<u8>, String> {
 /// # Errors
 /// Why it cannot be read.
 pub fn tree(svg: &str) -> Result<Tree, String> {
+    Tree::from_str(svg, &options()).map_err(|error| error.to_string())
+}
+
+/// With the letters of the font.
+#[cfg(not(target_family = "wasm"))]
+fn options() -> Options<'static> {
     let mut letters = Database::new();
     letters.load_font_data(LETTERS.to_vec());
     letters.set_sans_serif_family(FAMILY);
     letters.set_serif_family(FAMILY);
     letters.set_monospace_family(FAMILY);
-    let options = Options { fontdb: Arc::new(letters), font_family: FAMILY.to_string(), ..Options::default() };
-    Tree::from_str(svg, &options).map_err(|error| error.to_string())
+    Options { fontdb: Arc::new(letters), font_family: FAMILY.to_string(), ..Options::default() }
+}
+
+/// In a browser only pictures without text are drawn.
+#[cfg(target_family = "wasm")]
+fn options() -> Options<'static> {
+    Options::default()
 }

@@ -170,7 +170,9 @@ pub enum InstanceError {
         time: f64,
     },
     /// In Model Exchange a tick has been left out.
-    #[error("sampled values change at t = {time} s, but the importer has gone on to t = {now} s: it must stop at `nextEventTime`")]
+    #[error(
+        "sampled values change at t = {time} s, but the importer has gone on to t = {now} s: it must stop at `nextEventTime`"
+    )]
     Passed {
         /// When they change [s].
         time: f64,

@@ -304,7 +304,8 @@ impl Instance {
     /// Everything that ticks and events could write now.
     fn evaluate_written(&mut self) -> Result<(), InstanceError> {
         let Some(mut own) = self.instants.take() else { return Ok(()) };
-        let evaluated = self.evaluate(&self.model.clone().program().instants.written, own.write_solved, &mut own.written);
+        let evaluated =
+            self.evaluate(&self.model.clone().program().instants.written, own.write_solved, &mut own.written);
         self.instants = Some(own);
         evaluated
     }

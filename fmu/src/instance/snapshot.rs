@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::instants::Happened;
 use super::InstanceError;
 use super::differences::Followed;
+use super::instants::Happened;
 use crate::integrator::memory::{Memory, room};
 use crate::integrator::stepping::beginning;
 use crate::model::{Model, State};

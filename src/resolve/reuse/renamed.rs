@@ -125,7 +125,10 @@ impl Walk<'_> {
             values.into_iter().flatten().for_each(|value| self.quantity(value));
         }
         for sampler in &mut scene.sampled {
-            [Some(&mut sampler.period), sampler.offset.as_mut()].into_iter().flatten().for_each(|own| self.quantity(own));
+            [Some(&mut sampler.period), sampler.offset.as_mut()]
+                .into_iter()
+                .flatten()
+                .for_each(|own| self.quantity(own));
             let values = sampler.values.iter_mut().flat_map(|value| [value.start.as_mut(), value.next.as_mut()]);
             values.flatten().for_each(|value| self.quantity(value));
         }

@@ -14,6 +14,7 @@ use cotree_fmu::model::State;
 
 use super::drawing::{Body, Drawing, Force, Hold, Joint, Shape, Spring, Target, Turn};
 use super::line;
+use crate::alike::Alike;
 
 pub fn draw(formulated: &mut Formulated) -> Drawing {
     drawn(Pose::new(formulated))
@@ -239,7 +240,7 @@ impl<'a> Pose<'a> {
         if direction == [0.0; 2] {
             direction = exprs.map(|expr| f64::from(u8::from(expr != Expr::ZERO)));
         }
-        let (sine, cosine) = self.angle(frame).sin_cos();
+        let (sine, cosine) = self.angle(frame).sine_and_cosine();
         let [x, y] = direction;
         [cosine * x - sine * y, sine * x + cosine * y]
     }
@@ -257,7 +258,7 @@ impl<'a> Pose<'a> {
     fn direction(&mut self, axis: &[Formula; 2], body: Option<BodyId>) -> [f64; 2] {
         let axis = axis.each_ref().map(|component| self.equations.formula(component));
         let axis = self.values(&axis);
-        let (sine, cosine) = self.angle(body).sin_cos();
+        let (sine, cosine) = self.angle(body).sine_and_cosine();
         [cosine * axis[0] - sine * axis[1], sine * axis[0] + cosine * axis[1]]
     }
 

@@ -131,7 +131,8 @@ impl Study {
         let open = mechanism.open_inputs().len();
         let parameters =
             mechanism.parameters.iter_mut().map(|own| (&own.name, &own.unit, [own.min, own.max], &mut own.value));
-        let inputs = mechanism.inputs[..open].iter_mut().map(|own| (&own.name, &own.unit, [own.min, own.max], &mut own.start));
+        let inputs =
+            mechanism.inputs[..open].iter_mut().map(|own| (&own.name, &own.unit, [own.min, own.max], &mut own.start));
         let Some((_, unit, bounds, place)) = parameters.chain(inputs).find(|(known, ..)| *known == name) else {
             return Err(self.unknown(name));
         };
@@ -153,7 +154,8 @@ impl Study {
             return why;
         }
         let parameters = self.mechanism.parameters.iter().map(|parameter| parameter.name.as_str());
-        let known = suggest::known(name, parameters.chain(self.mechanism.open_inputs().iter().map(|own| own.name.as_str())));
+        let known =
+            suggest::known(name, parameters.chain(self.mechanism.open_inputs().iter().map(|own| own.name.as_str())));
         format!("the scene has no parameter or input `{name}`; {known}")
     }
 

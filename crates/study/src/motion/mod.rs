@@ -130,7 +130,9 @@ impl Drive {
 
 /// What states and sampled values are in a pose depends on the way there: figures of a turn or stroke cannot say what acts.
 fn without_states(mechanism: &Mechanism) -> Result<(), MotionError> {
-    if let Some(held) = mechanism.held_inputs().find_map(|(_, input, held)| (held.what == HeldWhat::Sampled).then_some(input)) {
+    if let Some(held) =
+        mechanism.held_inputs().find_map(|(_, input, held)| (held.what == HeldWhat::Sampled).then_some(input))
+    {
         return Err(MotionError::Request(format!(
             "what the sampled value `{}` is in a pose depends on the way there, so that no turn or stroke tells what acts: use `simulate`, or a scene without `[sampled]` and what uses it",
             held.name

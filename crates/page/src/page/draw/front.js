@@ -2,7 +2,9 @@
 /** What the other thread runs: it answers each question with bytes, or says that the program has failed, and begins anew. */
 function otherThread() {
   let module = null, calls = null, kept = [];
-  const start = async () => { calls = (await WebAssembly.instantiate(module, {})).exports; kept.forEach(([name, bytes]) => { put(bytes); calls[name](); }); };
+  // A crate that packs archives could draw random numbers, for which it would ask the page. Nothing here does.
+  const imports = () => { const made = {}; for (const { module: from, name } of WebAssembly.Module.imports(module)) (made[from] ??= {})[name] = () => { throw new Error(`there is no ${name}`); }; return made; };
+  const start = async () => { calls = (await WebAssembly.instantiate(module, imports())).exports; kept.forEach(([name, bytes]) => { put(bytes); calls[name](); }); };
   const put = bytes => { const at = calls.front_room(bytes.length); new Uint8Array(calls.memory.buffer, at, bytes.length).set(bytes); };
   const answer = () => new Uint8Array(calls.memory.buffer, calls.front_answer(), calls.front_answer_length()).slice();
   onmessage = async ({ data: { number, code, keep, name, bytes, argument } }) => {

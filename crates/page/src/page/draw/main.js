@@ -117,10 +117,7 @@ function takeMotion(frame) {
   motion.frame?.remove();
   frame.className = "";
   motion.frame = frame;
-  const grow = () => { frame.style.height = `${Math.max(520, inner.documentElement.scrollHeight)}px`; };
-  grow();
   page.addEventListener("cotree-changed", () => { $("adopt").hidden = page.cotree.sceneText() === drawing.text; });
-  page.addEventListener("toggle", () => setTimeout(grow), true);
   $("adopt").hidden = true;
   document.documentElement.dataset.moving = drawing.texts[drawing.now] ?? "";
 }

@@ -72,9 +72,11 @@ function addPoint(text, body, name, at) {
   return addItem(text, `bodies.${body}`, "points", point, ["{", "}"]);
 }
 const addOutputs = (text, names) => names.reduce((text, name) => text.includes(`"${name}"`) && table(text, "outputs") && text.slice(table(text, "outputs").body).includes(`"${name}"`) ? text : addItem(text, "outputs", "variables", `"${name}"`, ["[", "]"]), text);
+/** Digits of what is drawn: poses are known to some more. */
+const drawn = value => `${+value.toPrecision(10)}`;
 /** A length as it is drawn: in millimetres. */
-const metres = value => Math.abs(value) < 5e-13 ? "0" : `"${digits12(1e3 * value)} mm"`;
-const degrees = value => `"${digits12(180 / Math.PI * value)} deg"`;
+const metres = value => Math.abs(value) < 5e-13 ? "0" : `"${drawn(1e3 * value)} mm"`;
+const degrees = value => `"${drawn(180 / Math.PI * value)} deg"`;
 /** A name that nothing has. */
 function freshName(text, wanted) {
   for (let k = 1; ; k++) { const name = k === 1 ? wanted : `${wanted}${k}`; if (!new RegExp(`(?<![A-Za-z0-9_])${name}(?![A-Za-z0-9_])`).test(text)) return name; }

@@ -80,7 +80,7 @@ const TOOLS = {
     act(text, at) {
       const joint = drawing.sketch.geometry?.joints.filter(({ hold }) => hold === "pin").map(own => [far(world(own.ends[1]), at.at) * view.scale, own]).filter(([d]) => d < 14).sort((a, b) => (a[1].ends[0].body !== null) - (b[1].ends[0].body !== null))[0]?.[1];
       if (!joint) throw new Error("a motor turns a pin: choose one");
-      const start = jointAngle(joint), law = `${digits12(180 / Math.PI * start)}[deg] + 2*pi*t`;
+      const law = `${drawn(180 / Math.PI * jointAngle(joint))}[deg] + 2*pi*t`;
       return addTable(text, `drivers.${freshName(text, "motor")}`, [`joint = "${joint.name}"`, `angle = "${law}"`]);
     },
   },
@@ -198,8 +198,11 @@ function lengthText(value, { place, unit }, text) {
 function retimed(text, angles) {
   for (const joint of drawing.sketch.geometry?.joints ?? []) {
     const driver = tables(text).find(own => own.name.startsWith("drivers.") && new RegExp(`joint\\s*=\\s*"${joint.name}"`).test(text.slice(own.body, own.end)));
-    if (!driver || Math.abs(oneWay(jointAngle(joint, angles) - jointAngle(joint))) < 1e-12) continue;
-    const body = text.slice(driver.body, driver.end).replace(/(angle\s*=\s*")(-?[\d.e+-]+)\[deg\]/, (_, head) => `${head}${digits12(180 / Math.PI * jointAngle(joint, angles))}[deg]`);
+    const turn = oneWay(jointAngle(joint, angles) - jointAngle(joint));
+    if (!driver || Math.abs(turn) < 1e-12) continue;
+    // A law that begins with a number, in degrees or in radians.
+    const begun = (_, head, number, unit = "") => `${head}${drawn(Number(number) + (unit ? 180 / Math.PI : 1) * turn)}${unit}`;
+    const body = text.slice(driver.body, driver.end).replace(/(angle\s*=\s*")(-?\d[\d.]*(?:e[+-]?\d+)?)(\[deg\])?(?=\s*[+-])/, begun);
     text = text.slice(0, driver.body) + body + text.slice(driver.end);
   }
   return text;
