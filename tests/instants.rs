@@ -460,7 +460,8 @@ fn the_balancing_cart_follows_its_equations_in_two_coordinates() {
         std::fs::write(&file, format!("time,{names}\n{table}")).unwrap();
     }
     let text = std::fs::read_to_string(&file).unwrap();
-    let stored = text.lines().skip(1).map(|line| line.split(',').skip(1).map(|own| own.parse::<f64>().unwrap()).collect());
+    let stored =
+        text.lines().skip(1).map(|line| line.split(',').skip(1).map(|own| own.parse::<f64>().unwrap()).collect());
     let stored: Vec<Vec<f64>> = stored.collect();
     assert_eq!(stored.len(), rows.len());
     let mut run = started(&model(&scene_of("balancing_cart")), None, 4.0, 1e-12);
@@ -472,7 +473,10 @@ fn the_balancing_cart_follows_its_equations_in_two_coordinates() {
         for ((name, expected), stored) in names.iter().zip(row).zip(stored) {
             let found = value(&mut run, name);
             let close = |other: f64| (other - expected).abs() < 1e-10 * (1.0 + expected.abs());
-            assert!(close(found) && close(*stored), "{name} in row {index} is {found}, stored as {stored}, not {expected}");
+            assert!(
+                close(found) && close(*stored),
+                "{name} in row {index} is {found}, stored as {stored}, not {expected}"
+            );
         }
     }
 }

@@ -97,7 +97,8 @@ impl MotionEquations {
         let mut blocks = Vec::new();
         let signals = signals(equations, &self.expressions());
         if !signals.is_empty() {
-            let held = if equations.system.mechanism.held.is_empty() { "" } else { ", values that ticks and events change" };
+            let held =
+                if equations.system.mechanism.held.is_empty() { "" } else { ", values that ticks and events change" };
             let heading = if equations.states.is_empty() { "Inputs" } else { "Inputs and states" };
             let heading = format!("{heading}{held}");
             blocks.push(Block::Heading(heading));
