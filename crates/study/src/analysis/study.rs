@@ -13,6 +13,7 @@ use cotree_fmu::model::{Model, State};
 use thiserror::Error;
 
 use super::driven::Driven;
+use super::kept::Kept;
 use super::report::{Linearization, Statics, Vibration};
 use super::{Equilibrium, Failure, Point, StateSpace, Variation, at_rest, modes};
 
@@ -20,6 +21,11 @@ use super::{Equilibrium, Failure, Point, StateSpace, Variation, at_rest, modes};
 #[derive(Clone, Debug)]
 pub struct Study {
     pub(super) mechanism: Mechanism,
+    /// As the scene has it, before anything is set; none once the study begins elsewhere than the scene.
+    pub(super) written: Option<Arc<Mechanism>>,
+    /// What was set, SI.
+    set: Vec<(String, f64)>,
+    pub(super) kept: Kept,
     driven: Driven,
     pub(super) source: Source,
     pub(super) warnings: Vec<Fault>,
@@ -58,8 +64,15 @@ impl Study {
     /// Everything that is wrong with it; an output that it does not have.
     pub fn asking(scene: &Scene, asked: &Asked) -> Result<Self, Faults> {
         let resolved = scene.resolve_asking(asked)?;
-        let driven = Driven::default();
-        Ok(Study { mechanism: resolved.mechanism, driven, source: scene.source.clone(), warnings: resolved.warnings })
+        Ok(Study {
+            written: Some(Arc::new(resolved.mechanism.clone())),
+            mechanism: resolved.mechanism,
+            set: Vec::new(),
+            kept: Kept::default(),
+            driven: Driven::default(),
+            source: scene.source.clone(),
+            warnings: resolved.warnings,
+        })
     }
 
     pub fn name(&self) -> &str {
@@ -126,6 +139,7 @@ impl Study {
             let value = read(&unit)?;
             unit.permit(value, [None, None])?;
             line.value = Formula::Number(value);
+            self.note(name, value);
             return Ok(());
         }
         let parameters =
@@ -137,7 +151,19 @@ impl Study {
         let value = read(unit)?;
         unit.permit(value, bounds)?;
         *place = value;
+        self.note(name, value);
         Ok(())
+    }
+
+    /// Of what is set twice the last counts.
+    fn note(&mut self, name: &str, value: f64) {
+        self.set.retain(|(known, _)| known != name);
+        self.set.push((name.to_owned(), value));
+    }
+
+    /// What was set: names and values \[SI\].
+    pub(super) fn settings(&self) -> &[(String, f64)] {
+        &self.set
     }
 
     /// Does what was set change which loop equations are imposed? A program for the values of the scene would be refused.
