@@ -215,6 +215,36 @@ fn every_passage_is_counted_however_short_it_is() {
     }
 }
 
+/// A comparison that has ceased to hold begins to hold again where an input lets it, wherever in a step of the solver that is.
+#[test]
+fn an_input_that_jumps_lets_an_event_happen_again() {
+    let scene = Scene::new("wave")
+        .input("level", 0.0)
+        .body("disc", Body::new().mass(1.0).inertia(1.0))
+        .joint("axle", Joint::revolute("ground", "disc"))
+        .sampled("counted", Sampled::every(1e6).offset(1e6).value("n", 0.0, "n"))
+        .event("above", Event::when("sin(t) > level").set("n", "n + 1"))
+        .initial("disc.angle", 0.0)
+        .initial("disc.omega", 0.0);
+    let program = sound(compile(&scene)).program;
+    let mut run = Instance::new(Arc::new(Model::new(program).unwrap()));
+    run.setup(0.0, None, Some(1e-6)).unwrap();
+    run.initialise().unwrap();
+    let level = run.variable("level").unwrap();
+    run.step_to(1.0).unwrap();
+    assert_eq!(value(&mut run, "n"), 1.0);
+    // It has ceased at pi; the level falls below sin(4).
+    run.step_to(4.0).unwrap();
+    assert_eq!(value(&mut run, "n"), 1.0);
+    run.set(level, -0.9).unwrap();
+    run.step_to(4.01).unwrap();
+    assert_eq!(value(&mut run, "n"), 2.0);
+    // It holds all the time: nothing begins.
+    run.set(level, -2.0).unwrap();
+    run.step_to(9.0).unwrap();
+    assert_eq!(value(&mut run, "n"), 2.0);
+}
+
 #[test]
 fn samplers_that_tick_together_see_the_same_values() {
     let scene = Scene::new("two")

@@ -49,6 +49,18 @@ impl Instance {
         }
     }
 
+    /// Something changes within the last step: what has ceased to hold up to here is armed.
+    pub(super) fn arm_until_now(&mut self) {
+        let step = [self.now.run.last.start_time, self.now.run.before().time()];
+        let is_covered = step[0] < step[1] && step[1] <= self.now.run.last.end_time;
+        let Some(mut own) = self.instants.take() else { return };
+        if is_covered && !own.due.is_empty() && self.search_step(&mut own, step).first.is_none() {
+            self.now.happened.armed.clone_from(&own.armed);
+        }
+        own.searched = None;
+        self.instants = Some(own);
+    }
+
     /// Looks through the last step for the first event.
     fn search(&mut self) -> Option<(f64, usize)> {
         let step = [self.now.run.last.start_time, self.now.run.last.end_time];

@@ -224,6 +224,7 @@ impl Instance {
         let begin = self.statistics().work;
         let each_ends = self.now.run.ends_at_communication_points();
         if changed {
+            self.arm_until_now();
             self.happen(None)?;
         }
         loop {
