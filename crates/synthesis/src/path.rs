@@ -257,6 +257,11 @@ pub fn followers(path: &Path, effort: &Effort) -> Vec<Follower> {
         Some(turns) => candidates.iter().filter_map(|own| timed(&scaled, turns, own)).collect(),
         None => candidates.iter().filter_map(|own| nearest(&scaled, own)).collect(),
     };
+    if found.is_empty() && path.crank.is_none() {
+        // Both dyads of all candidates have run into each other, to soak up the noise: from the curves themselves the distances do not lead there.
+        let mut starts = Starts::new(&scaled, path, effort);
+        found = starts.next().unwrap_or_default().iter().filter_map(|own| nearest(&scaled, own)).collect();
+    }
     found.sort_by(|a, b| a.rms.total_cmp(&b.rms));
     let mut apart: Vec<Follower> = Vec::new();
     for one in found {

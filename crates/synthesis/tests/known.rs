@@ -378,3 +378,21 @@ fn noise_is_left_as_it_is() {
     // 60 coordinates, of which 30 places on the curve and 9 numbers of the four-bar take their share: 0.59 is expected.
     assert!(shares[3] <= 0.65 && shares[7] <= 1.0, "{shares:?}");
 }
+
+/// Two closed paths of which all candidates run into two coincident dyads, which meet every path: started from the curves themselves they have their four-bars all the same.
+#[test]
+fn noise_that_coincident_dyads_would_soak_up_is_left_too() {
+    let mut random = Random::new(201);
+    for number in 0..=68 {
+        let linkage = of_class(&mut random, "crank");
+        let pose = somewhere(&linkage, &mut random);
+        let exact = closed(&linkage, &pose, 30);
+        let size = extent(exact.iter().copied()).1;
+        let points: Vec<Point> = exact.iter().map(|point| point + random.normal() * (1e-3 * size)).collect();
+        if number == 42 || number == 68 {
+            let found = followers(&Path { points, closed: true, ..Path::default() }, &Effort::default());
+            let share = found.first().map_or(f64::INFINITY, |best| best.rms / (1e-3 * size));
+            assert!(share <= 1.0, "{number}: {share}");
+        }
+    }
+}
