@@ -2,7 +2,6 @@
 
 use std::collections::HashMap;
 
-use crate::alike::Alike;
 use crate::svg::Frame;
 
 /// Side of a cell [px].
@@ -51,6 +50,7 @@ fn cells(frame: &Frame) -> impl Iterator<Item = [i64; 2]> + use<> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::alike::Alike;
 
     #[test]
     fn the_area_in_common_is_that_with_every_frame() {

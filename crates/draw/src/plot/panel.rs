@@ -2,7 +2,6 @@
 
 use super::Series;
 use super::ticks::Ticks;
-use crate::alike::Alike;
 use crate::svg::{Frame, Pixel, Svg, polyline, text_width};
 
 pub struct Panel<'a> {
@@ -238,6 +237,7 @@ pub fn shortened(name: &str, most: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::alike::Alike;
 
     #[test]
     fn thinning_keeps_the_extremes() {
