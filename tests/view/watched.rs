@@ -20,9 +20,9 @@ impl Watched {
     /// With the runtime for browsers in a folder.
     pub fn start_with(scene: &Path, runtimes: Option<&Path>) -> Watched {
         let mut command = Command::new(env!("CARGO_BIN_EXE_cotree"));
-        command.args(runtimes.into_iter().flat_map(|folder| [Path::new("watch"), Path::new("--runtimes"), folder]));
-        if runtimes.is_none() {
-            command.arg("watch");
+        command.arg("watch");
+        if let Some(folder) = runtimes {
+            command.arg("--runtimes").arg(folder);
         }
         command.arg(scene).stdin(Stdio::null()).stdout(Stdio::piped());
         let mut child = command.spawn().unwrap();
