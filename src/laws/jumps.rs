@@ -1,5 +1,6 @@
 //! Where laws of drivers jump, or their rates do: at switches (`min`, `abs`, `if`), and where a root, a quotient or an arc bends without one.
 
+use super::rough::{Roughness, Spot};
 use super::steep::divisor;
 use crate::expr::{Arena, Binary, Expr, Node, Symbol, Unary, indicators};
 use crate::model::translate::translate;
@@ -59,6 +60,11 @@ impl Law {
         };
         let mut arguments = self.arena.reachable(expanded).into_iter().filter_map(bends);
         arguments.any(|argument| self.arena.symbols([argument]).iter().any(|symbol| matches!(symbol, Symbol::Time)))
+    }
+
+    fn spot(&self, time: f64) -> Spot {
+        let found = self.at(&self.value, time);
+        Spot { at: time, value: [found[0], found[1]] }
     }
 
     pub fn at(&self, roots: &[Expr], time: f64) -> Vec<f64> {
@@ -135,12 +141,12 @@ fn first_jump(mechanism: &Mechanism, formula: &Formula) -> Option<(f64, String, 
         return None;
     }
     let [start, span] = [experiment.start, experiment.stop - experiment.start];
-    let places: Vec<Vec<f64>> = (0..=PLACES).map(|place| law.at(&law.value, start + span * share(place))).collect();
-    let finite = |index: usize| places.iter().map(move |place| place[index].abs()).filter(|size| size.is_finite());
+    let spots: Vec<Spot> = (0..=PLACES).map(|place| law.spot(start + span * share(place))).collect();
+    let finite = |index: usize| spots.iter().map(move |spot| spot.value[index].abs()).filter(|size| size.is_finite());
     let largest = |index: usize| finite(index).fold(0.0, f64::max);
     let largest = [0, 1].map(largest);
     let switches = sign_changes(&law, &switches, [start, span]).into_iter().map(|time| (time, BESIDE));
-    let bends = if may_bend { bends(&law, &places, largest, [start, span]) } else { Vec::new() };
+    let bends = if may_bend { bends(&law, &spots, largest) } else { Vec::new() };
     let mut candidates: Vec<(f64, [f64; 2])> =
         switches.chain(bends.into_iter().map(|time| (time, BESIDE_BEND))).collect();
     candidates.sort_by(|one, other| one.0.total_cmp(&other.0));
@@ -170,43 +176,11 @@ fn jump(law: &Law, largest: [f64; 2], time: f64, beside: [f64; 2]) -> Option<(St
     }
 }
 
-/// Where a law may jump or turn at once without a switch: between two places the rate changes by far more than around them, or the value by what the rates
-/// do not explain.
-fn bends(law: &Law, places: &[Vec<f64>], largest: [f64; 2], [start, span]: [f64; 2]) -> Vec<f64> {
-    let step = span * share(1);
-    let change = |place: usize| (places[place + 1][1] - places[place][1]).abs();
-    let jerks = |place: &usize| {
-        let place = *place;
-        let around = [place.checked_sub(2), Some(place + 2).filter(|after| *after < PLACES)];
-        let around = around.into_iter().flatten().map(change).fold(0.0, f64::max);
-        let lack = unexplained(&places[place], &places[place + 1], step);
-        // Written so that what is not finite may be a jump.
-        let smooth = change(place) <= BENDS * around || change(place) <= JUMP * largest[1];
-        let explained = lack <= step * around + JUMP * largest[0];
-        !(smooth && explained)
-    };
-    let side = |place: usize| (start + span * share(place), places[place].clone());
-    (0..PLACES).filter(jerks).map(|place| sharpest(law, [place, place + 1].map(side), largest)).collect()
-}
-
-/// Where between two times a law, with its values there, turns most.
-fn sharpest(law: &Law, mut sides: [(f64, Vec<f64>); 2], largest: [f64; 2]) -> f64 {
-    halved([sides[0].0, sides[1].0], |middle| {
-        let half = 0.5 * (sides[1].0 - sides[0].0);
-        let value = law.at(&law.value, middle);
-        let turns = |one: &[f64], other: &[f64]| {
-            unexplained(one, other, half) / largest[0].max(f64::MIN_POSITIVE)
-                + (other[1] - one[1]).abs() / largest[1].max(f64::MIN_POSITIVE)
-        };
-        let later = turns(&sides[0].1, &value) <= turns(&value, &sides[1].1);
-        sides[usize::from(!later)] = (middle, value);
-        later
-    })
-}
-
-/// By how much a value changes between two places beyond what the rates there make of it.
-fn unexplained(one: &[f64], other: &[f64], way: f64) -> f64 {
-    (other[0] - one[0] - 0.5 * way * (one[1] + other[1])).abs()
+/// Where a law may jump or turn at once without a switch.
+fn bends(law: &Law, spots: &[Spot], largest: [f64; 2]) -> Vec<f64> {
+    let rough = Roughness { bends: BENDS, least: JUMP, halvings: HALVINGS, largest };
+    let sharpest = |step: usize| rough.sharpest([spots[step], spots[step + 1]], |time| law.spot(time).value);
+    rough.steps(spots).into_iter().map(sharpest).map(|[low, high]| 0.5 * (low.at + high.at)).collect()
 }
 
 /// When functions of time change their signs.

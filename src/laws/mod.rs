@@ -3,6 +3,7 @@
 mod domains;
 mod indicators;
 mod jumps;
+pub(crate) mod rough;
 mod steep;
 mod touches;
 

@@ -2,8 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use super::profile::{SAME, Sample};
+use super::profile::SAME;
 use crate::component::Profile;
+use crate::laws::rough::{Roughness, Spot};
 
 /// At so many angles a turn is looked at.
 const STEPS: usize = 720;
@@ -26,46 +27,28 @@ pub(super) struct Break {
 
 /// All breaks within the turn, by their angles.
 pub(super) fn breaks(profile: &Profile) -> Vec<Break> {
-    let samples: Vec<Sample> = (0..=STEPS).map(|step| profile.sample(TAU * step as f64 / STEPS as f64)).collect();
+    let spot = |angle: f64| Spot { at: angle, value: law(profile, angle) };
+    let spots: Vec<Spot> = (0..=STEPS).map(|step| spot(TAU * step as f64 / STEPS as f64)).collect();
     let largest = [0, 1].map(|order| profile.turn().map(|own| own.law[order].abs()).fold(f64::MIN_POSITIVE, f64::max));
-    let change = |step: usize| (samples[step + 1].law[1] - samples[step].law[1]).abs();
-    let suspect = |step: &usize| {
-        let neighbours = [step.checked_sub(2), Some(step + 2).filter(|after| *after < STEPS)];
-        let around = neighbours.into_iter().flatten().map(change).fold(0.0, f64::max);
-        let way = TAU / STEPS as f64;
-        let bends = change(*step) > BENDS * around && change(*step) > JUMP * largest[1];
-        bends || unexplained(&samples[*step], &samples[step + 1]) > way * around + JUMP * largest[0]
-    };
-    let steps: Vec<usize> = (0..STEPS).filter(suspect).collect();
-    let bends = steps.into_iter().filter_map(|step| sharpest(profile, [samples[step], samples[step + 1]], largest));
-    let switches = profile.switches.iter().map(|sides| sides.map(|angle| profile.sample(angle)));
+    let rough = Roughness { bends: BENDS, least: JUMP, halvings: HALVINGS, largest };
+    let sharpest = |step: usize| rough.sharpest([spots[step], spots[step + 1]], |angle| law(profile, angle));
+    let bends = rough.steps(&spots).into_iter().filter_map(|step| between(sharpest(step), largest));
+    let switches = profile.switches.iter().map(|sides| sides.map(spot));
     let mut all: Vec<Break> = bends.chain(switches.filter_map(|sides| between(sides, largest))).collect();
     all.sort_by(|a, b| a.angle.total_cmp(&b.angle));
     all.dedup_by(|a, b| a.angle - b.angle < SAME);
     all
 }
 
-/// The change of the law between two angles beyond what its slopes there make of it.
-fn unexplained(one: &Sample, other: &Sample) -> f64 {
-    let way = other.angle - one.angle;
-    (other.law[0] - one.law[0] - 0.5 * way * (one.law[1] + other.law[1])).abs()
-}
-
-/// The break between two angles, by halving; none if the law is smooth where it turns most.
-fn sharpest(profile: &Profile, [mut low, mut high]: [Sample; 2], largest: [f64; 2]) -> Option<Break> {
-    let turns = |one: &Sample, other: &Sample| {
-        unexplained(one, other) / largest[0] + (other.law[1] - one.law[1]).abs() / largest[1]
-    };
-    for _ in 0..HALVINGS {
-        let middle = profile.sample(0.5 * (low.angle + high.angle));
-        *(if turns(&low, &middle) > turns(&middle, &high) { &mut high } else { &mut low }) = middle;
-    }
-    between([low, high], largest)
+/// The law and its slope.
+fn law(profile: &Profile, angle: f64) -> [f64; 2] {
+    let [law, slope, ..] = profile.sample(angle).law;
+    [law, slope]
 }
 
 /// The break between two angles next to each other, if there is one.
-fn between([low, high]: [Sample; 2], largest: [f64; 2]) -> Option<Break> {
-    let jumps = |order: usize| (high.law[order] - low.law[order]).abs() > JUMP * largest[order];
-    let sides = [low, high].map(|sample| [sample.law[0], sample.law[1]]);
-    (jumps(0) || jumps(1)).then(|| Break { angle: high.angle, sides, is_jump: jumps(0) })
+fn between([low, high]: [Spot; 2], largest: [f64; 2]) -> Option<Break> {
+    let jumps = |order: usize| (high.value[order] - low.value[order]).abs() > JUMP * largest[order];
+    let sides = [low.value, high.value];
+    (jumps(0) || jumps(1)).then(|| Break { angle: high.at, sides, is_jump: jumps(0) })
 }
