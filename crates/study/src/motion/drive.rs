@@ -112,6 +112,8 @@ pub fn moves(driver: &Part, (id, motion): (JointId, Derivatives), joint: &Part) 
 pub struct Moved {
     pub mechanism: Mechanism,
     pub watched: Vec<Output>,
+    /// Has it the masses that its efforts need?
+    pub has_efforts: bool,
     pub source: Source,
 }
 
@@ -152,7 +154,7 @@ fn driven_by(moved: &Moved, drive: &Drive, law: Formula) -> Moved {
         _ => Part::angle_driver(DRIVER, (drive.joint, joint), law),
     };
     let (left, watched) = mechanism.without_drivers(&moved.watched, moves_it);
-    Moved { mechanism: left.guessed().driven(driver), watched, source: moved.source.clone() }
+    Moved { mechanism: left.guessed().driven(driver), watched, ..moved.clone() }
 }
 
 /// What is asked of a driven mechanism: what is looked at, all motions and reactions, and what the drive exerts.
@@ -199,10 +201,9 @@ struct Driven {
 impl Driven {
     /// Efforts are left out if the mechanism lacks masses for them, or where those at rest are asked for.
     fn new(driven: &Moved, drive: &Drive) -> Result<Driven, SimulateError> {
-        match (drive.speed != 0.0).then(|| driven.compiled(asked(driven, drive))) {
-            Some(Err(faults)) if !lacks_masses(&faults) => Err(faults.into()),
-            Some(Ok(compiled)) => Driven::of(compiled, drive),
-            Some(Err(_)) | None => Driven::of_motion(driven, drive),
+        match drive.speed != 0.0 && driven.has_efforts {
+            true => Driven::of(driven.compiled(asked(driven, drive))?, drive),
+            false => Driven::of_motion(driven, drive),
         }
     }
 
@@ -260,10 +261,6 @@ pub fn lacking(moved: &Moved, drive: &Drive) -> Result<Vec<String>, Faults> {
 pub fn is_determined(moved: &Moved, drive: &Drive) -> bool {
     let driven = driven(moved, drive, drive.start, 1.0);
     driven.compiled(asked(&driven, drive)).is_ok()
-}
-
-fn lacks_masses(faults: &Faults) -> bool {
-    faults.list.iter().any(|fault| fault.code == "scene::missing_mass")
 }
 
 /// Is it an effort of a joint, or of the driver that moves the input?

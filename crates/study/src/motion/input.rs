@@ -217,7 +217,8 @@ pub(super) fn start(
         }
         _ => (mechanism.clone(), asked.to_vec()),
     };
-    Ok(Start { position, speed, moved: Moved { mechanism: begun, watched, source: scene.source.clone() } })
+    let moved = Moved { mechanism: begun, watched, has_efforts: true, source: scene.source.clone() };
+    Ok(Start { position, speed, moved })
 }
 
 /// What lacks a mass has none: forces are then those of the loads and of the other masses. Where motion itself needs masses it stays as it is.
@@ -226,5 +227,5 @@ pub(super) fn without_masses(moved: Moved, drive: &Drive, lacking: &[String]) ->
         return moved;
     }
     let light = Moved { mechanism: moved.mechanism.with_mass(0.0), ..moved.clone() };
-    if drive::is_determined(&light, drive) { light } else { moved }
+    if drive::is_determined(&light, drive) { light } else { Moved { has_efforts: false, ..moved } }
 }
