@@ -4,12 +4,12 @@ use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use cotree_fmu::instance::{Inaccuracy, Instance};
+use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
-use super::{Run, RunError, points};
+use super::{Finish, Run, RunError, points};
 
 /// More threads than this only cost memory.
 const MOST_THREADS: usize = 256;
@@ -30,8 +30,8 @@ pub struct Ensemble<'a> {
 /// The settings of a member: variables and their values, SI.
 pub type Settings = Vec<(usize, f64)>;
 
-/// Why a member ended early, or whether rounding errors are larger than its tolerance.
-pub type Ended = Result<Option<Inaccuracy>, RunError>;
+/// How a member ended, or why it failed.
+pub type Ended = Result<Finish, RunError>;
 
 impl<'a> Ensemble<'a> {
     /// `threads`: 0 for one a processor, 1 for the calling one; 256 at most. Once `stop` is set, members end at their next communication point.

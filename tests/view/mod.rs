@@ -6,6 +6,7 @@ use crate::support::large_scenes;
 
 mod browser;
 mod colours;
+mod drawing;
 mod watched;
 
 use std::fs;

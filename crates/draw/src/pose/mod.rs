@@ -6,7 +6,7 @@ use std::collections::HashMap;
 
 use cotree::component::{Icon, RoundGlyph};
 use cotree::equations::Equations;
-use cotree::expr::{Expr, Order, Symbol};
+use cotree::expr::{Expr, Order, Symbol, Values};
 use cotree::formulate::Formulated;
 use cotree::formulate::explain::attempt::Attempt;
 use cotree::model::{BodyId, Dimension, Formula, Outline, Owner, Part, Place, Quantity, Variable};
@@ -98,14 +98,16 @@ struct Pose<'a> {
 /// Values of symbols at a state, if the inputs were changed like this.
 fn values_at(state: &State, changed: impl Fn(f64) -> f64) -> impl Fn(Symbol) -> f64 {
     move |symbol| match symbol {
-        Symbol::Time => state.time(),
-        Symbol::Parameter(i) => state.parameters()[i],
-        Symbol::Input(i, Order::Position) => changed(state.inputs()[i]),
-        Symbol::Coordinate(i, Order::Position) => state.positions()[i],
-        Symbol::Follower(i, Order::Position) => state.follower_positions()[i],
-        Symbol::State(i, Order::Position) => state.states()[i],
-        Symbol::Input(..) | Symbol::Coordinate(..) | Symbol::Follower(..) | Symbol::State(..) => 0.0,
-        Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => 0.0,
+        Symbol::Input(_, Order::Position) => changed(state.value(symbol)),
+        Symbol::Time
+        | Symbol::Parameter(_)
+        | Symbol::Input(..)
+        | Symbol::Coordinate(..)
+        | Symbol::Follower(..)
+        | Symbol::State(..)
+        | Symbol::Reaction(_)
+        | Symbol::Missing(..)
+        | Symbol::Argument => state.value(symbol),
     }
 }
 
@@ -115,7 +117,7 @@ impl<'a> Pose<'a> {
     }
 
     fn values(&mut self, exprs: &[Expr]) -> Vec<f64> {
-        self.equations.system.arena.evaluate_more(exprs, &values_at(self.state, |input| input), &mut self.known)
+        self.equations.system.arena.evaluate_more(exprs, self.state, &mut self.known)
     }
 
     fn at(&mut self, place: Place) -> [f64; 2] {

@@ -75,6 +75,9 @@ pub enum Failure {
     /// Parameters, inputs or initial values that the scene does not have.
     #[error("{}", .0.join("\n"))]
     Unknown(Vec<String>),
+    /// Ticks or events stand in the way.
+    #[error("{0}")]
+    Instants(String),
     /// A motion that cannot be differentiated.
     #[error("at t = {time} s there are no derivatives: {what}")]
     NoDerivative {

@@ -44,7 +44,11 @@ impl Study {
     /// # Errors
     /// Everything that is wrong with it.
     pub fn compiled(&self) -> Result<Compiled, Faults> {
-        let resolved = Resolved { mechanism: self.mechanism.clone(), warnings: self.warnings.clone() };
+        let resolved = Resolved {
+            mechanism: self.mechanism.clone(),
+            outputs: self.outputs.clone(),
+            warnings: self.warnings.clone(),
+        };
         compile_resolved(resolved, &self.source).map(|(compiled, _)| compiled)
     }
 }

@@ -182,7 +182,7 @@ impl<'f> Varying<'f> {
     }
 
     pub fn outputs(&self) -> impl Iterator<Item = (&str, &Unit)> + Clone {
-        let outputs = &self.own.formulated.equations.system.mechanism.outputs;
+        let outputs = &self.own.formulated.outputs;
         outputs.iter().map(|output| (output.name.as_str(), &output.unit))
     }
 
@@ -316,6 +316,7 @@ impl Study {
     /// # Errors
     /// A name that cannot be set, or equations that cannot be formulated.
     pub(crate) fn differentiated(&mut self, to: &[String]) -> Result<Arc<Differentiated>, StudyError> {
+        uneventful(self.mechanism(), "derivatives of the motion")?;
         let experiment = self.experiment();
         let written = self.written.as_ref().map(|written| Mechanism { experiment, ..Mechanism::clone(written) });
         match written {
@@ -346,7 +347,8 @@ impl Study {
     }
 
     fn made(&mut self, mechanism: &Mechanism, to: &[String]) -> Result<Arc<Differentiated>, StudyError> {
-        let mut formulated = formulate_written(mechanism).map_err(|list| Faults::new(self.source.clone(), list))?;
+        let formulated = formulate_written(mechanism, &self.outputs);
+        let mut formulated = formulated.map_err(|list| Faults::new(self.source.clone(), list))?;
         self.warnings.append(&mut formulated.warnings);
         Ok(Arc::new(Differentiated::new(formulated, self.driven(), to)?))
     }
@@ -355,6 +357,17 @@ impl Study {
     pub(crate) fn varying_of<'f>(&self, own: &'f Differentiated) -> Varying<'f> {
         Varying::new(own, self.settings(), self.driven().clone())
     }
+}
+
+/// Held values jump at ticks and events, and with them what depends on them.
+fn uneventful(mechanism: &Mechanism, what: &str) -> Result<(), Failure> {
+    let sampled = mechanism.samplers.first().map(|own| format!("sampler `{}`", own.name));
+    let Some(own) = sampled.or_else(|| mechanism.events.first().map(|own| format!("event `{}`", own.name))) else {
+        return Ok(());
+    };
+    Err(Failure::Instants(format!(
+        "there are no {what} through the instants of {own}, where values jump; compare runs with other values instead, with `cotree sweep`"
+    )))
 }
 
 /// True if an output has a value and derivatives.
@@ -386,7 +399,7 @@ fn parameter(formulated: &Formulated, name: &str) -> Result<Varied, String> {
         let place = instance::Varied::Parameter(index);
         return Ok(Varied { name, unit, start, bounds: [min, max], place, symbol });
     }
-    if let Some(index) = program.inputs.iter().position(|own| own.name == name) {
+    if let Some(index) = program.inputs[..program.open_inputs()].iter().position(|own| own.name == name) {
         let cotree_fmu::program::Input { start, min, max, .. } = program.inputs[index];
         let (name, symbol) = (name.to_owned(), Symbol::Input(index, Order::Position));
         let place = instance::Varied::Input(index);
@@ -397,6 +410,6 @@ fn parameter(formulated: &Formulated, name: &str) -> Result<Varied, String> {
         return Err(why);
     }
     let names = program.parameters.iter().map(|own| own.name.as_str());
-    let names = names.chain(program.inputs.iter().map(|own| own.name.as_str()));
+    let names = names.chain(program.inputs[..program.open_inputs()].iter().map(|own| own.name.as_str()));
     Err(format!("the scene has no parameter, input or initial value `{name}`; {}", suggest::known(name, names)))
 }

@@ -133,7 +133,7 @@ impl<'f> Course<'f> {
             begun: None,
             motion,
             variational: Variational::new(&model, &places, (experiment.tolerance * CLOSER).max(FINEST)),
-            outputs: rows.filter(|(_, row)| row.output).map(|(place, _)| place).collect(),
+            outputs: rows.filter(|(_, row)| row.is_output()).map(|(place, _)| place).collect(),
             parameters: varied.len(),
             model,
             positions: empty.clone(),
