@@ -112,7 +112,7 @@ class Core:
         names: list[str],
         values: np.ndarray,
         threads: int,
-    ) -> tuple[list[tuple[str, str]], list[tuple[np.ndarray, np.ndarray, str | None]]]: ...
+    ) -> tuple[list[tuple[str, str]], list[tuple[np.ndarray, np.ndarray, str | None, str | None]]]: ...
     def measure(
         self,
         times: Any,

@@ -325,8 +325,8 @@ class Model(Commands):
             columns, runs = self._core.simulate(times, settings, asked, given.inputs(inputs), names, values, threads)
         labels, units = [name for name, _ in columns], [unit for _, unit in columns]
         return [
-            Results(time, labels, units, matrix, failure, dict(zip(names, row.tolist(), strict=True)))
-            for (time, matrix, failure), row in zip(runs, values, strict=True)
+            Results(time, labels, units, matrix, failure, dict(zip(names, row.tolist(), strict=True)), event)
+            for (time, matrix, failure, event), row in zip(runs, values, strict=True)
         ]
 
     def equations(self, notation: str = "text") -> str:

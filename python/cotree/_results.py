@@ -87,7 +87,7 @@ class Results(Mapped):
     """The reported variables of a run: `results["rod.angle"]` is an array with a value for each of `results.time`, which cannot be changed.
 
     `units` has their SI units ("" where there is none or none is known). `parameters` is what the run was given beyond the scene's values.
-    `failure` says why the run ended early, if it did; the values are those before.
+    `failure` says why the run ended early, if it did; the values are those before. `ended` is the event of the scene that has ended it, at the last time, if one has.
     """
 
     def __init__(
@@ -98,12 +98,14 @@ class Results(Mapped):
         values: np.ndarray,
         failure: str | None = None,
         parameters: Mapping[str, float] | None = None,
+        ended: str | None = None,
     ) -> None:
         self.time = fixed(time)
         self._values = fixed(values)
         self._places = {name: place for place, name in enumerate(names)}
         self.units: dict[str, str] = dict(zip(names, units, strict=True))
         self.failure = failure
+        self.ended = ended
         self.parameters: dict[str, float] = dict(parameters or {})
 
     def __getitem__(self, name: str) -> np.ndarray:
@@ -117,7 +119,7 @@ class Results(Mapped):
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Results):
             return NotImplemented
-        mine, others = ((own.units, own.time, own._values, own.failure, own.parameters) for own in (self, other))
+        mine, others = ((own.units, own.time, own._values, own.failure, own.ended, own.parameters) for own in (self, other))
         return same(mine, others)
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:

@@ -60,7 +60,7 @@ fn told(report: &Report, data: String, units: &Units, picture: Option<String>) -
 fn formulated(py: Python<'_>, core: &Core, settings: &Settings) -> PyResult<Formulated> {
     let study = core.study(None, settings, None)?;
     let faults = |list| Faults::new(core.scene().source.clone(), list);
-    py.detach(|| formulate_written(study.mechanism())).map_err(|list| study_error(faults(list).into(), settings))
+    py.detach(|| formulate_written(study.mechanism(), &[])).map_err(|list| study_error(faults(list).into(), settings))
 }
 
 /// What a mechanism does in one turn or stroke of its input.
@@ -260,8 +260,7 @@ pub fn graph(py: Python<'_>, core: &Bound<'_, Core>, format: &str) -> PyResult<S
 #[pyfunction]
 pub fn comparison(py: Python<'_>, core: &Bound<'_, Core>) -> PyResult<Told> {
     let scene = core.get().scene();
-    let found =
-        interruptible(py, || compare::comparison(scene))?.map_err(|faults| scene_error(&faults))?;
+    let found = interruptible(py, || compare::comparison(scene))?.map_err(|faults| scene_error(&faults))?;
     let data = serde_json::to_string(&found).map_err(file_error)?;
     Ok(told(&found.report(), data, &Units::default(), None))
 }

@@ -59,8 +59,11 @@ pub struct Ready {
     spare: Mutex<Option<Box<Instance>>>,
 }
 
-/// A member's values: a row for each time, and why there are no more.
-type Rows<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>, Option<String>);
+/// A member's times and values, a row for each, why there are no more, and the event that has ended it.
+type Rows<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>, Option<String>, Option<String>);
+
+/// What was collected of a member, why it failed, and the event that has ended it.
+type Outcome<C> = (C, Option<String>, Option<String>);
 
 /// What members have in common: a compiled scene, times, settings, what is reported, inputs over time.
 type Asking<'a> = (&'a Ready, (Experiment, &'a [f64]), &'a [(String, Value)], Vec<usize>, Option<Columns>);
@@ -150,13 +153,15 @@ impl Core {
             py,
             (&ready, (experiment, &all), &settings, reported, inputs),
             (names, values, threads),
-            || Vec::with_capacity(all.len() * width),
-            |rows: &mut Vec<f64>, _, values| rows.extend_from_slice(values),
+            || (Vec::with_capacity(all.len()), Vec::with_capacity(all.len() * width)),
+            |(times, rows): &mut (Vec<f64>, Vec<f64>), time, values| {
+                times.push(time);
+                rows.extend_from_slice(values);
+            },
         )?;
-        let rows = |(values, failure): (Vec<f64>, Option<String>)| {
-            let count = if width == 0 { all.len() } else { values.len() / width };
-            let matrix = PyArray1::from_vec(py, values).reshape([count, width])?;
-            Ok((PyArray1::from_slice(py, &all[..count]), matrix, failure))
+        let rows = |((times, values), failure, event): Outcome<(Vec<f64>, Vec<f64>)>| {
+            let matrix = PyArray1::from_vec(py, values).reshape([times.len(), width])?;
+            Ok((PyArray1::from_vec(py, times), matrix, failure, event))
         };
         Ok((columns, ended.into_iter().map(rows).collect::<PyResult<_>>()?))
     }
@@ -195,7 +200,7 @@ impl Core {
             Accumulator::add_all,
         )?;
         let (mut table, mut failures) = (Vec::with_capacity(ended.len() * measures.len()), Vec::new());
-        for (kept, failure) in ended {
+        for (kept, failure, _) in ended {
             let number = |(index, own): (usize, &Measure)| match kept.get(index) {
                 Some(kept) if failure.is_none() => own.of(kept),
                 _ => f64::NAN,
@@ -555,7 +560,7 @@ impl Core {
         (names, values, threads): (Vec<String>, PyReadonlyArray2<'_, f64>, usize),
         begin: impl Fn() -> C + Send + Sync,
         point: impl Fn(&mut C, f64, &[f64]) + Send + Sync,
-    ) -> PyResult<Vec<(C, Option<String>)>> {
+    ) -> PyResult<Vec<Outcome<C>>> {
         let description = &ready.compiled.description;
         let inputs = request::inputs(description, inputs, settings)?;
         let settings = request::settings(description, settings)?;
@@ -588,11 +593,10 @@ fn with_known(scene: &Scene, names: &[String]) -> Scene {
     names.iter().fold(scene.clone(), |scene, name| scene.initial(name, 0.0))
 }
 
-/// What was collected of a member, and why it ended early.
-fn outcome<C>((collected, ended): (C, Ended)) -> PyResult<(C, Option<String>)> {
+fn outcome<C>((collected, ended): (C, Ended)) -> PyResult<Outcome<C>> {
     match ended {
-        Ok(_) => Ok((collected, None)),
-        Err(error) => Ok((collected, Some(run_error(error).ok_or_else(interrupted)?))),
+        Ok(finish) => Ok((collected, None, finish.ended.map(|(event, _)| event))),
+        Err(error) => Ok((collected, Some(run_error(error).ok_or_else(interrupted)?), None)),
     }
 }
 
@@ -664,7 +668,7 @@ pub fn listened<T: Send>(stop: &AtomicBool, compute: impl FnOnce() -> T + Send) 
 
 /// That rounding errors are larger than the tolerance in some runs.
 fn warn_of<C>(py: Python<'_>, ended: &[(C, Ended)]) -> PyResult<()> {
-    let mut found = ended.iter().filter_map(|(_, ended)| ended.as_ref().ok()?.as_ref());
+    let mut found = ended.iter().filter_map(|(_, ended)| ended.as_ref().ok()?.inaccuracy.as_ref());
     let Some(first) = found.next() else { return Ok(()) };
     let of = if ended.len() > 1 { format!("{} of {} runs: ", 1 + found.count(), ended.len()) } else { String::new() };
     warn(py, &of, first)

@@ -21,12 +21,12 @@ use super::{Equilibrium, Failure, Point, StateSpace, Variation, at_rest, modes};
 #[derive(Clone, Debug)]
 pub struct Study {
     pub(super) mechanism: Mechanism,
-    pub(super) outputs: Vec<Output>,
     /// As the scene has it, before anything is set; none once the study begins elsewhere than the scene.
     pub(super) written: Option<Arc<Mechanism>>,
     /// What was set, SI.
     set: Vec<(String, f64)>,
     pub(super) kept: Kept,
+    pub(super) outputs: Vec<Output>,
     driven: Driven,
     pub(super) source: Source,
     pub(super) warnings: Vec<Fault>,
@@ -68,9 +68,9 @@ impl Study {
         Ok(Study {
             written: Some(Arc::new(mechanism.clone())),
             mechanism,
-            outputs,
             set: Vec::new(),
             kept: Kept::default(),
+            outputs,
             driven: Driven::default(),
             source: scene.source.clone(),
             warnings,

@@ -317,6 +317,7 @@ impl Study {
     /// # Errors
     /// A name that cannot be set, or equations that cannot be formulated.
     pub(crate) fn differentiated(&mut self, to: &[String]) -> Result<Arc<Differentiated>, StudyError> {
+        uneventful(self.mechanism(), "derivatives of the motion")?;
         let experiment = self.experiment();
         let written = self.written.as_ref().map(|written| Mechanism { experiment, ..Mechanism::clone(written) });
         match written {
@@ -347,7 +348,8 @@ impl Study {
     }
 
     fn made(&mut self, mechanism: &Mechanism, to: &[String]) -> Result<Arc<Differentiated>, StudyError> {
-        let mut formulated = formulate_written(mechanism, &self.outputs).map_err(|list| Faults::new(self.source.clone(), list))?;
+        let formulated = formulate_written(mechanism, &self.outputs);
+        let mut formulated = formulated.map_err(|list| Faults::new(self.source.clone(), list))?;
         self.warnings.append(&mut formulated.warnings);
         Ok(Arc::new(Differentiated::new(formulated, self.driven(), to)?))
     }
