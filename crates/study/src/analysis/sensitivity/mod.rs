@@ -317,7 +317,6 @@ impl Study {
     /// # Errors
     /// A name that cannot be set, or equations that cannot be formulated.
     pub(crate) fn differentiated(&mut self, to: &[String]) -> Result<Arc<Differentiated>, StudyError> {
-        uneventful(self.mechanism(), "derivatives of the motion")?;
         let experiment = self.experiment();
         let written = self.written.as_ref().map(|written| Mechanism { experiment, ..Mechanism::clone(written) });
         match written {
