@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::model_exchange::integrate;
+use crate::support::ROOT;
 use crate::support::run::{compiled, model, models, scene_of, sound, started, value};
 
 use cotree::compile::compile;
@@ -214,6 +215,36 @@ fn every_passage_is_counted_however_short_it_is() {
     }
 }
 
+/// A comparison that has ceased to hold begins to hold again where an input lets it, wherever in a step of the solver that is.
+#[test]
+fn an_input_that_jumps_lets_an_event_happen_again() {
+    let scene = Scene::new("wave")
+        .input("level", 0.0)
+        .body("disc", Body::new().mass(1.0).inertia(1.0))
+        .joint("axle", Joint::revolute("ground", "disc"))
+        .sampled("counted", Sampled::every(1e6).offset(1e6).value("n", 0.0, "n"))
+        .event("above", Event::when("sin(t) > level").set("n", "n + 1"))
+        .initial("disc.angle", 0.0)
+        .initial("disc.omega", 0.0);
+    let program = sound(compile(&scene)).program;
+    let mut run = Instance::new(Arc::new(Model::new(program).unwrap()));
+    run.setup(0.0, None, Some(1e-6)).unwrap();
+    run.initialise().unwrap();
+    let level = run.variable("level").unwrap();
+    run.step_to(1.0).unwrap();
+    assert_eq!(value(&mut run, "n"), 1.0);
+    // It has ceased at pi; the level falls below sin(4).
+    run.step_to(4.0).unwrap();
+    assert_eq!(value(&mut run, "n"), 1.0);
+    run.set(level, -0.9).unwrap();
+    run.step_to(4.01).unwrap();
+    assert_eq!(value(&mut run, "n"), 2.0);
+    // It holds all the time: nothing begins.
+    run.set(level, -2.0).unwrap();
+    run.step_to(9.0).unwrap();
+    assert_eq!(value(&mut run, "n"), 2.0);
+}
+
 #[test]
 fn samplers_that_tick_together_see_the_same_values() {
     let scene = Scene::new("two")
@@ -361,5 +392,121 @@ fn scenes_without_instants_have_none() {
         }
         let Ok(compiled) = Scene::from_toml(&scene).and_then(|scene| compile(&scene)) else { continue };
         assert!(compiled.program.instants == cotree_fmu::program::Instants::default(), "{name}");
+    }
+}
+
+/// A cart and a pole in two coordinates, by Runge-Kutta steps that end at every tick and at the release of the tether.
+struct Cart {
+    /// s, v, theta, omega.
+    state: [f64; 4],
+    push: f64,
+    lean: f64,
+    sum: f64,
+    released: Option<f64>,
+}
+
+impl Cart {
+    fn rates(&self, [s, v, theta, omega]: [f64; 4]) -> [f64; 4] {
+        let (cart, pole, half) = (1.5, 0.3, 0.4);
+        let inertia = pole * (2.0 * half) * (2.0 * half) / 12.0 + pole * half * half;
+        let (sin, cos) = theta.sin_cos();
+        let tether = if self.released.is_none() { -6.0 * s } else { 0.0 };
+        let push = self.push + tether - 0.4 * v + pole * half * cos * omega * omega;
+        let turn = -pole * 9.81 * half * cos;
+        let coupling = -pole * half * sin;
+        let determinant = (cart + pole) * inertia - coupling * coupling;
+        let acceleration = (inertia * push - coupling * turn) / determinant;
+        let alpha = ((cart + pole) * turn - coupling * push) / determinant;
+        [v, acceleration, omega, alpha]
+    }
+
+    fn stepped(&self, h: f64) -> [f64; 4] {
+        let moved = |rates: [f64; 4], h: f64| std::array::from_fn(|i| self.state[i] + h * rates[i]);
+        let first = self.rates(self.state);
+        let second = self.rates(moved(first, 0.5 * h));
+        let third = self.rates(moved(second, 0.5 * h));
+        let fourth = self.rates(moved(third, h));
+        std::array::from_fn(|i| self.state[i] + h / 6.0 * (first[i] + 2.0 * (second[i] + third[i]) + fourth[i]))
+    }
+
+    /// Moves on by a whole number of steps.
+    fn advance(&mut self, from: f64, steps: usize, h: f64) {
+        let release = 86_f64.to_radians();
+        for step in 0..steps {
+            let end = self.stepped(h);
+            if self.released.is_some() || end[2] <= release {
+                self.state = end;
+                continue;
+            }
+            let (mut before, mut after) = (0.0, h);
+            for _ in 0..60 {
+                let middle = 0.5 * (before + after);
+                *(if self.stepped(middle)[2] > release { &mut after } else { &mut before }) = middle;
+            }
+            self.state = self.stepped(after);
+            self.released = Some(from + step as f64 * h + after);
+            self.state = self.stepped(h - after);
+        }
+    }
+
+    fn tick(&mut self) {
+        let lean = std::f64::consts::FRAC_PI_2 - self.state[2];
+        self.sum += 0.02 * lean;
+        let push = 55.0 * lean + 30.0 * self.sum + 11.0 * (lean - self.lean) / 0.02;
+        self.push = (push + 2.0 * self.state[0] + 4.0 * self.state[1]).clamp(-15.0, 15.0);
+        self.lean = lean;
+    }
+
+    fn row(&self) -> [f64; 7] {
+        let [s, v, theta, omega] = self.state;
+        let tether = if self.released.is_none() { -6.0 * s } else { 0.0 };
+        [s, v, theta, omega, self.push, tether, self.released.unwrap_or(-1.0)]
+    }
+}
+
+#[test]
+fn the_balancing_cart_follows_its_equations_in_two_coordinates() {
+    let theta = 78_f64.to_radians();
+    let lean = std::f64::consts::FRAC_PI_2 - theta;
+    let mut cart = Cart { state: [0.0, 0.0, theta, 0.0], push: 0.0, lean, sum: 0.0, released: None };
+    let mut rows = vec![cart.row()];
+    // Ticks at 5 ms, 25 ms, ..., rows at 20 ms, 40 ms, ...
+    for row in 0..200 {
+        let begin = 0.02 * f64::from(row);
+        cart.advance(begin, 100, 5e-5);
+        cart.tick();
+        cart.advance(begin + 0.005, 300, 5e-5);
+        rows.push(cart.row());
+    }
+    let file = std::path::Path::new(ROOT).join("models/balancing_cart/expected.csv");
+    if std::env::var_os("COTREE_WRITE_EXPECTED").is_some() {
+        let names = "rail.s,rail.v,pole.angle,pole.omega,push,tether.force,events.release.time";
+        let line = |(index, row): (usize, &[f64; 7])| {
+            let digits = |value: &f64| format!("{value:.14e}").parse::<f64>().unwrap().to_string();
+            let time = digits(&(0.02 * index as f64));
+            format!("{time},{}\n", row.iter().map(digits).collect::<Vec<_>>().join(","))
+        };
+        let table: String = rows.iter().enumerate().map(line).collect();
+        std::fs::write(&file, format!("time,{names}\n{table}")).unwrap();
+    }
+    let text = std::fs::read_to_string(&file).unwrap();
+    let stored =
+        text.lines().skip(1).map(|line| line.split(',').skip(1).map(|own| own.parse::<f64>().unwrap()).collect());
+    let stored: Vec<Vec<f64>> = stored.collect();
+    assert_eq!(stored.len(), rows.len());
+    let mut run = started(&model(&scene_of("balancing_cart")), None, 4.0, 1e-12);
+    let names = ["rail.s", "rail.v", "pole.angle", "pole.omega", "push", "tether.force", "events.release.time"];
+    for (index, (row, stored)) in rows.iter().zip(&stored).enumerate() {
+        if index > 0 {
+            run.step_to(0.02 * index as f64).unwrap();
+        }
+        for ((name, expected), stored) in names.iter().zip(row).zip(stored) {
+            let found = value(&mut run, name);
+            let close = |other: f64| (other - expected).abs() < 1e-10 * (1.0 + expected.abs());
+            assert!(
+                close(found) && close(*stored),
+                "{name} in row {index} is {found}, stored as {stored}, not {expected}"
+            );
+        }
     }
 }

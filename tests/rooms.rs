@@ -81,7 +81,7 @@ const CRATES: [Crate; 8] = [
     (
         "cotree_draw",
         "crates/draw/src",
-        &["alike", "carrier", "svg", "png", "drawing", "dxf", "line", "pose", "graph", "plot", "study"],
+        &["alike", "carrier", "svg", "letters", "png", "drawing", "dxf", "line", "pose", "graph", "plot", "study"],
     ),
     ("cotree_text", "crates/text/src", &[]),
     (

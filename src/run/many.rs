@@ -4,11 +4,12 @@ use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
-use super::{Finish, Run, RunError};
+use super::{Finish, Run, RunError, points};
 
 /// More threads than this only cost memory.
 const MOST_THREADS: usize = 256;
@@ -18,6 +19,8 @@ const MOST_THREADS: usize = 256;
 #[derive(Debug)]
 pub struct Ensemble<'a> {
     run: Run<'a>,
+    /// Communication points, if not those of the experiment \[s\].
+    times: Option<&'a [f64]>,
     model: Arc<Model>,
     /// None for the calling thread.
     threads: Option<ThreadPool>,
@@ -43,7 +46,13 @@ impl<'a> Ensemble<'a> {
     ) -> Result<Self, ThreadPoolBuildError> {
         let pool = || ThreadPoolBuilder::new().num_threads(threads.min(MOST_THREADS)).build();
         let threads = (threads != 1).then(pool).transpose()?;
-        Ok(Self { run, model, threads, stop })
+        Ok(Self { run, times: None, model, threads, stop })
+    }
+
+    /// The same with other communication points: ascending times within the experiment \[s\].
+    #[must_use]
+    pub fn at(self, times: &'a [f64]) -> Self {
+        Self { times: Some(times), ..self }
     }
 
     /// How many threads run.
@@ -77,13 +86,18 @@ impl<'a> Ensemble<'a> {
         }
         let mut run = self.run.clone();
         run.settings.extend_from_slice(settings);
-        let ended = run.start(Arc::clone(&self.model), |time, values| {
+        let report = |time, values: &[f64]| {
             if self.is_stopped() {
                 return Err(io::ErrorKind::Interrupted.into());
             }
             point(&mut collected, time, values);
             Ok(())
-        });
+        };
+        let mut instance = Instance::new(Arc::clone(&self.model));
+        let ended = match self.times {
+            Some(times) => run.start_at(&mut instance, times.iter().copied(), report),
+            None => run.start_at(&mut instance, points(run.experiment), report),
+        };
         (collected, ended)
     }
 }

@@ -80,13 +80,26 @@ impl Run<'_> {
     pub fn start_in(
         &self,
         instance: &mut Instance,
+        report: impl FnMut(f64, &[f64]) -> std::io::Result<()>,
+    ) -> Result<Finish, RunError> {
+        self.start_at(instance, points(self.experiment), report)
+    }
+
+    /// The same with other communication points: ascending times within the experiment \[s\].
+    ///
+    /// # Errors
+    /// As of [`Run::start`].
+    pub fn start_at(
+        &self,
+        instance: &mut Instance,
+        times: impl IntoIterator<Item = f64>,
         mut report: impl FnMut(f64, &[f64]) -> std::io::Result<()>,
     ) -> Result<Finish, RunError> {
         self.begin(instance)?;
         let Experiment { start, stop, .. } = self.experiment;
         let knots = self.inputs.iter().flat_map(|(table, _)| knots(table, [start, stop]));
         let (mut knots, mut values) = (knots.peekable(), vec![0.0; self.reported.len()]);
-        for time in points(self.experiment) {
+        for time in times {
             let mut ended = None;
             while ended.is_none()
                 && let Some(knot) = knots.next_if(|knot| *knot <= time)

@@ -21,6 +21,8 @@ pub mod dxf;
 #[doc(hidden)]
 pub mod graph;
 #[doc(hidden)]
+pub mod letters;
+#[doc(hidden)]
 pub mod line;
 #[doc(hidden)]
 pub mod plot;

@@ -31,6 +31,8 @@ struct Bars {
 const CLOSED: usize = 12_000;
 const OPEN: usize = 6_000;
 const PIECES: usize = 8;
+/// Kinds of four-bars.
+const KINDS: usize = 3;
 /// Steps along a curve, places on a closed one and on a piece, harmonics.
 const STEPS: usize = 160;
 const PLACES: usize = 64;
@@ -49,6 +51,16 @@ impl Bars {
             let point = (polar(radius, random.between(0.0, TAU)) + 0.5) * lengths[2];
             let side = if random.integer().is_multiple_of(2) { 1.0 } else { -1.0 };
             return Bars { lengths, point, side };
+        }
+    }
+
+    /// No bar turns; the coupler turns; another one turns.
+    fn kind(&self) -> usize {
+        let [least, most] = [f64::min, f64::max].map(|of| self.lengths.into_iter().fold(self.lengths[0], of));
+        match 2.0 * (least + most) < self.lengths.iter().sum() {
+            false => 0,
+            true if self.lengths[2] == least => 1,
+            true => 2,
         }
     }
 
@@ -266,7 +278,12 @@ fn open() -> &'static Open {
         let mut random = Random::new(3);
         let mut atlas = Open { pieces: Vec::new(), shapes: Vec::new() };
         while atlas.pieces.len() < OPEN * PIECES {
+            // As many of each kind: at random two thirds have no bar that turns, and one of twelve is a double rocker.
+            let kind = atlas.pieces.len() / PIECES % KINDS;
             let bars = Bars::random(&mut random);
+            if bars.kind() != kind {
+                continue;
+            }
             let (points, angles) = bars.curve();
             if points.len() != STEPS + 1 {
                 continue;

@@ -205,8 +205,8 @@ impl<'n, const G: usize, const L: usize> Factored<'n, G, L> {
 }
 
 /// How far along a step its bend is measured, and how large the bend may be beside it.
-const AHEAD: f64 = 0.1;
-const BEND: f64 = 0.375;
+pub(crate) const AHEAD: f64 = 0.1;
+pub(crate) const BEND: f64 = 0.375;
 
 fn moved<const G: usize, const L: usize>(
     from: &Unknowns<G, L>,

@@ -35,6 +35,7 @@ pub mod path;
 mod poses;
 mod random;
 pub mod stroke;
+mod valley;
 
 pub use cognates::{cognates, coupler_cognates};
 pub use defects::{Defect, Verdict, judge};

@@ -15,6 +15,7 @@ use crate::least::{End, Residuals, Terms, Unknowns, minimise};
 use crate::linkage::Linkage;
 use crate::poses::{Pose, extent, way};
 use crate::random::Random;
+use crate::valley::descend;
 use crate::{Point, dot, polar};
 
 /// What a point of the coupler shall follow.
@@ -62,8 +63,8 @@ pub struct Follower {
 const SHORTEST: f64 = 3e-3;
 /// A bar longer than this is none, in sizes of the path.
 const LONGEST: f64 = 1e3;
-/// A residual is zero below this, in sizes of the path.
-const ZERO: f64 = 1e-10;
+/// A residual is zero below this, in sizes of the path: pieces of curves of four-bars that are far apart differ by 1e-11.
+const ZERO: f64 = 1e-13;
 
 struct Bars {
     pins: [Point; 2],
@@ -242,6 +243,8 @@ const CANDIDATES: usize = 24;
 /// long valleys (more steps for a few of the starts find twice as many known four-bars in the same time as few steps for all).
 const ROUND: usize = 96;
 const ROUNDS: [(usize, usize); 3] = [(ROUND, 18), (12, 60), (3, 1500)];
+/// Steps along the floors of the valleys in which the last ones lie.
+const VALLEY: usize = 300;
 
 /// The four-bars that follow a path best, best first, each a local minimum of the distances; cognates are not among them.
 pub fn followers(path: &Path, effort: &Effort) -> Vec<Follower> {
@@ -254,6 +257,11 @@ pub fn followers(path: &Path, effort: &Effort) -> Vec<Follower> {
         Some(turns) => candidates.iter().filter_map(|own| timed(&scaled, turns, own)).collect(),
         None => candidates.iter().filter_map(|own| nearest(&scaled, own)).collect(),
     };
+    if found.is_empty() && path.crank.is_none() {
+        // Both dyads of all candidates have run into each other, to soak up the noise: from the curves themselves the distances do not lead there.
+        let mut starts = Starts::new(&scaled, path, effort);
+        found = starts.next().unwrap_or_default().iter().filter_map(|own| nearest(&scaled, own)).collect();
+    }
     found.sort_by(|a, b| a.rms.total_cmp(&b.rms));
     let mut apart: Vec<Follower> = Vec::new();
     for one in found {
@@ -327,6 +335,9 @@ fn candidates(scaled: &Scaled, path: &Path, effort: &Effort) -> Vec<Start> {
         for (number, (kept, steps)) in ROUNDS.into_iter().enumerate() {
             round.truncate(kept);
             round.iter_mut().for_each(|(sum, start)| *sum = minimise(&dyads, start, End::after(steps)));
+            if number + 1 == ROUNDS.len() && enough {
+                round.iter_mut().for_each(|(sum, start)| *sum = descend(&dyads, start, End::after(VALLEY)));
+            }
             round.retain(|(sum, start)| sum.is_finite() && !is_nothing(&start.shared, SHORTEST));
             round.sort_by(|a, b| a.0.total_cmp(&b.0));
             if let Some((_, first)) = round.first().filter(|(sum, _)| enough && *sum < ZERO * ZERO * count as f64) {

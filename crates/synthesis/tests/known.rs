@@ -1,5 +1,7 @@
 //! Tasks that are made from known linkages: what made them is found again.
 
+mod made;
+
 use std::f64::consts::TAU;
 
 use cotree_synthesis::path::{Effort, Path, followers};
@@ -8,6 +10,7 @@ use cotree_synthesis::{
     coupler_cognates, couplers, dyads, extent, freudenstein, judge, nearest_couplers, nearest_dyads, polar,
     slider_cranks, special, stroke, way,
 };
+use made::{closed, is_it_or_a_cognate, of_class, piece, somewhere};
 
 fn point(random: &mut Random) -> Point {
     Point::new(random.between(-1.0, 1.0), random.between(-1.0, 1.0))
@@ -325,60 +328,6 @@ fn cognates_draw_the_same_curve() {
     }
 }
 
-/// A four-bar of a class, its point at the origin of the body.
-fn of_class(random: &mut Random, class: &str) -> Linkage {
-    loop {
-        let lengths: [f64; 4] = std::array::from_fn(|_| random.between(0.1, 1.0));
-        let shortest = (0..4).min_by(|&a, &b| lengths[a].total_cmp(&lengths[b])).expect("four");
-        let (sum, longest) = (lengths.iter().sum::<f64>(), lengths.iter().copied().fold(0.0, f64::max));
-        let grashof = 2.0 * (lengths[shortest] + longest) < sum;
-        let fits = match class {
-            "crank" => grashof && shortest < 2,
-            "double rocker" => grashof && shortest == 2,
-            "rocker" => grashof && shortest == 3,
-            _ => !grashof && 2.0 * longest < sum,
-        };
-        if fits {
-            let tracer = (polar(1.5 * random.between(0.0, 1.0).sqrt(), random.between(0.0, TAU)) + 0.5) * lengths[2];
-            let zero = Point::new(0.0, 0.0);
-            return Linkage {
-                first: Dyad::Bar { moving: -tracer, ground: zero, length: lengths[1] },
-                second: Dyad::Bar {
-                    moving: Point::new(lengths[2], 0.0) - tracer,
-                    ground: Point::new(lengths[0], 0.0),
-                    length: lengths[3],
-                },
-            };
-        }
-    }
-}
-
-/// A pose somewhere on the linkage's curve.
-fn somewhere(linkage: &Linkage, random: &mut Random) -> Pose {
-    loop {
-        if let Some(pose) = linkage.pose(random.between(0.0, TAU), 1.0) {
-            return pose;
-        }
-    }
-}
-
-/// Lengths and the distances of the point from both pins.
-fn signature(linkage: &Linkage) -> [f64; 6] {
-    let [a, b, c, d] = linkage.lengths().map(|length| length.expect("a four-bar"));
-    let pin = |dyad: &Dyad| if let Dyad::Bar { moving, .. } = dyad { moving.norm() } else { 0.0 };
-    [a, b, c, d, pin(&linkage.first), pin(&linkage.second)]
-}
-
-fn is_it_or_a_cognate(found: &Linkage, known: &Linkage, pose: &Pose) -> bool {
-    let [(one, _), (other, _)] = coupler_cognates(known, Point::new(0.0, 0.0), pose).expect("a four-bar");
-    let own = signature(found);
-    let near = |linkage: &Linkage| {
-        let other = signature(linkage);
-        (0..6).all(|i| (own[i] - other[i]).abs() < 1e-5)
-    };
-    [*known, one, other].iter().any(|linkage| near(linkage) || near(&linkage.swapped()))
-}
-
 #[test]
 fn closed_paths_give_back_the_four_bar_or_a_cognate() {
     let mut random = Random::new(25);
@@ -387,14 +336,28 @@ fn closed_paths_give_back_the_four_bar_or_a_cognate() {
         for _ in 0..10 {
             let linkage = of_class(&mut random, class);
             let pose = somewhere(&linkage, &mut random);
-            let circuit = linkage.circuit(&pose, 30);
-            let points: Vec<Point> =
-                circuit.into_iter().filter_map(|(input, side)| linkage.pose(input, side)).map(|pose| pose.at).collect();
-            let path = Path { points, closed: true, ..Path::default() };
+            let path = Path { points: closed(&linkage, &pose, 30), closed: true, ..Path::default() };
             let found = followers(&path, &Effort::default());
             known += usize::from(found.first().is_some_and(|best| is_it_or_a_cognate(&best.linkage, &linkage, &pose)));
         }
         assert!(known >= 9, "{class}: {known} of 10");
+    }
+}
+
+/// Pieces of curves tell their four-bars apart by 1e-9 of their size, or less.
+#[test]
+fn open_paths_give_back_the_four_bar_or_a_cognate() {
+    let mut random = Random::new(101);
+    for (class, least) in [("crank", 8), ("double rocker", 3), ("rocker", 3), ("no Grashof", 7)] {
+        let mut known = 0;
+        for _ in 0..10 {
+            let linkage = of_class(&mut random, class);
+            let pose = somewhere(&linkage, &mut random);
+            let path = Path { points: piece(&linkage, &pose, 30, &mut random), ..Path::default() };
+            let found = followers(&path, &Effort::default());
+            known += usize::from(found.first().is_some_and(|best| is_it_or_a_cognate(&best.linkage, &linkage, &pose)));
+        }
+        assert!(known >= least, "{class}: {known} of 10");
     }
 }
 
@@ -405,12 +368,7 @@ fn noise_is_left_as_it_is() {
     for _ in 0..8 {
         let linkage = of_class(&mut random, "crank");
         let pose = somewhere(&linkage, &mut random);
-        let exact: Vec<Point> = linkage
-            .circuit(&pose, 30)
-            .into_iter()
-            .filter_map(|(input, side)| linkage.pose(input, side))
-            .map(|pose| pose.at)
-            .collect();
+        let exact = closed(&linkage, &pose, 30);
         let (_, size) = extent(exact.iter().copied());
         let points = exact.iter().map(|point| point + random.normal() * (1e-3 * size)).collect();
         let found = followers(&Path { points, closed: true, ..Path::default() }, &Effort::default());
@@ -419,4 +377,22 @@ fn noise_is_left_as_it_is() {
     shares.sort_by(f64::total_cmp);
     // 60 coordinates, of which 30 places on the curve and 9 numbers of the four-bar take their share: 0.59 is expected.
     assert!(shares[3] <= 0.65 && shares[7] <= 1.0, "{shares:?}");
+}
+
+/// Two closed paths of which all candidates run into two coincident dyads, which meet every path: started from the curves themselves they have their four-bars all the same.
+#[test]
+fn noise_that_coincident_dyads_would_soak_up_is_left_too() {
+    let mut random = Random::new(201);
+    for number in 0..=68 {
+        let linkage = of_class(&mut random, "crank");
+        let pose = somewhere(&linkage, &mut random);
+        let exact = closed(&linkage, &pose, 30);
+        let size = extent(exact.iter().copied()).1;
+        let points: Vec<Point> = exact.iter().map(|point| point + random.normal() * (1e-3 * size)).collect();
+        if number == 42 || number == 68 {
+            let found = followers(&Path { points, closed: true, ..Path::default() }, &Effort::default());
+            let share = found.first().map_or(f64::INFINITY, |best| best.rms / (1e-3 * size));
+            assert!(share <= 1.0, "{number}: {share}");
+        }
+    }
 }

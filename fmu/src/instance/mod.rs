@@ -378,7 +378,7 @@ impl Instance {
         let settings = self.settings();
         let run = (&mut self.now.run, &self.now.memory);
         self.stepper.prepare(&self.model, &mut self.machine, run, &settings);
-        self.begin_instants()
+        self.begin_instants().inspect_err(|_| self.now.phase = Phase::Initial { solved: false })
     }
 
     /// Makes the state consistent, if it is not.
@@ -434,7 +434,10 @@ impl Instance {
         if self.now.interpolate(time) {
             self.behind = true;
         } else {
-            let deadline = Deadline::after(self.model.program().experiment.budget);
+            let deadline = match &self.instants {
+                Some(own) => own.deadline,
+                None => Deadline::after(self.model.program().experiment.budget),
+            };
             let settings = Settings { deadline, ..self.settings() };
             let Snapshot { state, run, memory, .. } = &mut self.now;
             let done = self.stepper.step_to(&self.model, &mut self.machine, state, (run, memory), time, &settings);

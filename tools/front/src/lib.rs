@@ -170,7 +170,7 @@ mod tests {
         let (_, text) = cotree::gallery::MODELS.iter().find(|(name, _)| *name == "pendulum").unwrap();
         let runtime = Runtime::embedded().unwrap();
         let library = [runtime.platform.folder.as_bytes(), b"\0", &runtime.packed_library()].concat();
-        assert_eq!(asked(&library, front_take_runtime).0, 0);
+        assert_eq!(asked(&library, || front_take_runtime()).0, 0);
         for (number, version) in [(2, FmiVersion::V2), (3, FmiVersion::V3)] {
             let (code, bytes) = asked(text.as_bytes(), || front_fmu(number));
             let made = Made::of(&sketch::scene(text).unwrap(), false).unwrap();
@@ -182,13 +182,13 @@ mod tests {
 
     #[test]
     fn what_is_wrong_is_said() {
-        for call in [&front_page as &dyn Fn() -> i32, &|| front_fmu(2)] {
+        for call in [&(|| front_page()) as &dyn Fn() -> i32, &|| front_fmu(2)] {
             let (code, answer) = asked(b"name = 'a'\n[bodies.bar]\nmas = 2", call);
             let answer: Value = serde_json::from_slice(&answer).unwrap();
             assert_eq!((code, &answer["faults"][0]["place"]["line"]), (1, &3.into()), "{answer}");
         }
-        let (code, answer) = asked(b"amiga\0...", front_take_runtime);
+        let (code, answer) = asked(b"amiga\0...", || front_take_runtime());
         assert!(code == 1 && String::from_utf8(answer).unwrap().contains("no platform `amiga`"));
-        assert_eq!(asked(&[0xff, 0xfe], front_look).0, 0, "no text at all has faults like any other");
+        assert_eq!(asked(&[0xff, 0xfe], || front_look()).0, 0, "no text at all has faults like any other");
     }
 }

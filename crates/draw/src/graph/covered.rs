@@ -50,6 +50,7 @@ fn cells(frame: &Frame) -> impl Iterator<Item = [i64; 2]> + use<> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::alike::Alike;
 
     #[test]
     fn the_area_in_common_is_that_with_every_frame() {

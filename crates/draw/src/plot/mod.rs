@@ -150,6 +150,7 @@ fn same_scale(width: f64, along: &mut Ticks, up: &mut Ticks) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::alike::Alike;
 
     #[test]
     fn one_panel_for_each_unit() {

@@ -237,6 +237,7 @@ pub fn shortened(name: &str, most: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::alike::Alike;
 
     #[test]
     fn thinning_keeps_the_extremes() {

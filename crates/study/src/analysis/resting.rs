@@ -31,6 +31,7 @@ impl Study {
         })?;
         // Those of the equations come again with the program.
         self.warnings = known;
+        self.written = None;
         self.mechanism = self.mechanism.posed(|variable| values.get(&variable).copied());
         for (state, value) in self.mechanism.states.iter_mut().zip(states) {
             state.start = Formula::Number(value);

@@ -13,6 +13,7 @@ use cotree_fmu::model::{Model, State};
 use thiserror::Error;
 
 use super::driven::Driven;
+use super::kept::Kept;
 use super::report::{Linearization, Statics, Vibration};
 use super::{Equilibrium, Failure, Point, StateSpace, Variation, at_rest, modes};
 
@@ -21,6 +22,11 @@ use super::{Equilibrium, Failure, Point, StateSpace, Variation, at_rest, modes};
 pub struct Study {
     pub(super) mechanism: Mechanism,
     pub(super) outputs: Vec<Output>,
+    /// As the scene has it, before anything is set; none once the study begins elsewhere than the scene.
+    pub(super) written: Option<Arc<Mechanism>>,
+    /// What was set, SI.
+    set: Vec<(String, f64)>,
+    pub(super) kept: Kept,
     driven: Driven,
     pub(super) source: Source,
     pub(super) warnings: Vec<Fault>,
@@ -59,7 +65,16 @@ impl Study {
     /// Everything that is wrong with it; an output that it does not have.
     pub fn asking(scene: &Scene, asked: &Asked) -> Result<Self, Faults> {
         let Resolved { mechanism, outputs, warnings } = scene.resolve_asking(asked)?;
-        Ok(Study { mechanism, outputs, driven: Driven::default(), source: scene.source.clone(), warnings })
+        Ok(Study {
+            written: Some(Arc::new(mechanism.clone())),
+            mechanism,
+            outputs,
+            set: Vec::new(),
+            kept: Kept::default(),
+            driven: Driven::default(),
+            source: scene.source.clone(),
+            warnings,
+        })
     }
 
     pub fn name(&self) -> &str {
@@ -126,6 +141,7 @@ impl Study {
             let value = read(&unit)?;
             unit.permit(value, [None, None])?;
             line.value = Formula::Number(value);
+            self.note(name, value);
             return Ok(());
         }
         let open = mechanism.open_inputs().len();
@@ -139,7 +155,19 @@ impl Study {
         let value = read(unit)?;
         unit.permit(value, bounds)?;
         *place = value;
+        self.note(name, value);
         Ok(())
+    }
+
+    /// Of what is set twice the last counts.
+    fn note(&mut self, name: &str, value: f64) {
+        self.set.retain(|(known, _)| known != name);
+        self.set.push((name.to_owned(), value));
+    }
+
+    /// What was set: names and values \[SI\].
+    pub(super) fn settings(&self) -> &[(String, f64)] {
+        &self.set
     }
 
     /// Does what was set change which loop equations are imposed? A program for the values of the scene would be refused.
