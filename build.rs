@@ -25,6 +25,8 @@ fn main() -> Result<(), String> {
     let out = PathBuf::from(variable("OUT_DIR")?);
     let place = match env::var_os(OVERRIDE) {
         Some(path) => copy(Path::new(&path), &out)?,
+        // In a browser nothing is loaded from a library: the page brings those of other platforms along.
+        None if variable("CARGO_CFG_TARGET_FAMILY")? == "wasm" => none(&out)?,
         None if variable(OPTIMISED)? == "true" => shared(&out)?,
         None => copy(&build(&out)?, &out)?,
     };
@@ -38,6 +40,12 @@ fn packages() -> Option<String> {
     let own = env::var("CARGO_HOME").ok();
     let usual = || env::home_dir().map(|home| home.join(".cargo").display().to_string());
     own.or_else(usual).filter(|folder| !folder.is_empty())
+}
+
+/// An empty file, which no export takes for a library.
+fn none(out: &Path) -> Result<String, String> {
+    fs::write(out.join("runtime"), b"").map_err(|error| format!("cannot write into {}: {error}", out.display()))?;
+    Ok("/runtime".to_owned())
 }
 
 /// Puts a library into the output folder. Returns its place there.

@@ -10,7 +10,7 @@ use cotree::formulate::{formulate, formulate_with};
 use cotree::model::{Coordinates, Mechanism};
 use cotree::network::{Origin, System, Trees};
 use cotree::scene::Scene;
-use cotree::solve::{MotionSystem, Pose};
+use cotree::solve::MotionSystem;
 use cotree::tape::{Cost, kernel_cost};
 use cotree_fmu::model::Model;
 use nalgebra::{DMatrix, DVector};
@@ -26,19 +26,17 @@ fn main() {
 
 /// The cost of the kernel in branch coordinates [ns].
 fn cost(system: &System, trees: &Trees) -> Option<f64> {
-    let mut formulated = formulate_with(Equations::new(system.clone(), trees.clone())).ok()?;
+    let mut formulated = formulate_with(Equations::new(system.clone(), trees.clone()), &[]).ok()?;
     if formulated.lowered.program.is_driven() {
         return None;
     }
     if formulated.lowered.solve_tree.is_none() {
         return Some(Cost::of(&formulated.lowered.program.tapes.acceleration).nanoseconds());
     }
-    let state = &formulated.state;
-    let (positions, followers) = (state.positions().to_vec(), state.follower_positions().to_vec());
-    let pose = Pose { time: state.time(), positions, followers, states: state.states().to_vec() };
+    let state = formulated.state.clone();
     let equations = &mut formulated.equations;
     let system = MotionSystem::in_branch_coordinates(equations, formulated.lowered.program.length);
-    let solver = system.factorise(equations, &pose).ok()?;
+    let solver = system.factorise(equations, &state).ok()?;
     let results = solver.motion(&mut equations.system.arena, equations.constraints.len());
     Some(kernel_cost(equations, &results).nanoseconds())
 }
@@ -53,7 +51,7 @@ fn chains() {
         let scene = chain(n);
         let Ok(resolved) = scene.resolve() else { continue };
         let begin = Instant::now();
-        let Ok(formulated) = formulate(&resolved.mechanism) else { continue };
+        let Ok(formulated) = formulate(&resolved.mechanism, &resolved.outputs) else { continue };
         let seconds = begin.elapsed().as_secs_f64();
         let tape = &formulated.lowered.program.tapes.acceleration;
         let substituted = if n <= 50 { in_branches(&resolved.mechanism) } else { None };
@@ -91,7 +89,7 @@ fn fit() {
     let (mut rows, mut times) = (Vec::new(), Vec::new());
     for scene in scenes {
         let Ok(resolved) = scene.resolve() else { continue };
-        let Ok(formulated) = formulate(&resolved.mechanism) else { continue };
+        let Ok(formulated) = formulate(&resolved.mechanism, &resolved.outputs) else { continue };
         let tape = formulated.lowered.program.tapes.acceleration.clone();
         if tape.instructions().len() < 10 {
             continue;

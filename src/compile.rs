@@ -68,7 +68,8 @@ pub fn compile_resolved(mut resolved: Resolved, source: &Source) -> Result<(Comp
     if !impossible_parts.is_empty() {
         return Err(resolved.refused(source, impossible_parts));
     }
-    let mut formulated = formulate(&resolved.mechanism).map_err(|errors| resolved.refused(source, errors))?;
+    let mut formulated =
+        formulate(&resolved.mechanism, &resolved.outputs).map_err(|errors| resolved.refused(source, errors))?;
     resolved.warnings.append(&mut formulated.warnings);
     let mut program = formulated.lowered.program.clone();
     let bytes = program.to_bytes().map_err(|error| resolved.refused(source, vec![internal(&error.to_string())]))?;
@@ -89,9 +90,9 @@ pub fn compile_resolved(mut resolved: Resolved, source: &Source) -> Result<(Comp
 /// # Errors
 /// Everything that is wrong with the scene.
 pub fn everything(scene: &Scene) -> Result<(Vec<String>, Vec<Fault>), Faults> {
-    let mechanism = scene.resolve_asking(&Asked::Everything)?.mechanism;
+    let Resolved { mechanism, outputs, .. } = scene.resolve_asking(&Asked::Everything)?;
     let is_own = |name: &str| scene.outputs.variables.iter().any(|own| own.text == name);
-    let lacking = lacking(&mechanism).map_err(|list| Faults::new(scene.source.clone(), list))?;
+    let lacking = lacking(&mechanism, &outputs).map_err(|list| Faults::new(scene.source.clone(), list))?;
     let mut left_out: BTreeMap<(usize, Property), Vec<&str>> = BTreeMap::new();
     for (output, body, property) in lacking {
         if !is_own(&output.name) {
@@ -106,7 +107,7 @@ pub fn everything(scene: &Scene) -> Result<(Vec<String>, Vec<Fault>), Faults> {
         .collect();
     let missing: HashSet<&str> =
         left_out.values().flatten().copied().chain(undetermined.iter().map(String::as_str)).collect();
-    let names = mechanism.outputs.iter().map(|output| output.name.as_str()).filter(|name| !missing.contains(name));
+    let names = outputs.iter().map(|output| output.name.as_str()).filter(|name| !missing.contains(name));
     let names = names.map(str::to_owned).collect();
     let warnings = left_out.iter().map(|(&(body, property), names)| {
         let key = if property == Property::Mass { "mass" } else { "inertia" };
@@ -282,17 +283,39 @@ impl Compiled {
         runtimes: &[Runtime],
         path: &Path,
     ) -> Result<(), ExportError> {
+        archive::write(&self.package(version, extras, runtimes, &self.program.to_bytes()?), path)
+    }
+
+    /// The bytes of that file.
+    ///
+    /// # Errors
+    /// A description or a picture that cannot be written.
+    pub fn pack_fmu(
+        &self,
+        version: FmiVersion,
+        extras: Vec<Extra>,
+        runtimes: &[Runtime],
+    ) -> Result<Vec<u8>, ExportError> {
+        archive::pack(&self.package(version, extras, runtimes, &self.program.to_bytes()?))
+    }
+
+    fn package<'a>(
+        &'a self,
+        version: FmiVersion,
+        extras: Vec<Extra>,
+        runtimes: &'a [Runtime],
+        program: &'a [u8],
+    ) -> Package<'a> {
         let is_json = self.source.own_text().trim_start().starts_with('{');
         let extension = if is_json { "json" } else { "toml" };
-        let package = Package {
+        Package {
             version,
             description: &self.description,
-            program: &self.program.to_bytes()?,
+            program,
             scene: (!self.source.text.is_empty()).then_some(SceneText { extension, source: &self.source }),
             extras,
             runtimes,
-        };
-        archive::write(&package, path)
+        }
     }
 
     /// What a simulation reports: indices of variables of the description.

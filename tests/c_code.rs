@@ -7,7 +7,6 @@ use std::process::{Command, Stdio};
 
 use cotree::equations::Equations;
 use cotree::expr::{Expr, Symbol};
-use cotree::formulate::formulate;
 use cotree::scene::Scene;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::{Model, State};
@@ -15,7 +14,7 @@ use cotree_text::written::{self, Notation};
 
 use crate::support::point::value;
 use crate::support::random::Random;
-use crate::support::run::{models, scene_of, sound};
+use crate::support::run::{formulated, models, scene_of, sound};
 
 const POINTS: usize = 100;
 
@@ -29,15 +28,16 @@ fn compiled_equations_have_the_bits_of_the_kernels() {
 
 fn check(model: &str, folder: &Path) {
     let scene = sound(Scene::from_toml(&scene_of(model)));
-    let mechanism = scene.resolve().unwrap().mechanism;
-    let mut formulated = formulate(&mechanism).unwrap();
+    let resolved = scene.resolve().unwrap();
+    let name = &resolved.mechanism.name;
+    let mut formulated = formulated(&resolved);
     let model = Model::new(formulated.lowered.program.clone()).unwrap();
     let loops: Vec<usize> = formulated.equations.loops().map(|(index, _)| index).collect();
     let sizes = Sizes::new(&model, &formulated.lowered.solved, loops.len());
-    let code = written::equations(&scene, Notation::C).unwrap() + &sizes.driver(&mechanism.name);
+    let code = written::equations(&scene, Notation::C).unwrap() + &sizes.driver(name);
     // The C library's power and arc cosine are others than ours: both are right to about a unit of the last place.
     let exact = !["pow(", "acos("].iter().any(|function| code.contains(function));
-    let program = compile(&mechanism.name, &code, folder);
+    let program = compile(name, &code, folder);
 
     let results = results(&mut formulated.equations);
     let mut random = Random(7);
@@ -62,7 +62,7 @@ fn check(model: &str, folder: &Path) {
             let bits = found.next().expect("the program printed all results");
             let found = f64::from_bits(bits);
             let same = if exact { bits == expected.to_bits() } else { is_close(found, expected) };
-            assert!(same, "{}, result {index}: {found:?} instead of {expected:?}", mechanism.name);
+            assert!(same, "{}, result {index}: {found:?} instead of {expected:?}", name);
         }
     }
     assert_eq!(found.next(), None);

@@ -157,7 +157,7 @@ fn the_description_says_so() {
     let compiled = compile(&scene(SCENE)).expect("a scene");
     let kind = |name: &str| {
         let variable = compiled.description.variables.iter().find(|own| own.name == name).expect("a variable");
-        (variable.causality.name(), variable.causality.variability(), variable.description.as_str())
+        (variable.causality.name(), variable.variability.name(), variable.description.as_str())
     };
     assert_eq!(kind("half"), ("calculatedParameter", "tunable", "half the length; calculated: `length/2`"));
     assert_eq!(kind("length").0, "parameter");

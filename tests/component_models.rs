@@ -88,8 +88,8 @@ fn file(model: &str) -> PathBuf {
 /// The names of the outputs, in the scene's order.
 fn header(model: &str) -> String {
     let scene = cotree::scene::Scene::read(file(model).with_file_name("scene.toml")).unwrap();
-    let mechanism = scene.resolve().unwrap().mechanism;
-    let names: Vec<&str> = mechanism.outputs.iter().map(|output| output.name.as_str()).collect();
+    let resolved = scene.resolve().unwrap();
+    let names: Vec<&str> = resolved.outputs.iter().map(|output| output.name.as_str()).collect();
     format!("time,{}", names.join(","))
 }
 

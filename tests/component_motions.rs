@@ -12,7 +12,7 @@ use cotree::scene::{Body, Joint, Load, Scene, Side};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 
-use run::{sound, value};
+use run::{formulated, sound, value};
 
 const G: f64 = 9.81;
 
@@ -395,8 +395,7 @@ fn disc_on_a_chain() -> Scene {
 fn couplings_in_a_solve_tree() {
     let names = ["contact.fn", "contact.ft", "contact.a", "disc.alpha", "pin9.fx", "pin0.fy", "link4.alpha"];
     let scene = with_outputs(disc_on_a_chain(), &names);
-    let mechanism = scene.resolve().unwrap().mechanism;
-    assert!(cotree::formulate::formulate(&mechanism).unwrap().lowered.solve_tree.is_some());
+    assert!(formulated(&scene.resolve().unwrap()).lowered.solve_tree.is_some());
     let (mut deep, mut absolute) = (Run::new(&scene), Run::new(&scene.clone().preset("absolute")));
     for name in names {
         let expected = absolute.get(name);

@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use crate::support::random::Random;
 use crate::support::random_parts::random_parts;
-use crate::support::run::mechanism;
+use crate::support::run::resolved;
 use cotree::equations::Equations;
 use cotree::expr::{Expr, Symbol};
 use cotree::formulate::formulate;
 use cotree::model::Coordinates;
 use cotree::network::{ElementId, LinearGraph, Origin, System, Trees};
-use cotree::scene::Span;
+use cotree::scene::{Resolved, Span};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 
@@ -49,13 +49,14 @@ fn chosen(system: &System, trees: &Trees) -> Coordinates {
 fn random_mechanisms_agree_with_absolute_coordinates_for_random_trees() {
     for seed in 0..MECHANISMS {
         let case = random_parts(seed, 1 + (seed % 3) as usize);
-        let mut mechanism = mechanism(&case.scene);
+        let Resolved { mut mechanism, outputs, .. } = resolved(&case.scene);
         let mut random = Random(seed);
         for tree in 0..=TREES {
             let system = System::new(&mechanism);
             let coordinates = chosen(&system, &random_trees(&system, &mut random));
             mechanism.coordinates = if tree == 0 { Coordinates::Recommended } else { coordinates };
-            let formulated = formulate(&mechanism).unwrap_or_else(|faults| panic!("{seed} {tree}: {faults:?}"));
+            let formulated =
+                formulate(&mechanism, &outputs).unwrap_or_else(|faults| panic!("{seed} {tree}: {faults:?}"));
             let model = Model::new(formulated.lowered.program).unwrap();
             let mut instance = Instance::new(Arc::new(model));
             instance.setup(0.0, None, None).unwrap();
@@ -80,7 +81,7 @@ fn random_mechanisms_agree_with_absolute_coordinates_for_random_trees() {
 fn couplings_do_no_work() {
     for seed in 0..MECHANISMS {
         let case = random_parts(seed, 2);
-        let mechanism = mechanism(&case.scene);
+        let mechanism = resolved(&case.scene).mechanism;
         let mut random = Random(seed);
         let system = System::new(&mechanism);
         let trees = random_trees(&system, &mut random);

@@ -96,7 +96,7 @@ fn somewhere(model: &Arc<Model>, description: &Description, sample: u32) -> Opti
     let mut instance = Instance::new(model.clone());
     for (place, variable) in description.variables.iter().enumerate() {
         match variable.causality {
-            Causality::Parameter { start, min, max, .. } => {
+            Causality::Parameter { start, min, max } => {
                 let value = if start == 0.0 { random(place) } else { start * (0.95 + 0.1 * random(place)) };
                 let value = value.max(min.unwrap_or(f64::NEG_INFINITY)).min(max.unwrap_or(f64::INFINITY));
                 instance.set(place, value).ok()?;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use cotree::formulate::{Formulated, formulate};
 use cotree::model::{Coordinates, Mechanism};
-use cotree::scene::{Body, Driver, Scene};
+use cotree::scene::{Body, Driver, Resolved, Scene};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 
@@ -97,7 +97,8 @@ fn block_sizes(formulated: &Formulated) -> Vec<usize> {
 
 #[test]
 fn a_leg_keeps_its_three_pairs_apart_where_absolute_coordinates_tie_more_together_and_move_alike() {
-    let mechanism = leg().resolve().unwrap().mechanism;
+    let Resolved { mechanism, outputs, .. } = leg().resolve().unwrap();
+    let formulate = |mechanism: &Mechanism| formulate(mechanism, &outputs);
     let absolute = with(&mechanism, Coordinates::Absolute);
     let [fine, coarse] = [&mechanism, &absolute].map(|mechanism| block_sizes(&formulate(mechanism).unwrap()));
     assert_eq!(fine, [2, 2, 2]);

@@ -4,21 +4,17 @@ use std::fmt::Write;
 
 use crate::support::chain::{chain, ring};
 use crate::support::random::{Family, random_case};
-use crate::support::run::{mechanism, models, scene_of, sound};
+use crate::support::run::{formulated, models, resolved, scene_of, sound};
 use cotree::expr::{Expr, Order, Symbol};
-use cotree::formulate::{Formulated, formulate};
-use cotree::model::{BodyId, Mechanism};
-use cotree::scene::Scene;
-use cotree::solve::{MotionSystem, Pose, in_solve_tree};
+use cotree::formulate::Formulated;
+use cotree::model::BodyId;
+use cotree::scene::{Resolved, Scene};
+use cotree::solve::{MotionSystem, in_solve_tree};
 use cotree::tape::Cost;
 use cotree_fmu::tape::Tape;
 
-fn resolve(scene: &Scene) -> Mechanism {
-    sound(scene.resolve()).mechanism
-}
-
-fn formulated(mechanism: &Mechanism) -> Formulated {
-    formulate(mechanism).unwrap_or_else(|faults| panic!("{}: {}", mechanism.name, faults[0].message))
+fn resolve(scene: &Scene) -> Resolved {
+    sound(scene.resolve())
 }
 
 /// Values at the initial state; `solved` are accelerations, then reactions.
@@ -44,23 +40,13 @@ fn assert_close(what: &str, found: &[f64], expected: &[f64], tolerance: f64) {
     assert_eq!(found.len(), expected.len(), "{what}");
 }
 
-fn pose(formulated: &Formulated) -> Pose {
-    let state = &formulated.state;
-    Pose {
-        time: state.time(),
-        positions: state.positions().to_vec(),
-        followers: state.follower_positions().to_vec(),
-        states: state.states().to_vec(),
-    }
-}
-
 /// Accelerations, reactions and a projection by a solve tree against those in branch coordinates.
-fn check_solve_trees(mechanism: &Mechanism) {
-    let mut formulated = formulated(mechanism);
+fn check_solve_trees(resolved: &Resolved) {
+    let mut formulated = formulated(resolved);
     if formulated.lowered.program.is_driven() {
         return;
     }
-    let pose = pose(&formulated);
+    let pose = formulated.state.clone();
     let length = formulated.lowered.program.length;
     let rows = formulated.equations.constraints.len();
     let residuals: Vec<Expr> =
@@ -83,7 +69,7 @@ fn check_solve_trees(mechanism: &Mechanism) {
     }
     for other in &solutions[1..] {
         for (found, expected) in other.iter().zip(&solutions[0]) {
-            assert_close(&mechanism.name, found, expected, 1e-9);
+            assert_close(&resolved.mechanism.name, found, expected, 1e-9);
         }
     }
 }
@@ -92,7 +78,7 @@ fn check_solve_trees(mechanism: &Mechanism) {
 fn solve_trees_give_the_accelerations_reactions_and_projections_of_the_branch_coordinates() {
     for family in [Family::Chain, Family::Tree, Family::Loops, Family::Redundant, Family::Driven] {
         for seed in 0..15 {
-            check_solve_trees(&mechanism(&random_case(seed, family).scene));
+            check_solve_trees(&resolved(&random_case(seed, family).scene));
         }
     }
     check_solve_trees(&resolve(&chain(12)));
@@ -102,8 +88,7 @@ fn solve_trees_give_the_accelerations_reactions_and_projections_of_the_branch_co
 #[test]
 fn the_kernel_of_a_chain_grows_with_its_length() {
     let count = |n: usize| {
-        let mechanism = resolve(&chain(n));
-        let formulated = formulated(&mechanism);
+        let formulated = formulated(&resolve(&chain(n)));
         assert!(formulated.lowered.solve_tree.is_some());
         formulated.lowered.program.tapes.acceleration.instructions().len()
     };
@@ -118,8 +103,7 @@ fn the_kernels_of_the_models_have_the_known_lengths() {
     let mut table =
         format!("{:24}{:>10}{:>10}{:>10}{:>10}{:>10}\n", "model", "loops", "motion", "sines", "project", "outputs");
     for name in models() {
-        let mechanism = mechanism(&scene_of(&name));
-        let program = formulated(&mechanism).lowered.program;
+        let program = formulated(&resolved(&scene_of(&name))).lowered.program;
         let tapes = &program.tapes;
         let length = |tape: &Tape| tape.instructions().len();
         let loops = length(&tapes.constraint) + length(&tapes.jacobian.tape) + length(&tapes.gamma);

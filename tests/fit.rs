@@ -91,13 +91,13 @@ fn measured(seed: u64) -> Table {
 
 fn request(table: Table, vary: &[&str]) -> Request {
     let vary = vary.iter().map(|text| Vary::read(text).unwrap()).collect();
-    Request { table, vary, deviations: Vec::new() }
+    Request { tables: vec![table], vary, deviations: Vec::new() }
 }
 
 fn fitted(request: &Request) -> Fit {
     let scene = Scene::from_toml(SCENE).unwrap();
-    let asked = Asked::these(request.table.names());
-    fit(&mut Study::asking(&scene, &asked).unwrap(), request).unwrap()
+    let asked = Asked::these(request.tables[0].names());
+    fit(&mut [Study::asking(&scene, &asked).unwrap()], request).unwrap()
 }
 
 /// Of 3 times 40 intervals that hold the truth in 95 of 100 cases 114 do so, give or take 2.4: the noise is the same every time.
@@ -114,7 +114,7 @@ fn truth_is_within_its_limits_as_often_as_they_say() {
             farthest = farthest.max((own.value - truth).abs() / error);
             squares[place] += ((own.value - truth) / error).powi(2) / 40.0;
         }
-        for (column, deviation) in found.columns.iter().zip([0.1, 0.002]) {
+        for (column, deviation) in found.measured[0].columns.iter().zip([0.1, 0.002]) {
             assert!((column.deviation / deviation - 1.0).abs() < 0.3, "{}: {}", column.name, column.deviation);
         }
     }
@@ -172,7 +172,9 @@ fn bounds_are_kept_and_said() {
 fn a_search_that_comes_to_where_there_is_no_motion_says_so() {
     let limited = SCENE.replace("[parameters]\n", "[parameters]\ntwice = { value = \"2*stiffness\", min = 520 }\n");
     let mut study = Study::new(&Scene::from_toml(&limited).unwrap()).unwrap();
-    let error = fit(&mut study, &request(measured(3), &["stiffness", "damping"])).unwrap_err().to_string();
+    let error = fit(std::slice::from_mut(&mut study), &request(measured(3), &["stiffness", "damping"]))
+        .unwrap_err()
+        .to_string();
     assert!(error.contains("no minimum") && error.contains("parameter `twice` must be at least 520"), "{error}");
 }
 
@@ -386,9 +388,9 @@ step = 0.5
 fn a_search_that_is_stopped_keeps_the_best_values() {
     let scene = Scene::from_toml(SCENE).unwrap();
     let request = request(measured(3), &["stiffness", "damping"]);
-    let mut study = Study::asking(&scene, &Asked::these(request.table.names())).unwrap();
+    let mut study = Study::asking(&scene, &Asked::these(request.tables[0].names())).unwrap();
     let (mut best, mut lengths) = (Vec::new(), Vec::new());
-    let found = fit_watched(&mut study, &request, &mut |trial: Trial| {
+    let found = fit_watched(std::slice::from_mut(&mut study), &request, &mut |trial: Trial| {
         if trial.is_accepted {
             best = trial.values.to_vec();
         }
@@ -457,4 +459,116 @@ fn a_driven_mass_is_found_from_values_with_gaps() {
     assert!(stderr(&run(&[])).contains("the scene has no input `pull`"));
     fs::write(&input, "time,push [m]\n0,0\n").unwrap();
     assert!(stderr(&run(&[])).contains("but the input in `N`"));
+}
+
+/// A mass on a spring, seen alone and with three kilograms more: each vibration tells one quotient only, k / m and k / (m + 3 kg).
+const LOADED: &str = r#"
+name = "loaded"
+dimension = 1
+[parameters]
+k = "200 N/m"
+m = "1.5 kg"
+more = "0 kg"
+[bodies.block]
+mass = "m + more"
+[loads.spring]
+type = "spring"
+between = ["ground", "block"]
+stiffness = "k"
+length = 0.0
+[initial]
+"block.x" = "0.1 m"
+"block.vx" = 0.0
+[outputs]
+variables = ["block.x"]
+[experiment]
+stop = "1 s"
+tolerance = 1e-10
+"#;
+
+/// Where the block is at these times: stiffness 250 N/m, mass 2 kg and what is added.
+fn vibration(start: f64, more: f64, times: &[f64]) -> Vec<f64> {
+    times.iter().map(|time| start * ((250.0 / (2.0 + more)).sqrt() * time).cos()).collect()
+}
+
+#[test]
+fn two_experiments_determine_together_what_neither_does_alone() {
+    let scene = Scene::from_toml(LOADED).unwrap();
+    let times: Vec<f64> = (1..20).map(|index| 0.05 * f64::from(index)).collect();
+    let name = || vec!["block.x".to_owned()];
+    let alone = Table::new(name(), times.clone(), vec![vibration(0.1, 0.0, &times)]).unwrap();
+    let mut seen = vibration(0.04, 3.0, &times[..15]);
+    seen[4] = f64::NAN;
+    let loaded = Table::with_gaps(name(), times[..15].to_vec(), vec![seen]).unwrap();
+    let study = |settings: &[(&str, f64)]| {
+        let mut study = Study::asking(&scene, &Asked::these(name())).unwrap();
+        settings.iter().for_each(|(name, value)| study.set(name, |_| Ok(*value)).unwrap());
+        study
+    };
+    let vary = || vec![Vary::read("k").unwrap(), Vary::read("m").unwrap()];
+    let asked = |tables: Vec<Table>| Request { tables, vary: vary(), deviations: Vec::new() };
+    let set = [("more", 3.0), ("block.x", 0.04)];
+    for (table, settings) in [(&alone, &[][..]), (&loaded, &set[..])] {
+        let error = fit(&mut [study(settings)], &asked(vec![table.clone()])).unwrap_err().to_string();
+        assert!(error.contains("do not determine `k`, `m`"), "{error}");
+    }
+    let found = fit(&mut [study(&[]), study(&set)], &asked(vec![alone.clone(), loaded.clone()])).unwrap();
+    let values: Vec<f64> = found.quantities.iter().map(|own| own.value).collect();
+    assert!((values[0] - 250.0).abs() < 1e-4 && (values[1] - 2.0).abs() < 1e-6, "{values:?}");
+    let counts: Vec<usize> = found.measured.iter().map(|own| own.columns[0].count()).collect();
+    assert_eq!((counts, found.measured[1].times.len()), (vec![19, 14], 15));
+    let text = found.report().text(&cotree::model::Units::default());
+    assert!(text.contains("fitted to 33 measured ones of 2 experiments") && text.contains("block.x (2)"), "{text}");
+    // What is varied cannot be set to different values; the times of each experiment are checked.
+    let error = fit(&mut [study(&[]), study(&[("m", 3.0)])], &asked(vec![alone.clone(), loaded.clone()])).unwrap_err();
+    assert!(error.to_string().contains("experiment 2: `m` is varied, but set to 3.0 kg here"), "{error}");
+    let late = Table::new(name(), vec![2.0], vec![vec![0.0]]).unwrap();
+    let error = fit(&mut [study(&[]), study(&[])], &asked(vec![alone, late])).unwrap_err().to_string();
+    assert!(error.contains("experiment 2: 1 of 1 times"), "{error}");
+}
+
+/// The same measured twice has the same minimum, and errors smaller by the root of two.
+#[test]
+fn an_experiment_that_is_repeated_counts_twice() {
+    let scene = Scene::from_toml(SCENE).unwrap();
+    let study = || Study::asking(&scene, &Asked::these(measured(3).names())).unwrap();
+    let asked = |count: usize| Request {
+        tables: vec![measured(3); count],
+        deviations: vec![("block.x".to_owned(), "2 mm".to_owned()), ("block.vx".to_owned(), "0.1 m/s".to_owned())],
+        ..request(measured(3), &["stiffness", "damping"])
+    };
+    let [once, twice] = [1, 2].map(|count| fit(&mut vec![study(); count], &asked(count)).unwrap());
+    for (one, two) in once.quantities.iter().zip(&twice.quantities) {
+        assert!((one.value / two.value - 1.0).abs() < 1e-7, "{one:?} {two:?}");
+        let ratio = one.error.unwrap() / two.error.unwrap();
+        assert!((ratio - 2.0_f64.sqrt()).abs() < 1e-6, "{ratio}");
+    }
+}
+
+#[test]
+fn the_command_fits_several_tables() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("loaded.toml"), LOADED).unwrap();
+    let times: Vec<f64> = (1..20).map(|index| 0.05 * f64::from(index)).collect();
+    for (file, start, more) in [("alone.csv", 0.1, 0.0), ("loaded.csv", 0.04, 3.0)] {
+        let row = |(time, x): (&f64, f64)| format!("{time},{x}\n");
+        let rows: String = times.iter().zip(vibration(start, more, &times)).map(row).collect();
+        fs::write(folder.path().join(file), format!("time,block.x\n{rows}")).unwrap();
+    }
+    let both = ["fit", "loaded.toml", "--to", "alone.csv", "--to", "loaded.csv", "--vary", "k,m"];
+    let run = |options: &[&str]| cotree(folder.path(), &[&both[..], options].concat());
+    let own = ["--set", "2:more=3 kg", "--set", "2:block.x=40 mm"];
+    let found = run(&[&own[..], &["--json", "--plot", "seen.svg"]].concat());
+    assert_eq!(code(&found), 0, "{}", stderr(&found));
+    let found: serde_json::Value = serde_json::from_str(&stdout(&found)).unwrap();
+    let value = |index: usize| found["quantities"][index]["value"].as_f64().unwrap();
+    assert!((value(0) - 250.0).abs() < 1e-4 && (value(1) - 2.0).abs() < 1e-6, "{found}");
+    assert_eq!(found["experiments"].as_array().map(Vec::len), Some(2));
+    assert!(found["experiments"][1]["columns"][0]["residuals"][3].is_number() && found["times"].is_null(), "{found}");
+    let picture = fs::read_to_string(folder.path().join("seen.svg")).unwrap();
+    assert!(picture.contains("block.x (2) [m]"));
+    let told = |options: &[&str]| stderr(&run(options));
+    assert!(told(&["--set", "3:more=3"]).contains("there is no experiment 3: --to is given 2 times"));
+    assert!(told(&["--input", "alone.csv"]).contains("--input is given 1 time, --to 2 times"));
+    assert!(told(&["--set", "2:m=3"]).contains("experiment 2: `m` is varied"));
 }

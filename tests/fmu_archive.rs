@@ -7,7 +7,7 @@ use std::io::{Cursor, Read};
 use std::path::Path;
 
 use cotree::export::archive::{Package, pack, write};
-use cotree::export::description::{Causality, Description, ScalarVariable, Start};
+use cotree::export::description::{Causality, Description, ScalarVariable, Start, Type, Variability};
 use cotree::export::runtime::{LIBRARY, Platform, Runtime};
 use cotree::export::scene_text::SceneText;
 use cotree::export::xml::fmi2 as xml;
@@ -29,24 +29,14 @@ fn unit(si: &str, exponents: Exponents, display: Option<(&str, f64)>) -> Unit {
 }
 
 fn variable(name: &str, unit: Unit, causality: Causality) -> ScalarVariable {
-    ScalarVariable {
-        name: name.into(),
-        description: format!("the <{name}> & \"more\"\nof it"),
-        unit,
-        causality,
-        start: None,
-        derivative_of: None,
-        dependencies: vec![].into(),
-        all_dependencies: vec![].into(),
-        state: None,
-    }
+    ScalarVariable::new(name.into(), format!("the <{name}> & \"more\"\nof it"), unit, causality)
 }
 
 /// A pendulum: states angle and omega, an input torque, two parameters.
 fn pendulum() -> Description {
     let rad = |si, exponents| unit(si, exponents, None);
-    let length = Causality::Parameter { tunable: false, start: 0.5, min: Some(0.1), max: None };
-    let damping = Causality::Parameter { tunable: true, start: 1e-7, min: None, max: Some(3.0) };
+    let length = Causality::Parameter { start: 0.5, min: Some(0.1), max: None };
+    let damping = Causality::Parameter { start: 1e-7, min: None, max: Some(3.0) };
     let torque = Causality::Input { start: 0.0, min: None, max: None };
     let angle = ScalarVariable {
         state: None,
@@ -83,8 +73,14 @@ fn pendulum() -> Description {
         moves_states: false,
         variables: vec![
             variable("time", unit("s", Exponents::SECOND, None), Causality::Independent),
-            variable("length", unit("m", Exponents::METRE, Some(("mm", 1e-3))), length),
-            variable("damping", unit("N.m.s", Exponents::JOULE.times(Exponents::SECOND), None), damping),
+            ScalarVariable {
+                variability: Variability::Fixed,
+                ..variable("length", unit("m", Exponents::METRE, Some(("mm", 1e-3))), length)
+            },
+            ScalarVariable {
+                variability: Variability::Tunable,
+                ..variable("damping", unit("N.m.s", Exponents::JOULE.times(Exponents::SECOND), None), damping)
+            },
             variable("torque", unit("N.m", Exponents::JOULE, None), torque),
             angle,
             omega,
@@ -237,6 +233,60 @@ fn model_structure_lists_what_the_standard_wants() {
     assert_eq!(unknowns(&document, "Derivatives"), [(6, vec![6]), (7, vec![4, 5, 6])]);
     let initial = below(&document, "/InitialUnknowns/Unknown");
     assert_eq!(initial, [5, 6, 7].map(|index: usize| vec![("index".to_owned(), index.to_string())]));
+}
+
+/// As the pendulum, with a mode that counts and a contact that is open or closed, both read at events, and a switch that is set.
+fn with_events() -> Description {
+    let mut description = pendulum();
+    let named = |name: &str, kind: Type, causality: Causality| ScalarVariable {
+        kind,
+        variability: Variability::Discrete,
+        ..variable(name, Unit::length(), causality)
+    };
+    let switch = Causality::Input { start: 1.0, min: Some(0.0), max: Some(1.0) };
+    let gear = Causality::Input { start: 3.0, min: Some(-1.0), max: Some(5.0) };
+    description.variables.extend([
+        named("mode", Type::Integer, Causality::Output),
+        named("closed", Type::Boolean, Causality::Output),
+        named("switch", Type::Boolean, switch),
+        named("gear", Type::Integer, gear),
+        named("sample", Type::Real, Causality::Output),
+    ]);
+    description
+}
+
+#[test]
+fn integers_and_booleans_are_described_as_each_version_does() {
+    let description = with_events();
+    let second = xml::model_description(&description).unwrap();
+    let third = cotree::export::xml::fmi3::model_description(&description).unwrap();
+    let named = |tags: Vec<Vec<(String, String)>>, name: &str| {
+        tags.into_iter().find(|tag| get(tag, "name") == Some(name)).expect("it is there")
+    };
+    for name in ["mode", "closed", "switch", "gear", "sample"] {
+        let scalar = named(below(&second, "/ScalarVariable"), name);
+        assert_eq!(get(&scalar, "variability"), Some("discrete"), "{name}");
+    }
+    // No unit, and of a Boolean no bounds.
+    let tag = |pairs: &[(&str, &str)]| pairs.iter().map(|(a, b)| ((*a).into(), (*b).into())).collect::<Vec<_>>();
+    let none = Vec::new;
+    let bounded = tag(&[("min", "-1"), ("max", "5"), ("start", "3")]);
+    assert_eq!(below(&second, "/ScalarVariable/Integer"), [none(), bounded]);
+    assert_eq!(below(&second, "/ScalarVariable/Boolean"), [none(), tag(&[("start", "true")])]);
+    for (element, name, wanted) in [
+        ("Int32", "mode", vec![("causality", "output"), ("initial", "calculated")]),
+        ("Boolean", "closed", vec![("causality", "output")]),
+        ("Boolean", "switch", vec![("causality", "input"), ("start", "true")]),
+        ("Int32", "gear", vec![("min", "-1"), ("max", "5"), ("start", "3")]),
+        ("Float64", "sample", vec![("unit", "m"), ("causality", "output")]),
+    ] {
+        let found = named(below(&third, &format!("/ModelVariables/{element}")), name);
+        wanted.into_iter().for_each(|(key, text)| assert_eq!(get(&found, key), Some(text), "{name}"));
+        assert_eq!(get(&found, "variability"), Some("discrete"), "{name}");
+        // What changes at events is read at events.
+        assert_eq!(get(&found, "intermediateUpdate"), None, "{name}");
+        assert_eq!(get(&found, "unit").is_some(), element == "Float64", "{name}");
+    }
 }
 
 #[test]

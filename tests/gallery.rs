@@ -64,8 +64,8 @@ fn instance(model: &str, stop: f64) -> Instance {
 
 /// Compares every output of a model with its closed form, and with `expected.csv`; angles up to whole turns, which add up.
 fn check(model: &str, rows: usize, stop: f64, limit: f64, expected: impl Fn(f64) -> Vec<f64>) {
-    let mechanism = sound(scene(model).resolve()).mechanism;
-    let names: Vec<String> = mechanism.outputs.iter().map(|output| output.name.clone()).collect();
+    let resolved = sound(scene(model).resolve());
+    let names: Vec<String> = resolved.outputs.iter().map(|output| output.name.clone()).collect();
     let mut run = instance(model, stop);
     let mut table: Vec<Vec<f64>> = Vec::new();
     for row in 0..rows {

@@ -52,6 +52,7 @@ mod implicit;
 mod import;
 mod importer_values;
 mod initial_values;
+mod instants;
 mod latex;
 mod laws;
 mod laws_without_value;

@@ -52,7 +52,7 @@ pub fn integrate(instance: &mut Instance, stop: f64, h: f64) -> Result<(), Insta
         let end: Vec<f64> = start.iter().zip(&sum).map(|(x, k)| x + h * k).collect();
         instance.set_states(&end)?;
         if instance.complete_step()? {
-            instance.close_loops()?;
+            instance.handle_event()?;
         }
     }
     Ok(())

@@ -278,8 +278,8 @@ between = ["ground", "link"]
 "#;
     let folder = Folder::new("cart", &[("cart.toml", host), ("arm.toml", arm)]);
     let scene = sound(folder.read("cart.toml"));
-    let mechanism = sound(scene.resolve()).mechanism;
-    let names: Vec<&str> = mechanism.outputs.iter().map(|output| output.name.as_str()).collect();
+    let resolved = sound(scene.resolve());
+    let names: Vec<&str> = resolved.outputs.iter().map(|output| output.name.as_str()).collect();
     assert_eq!(names, ["arm_link.x", "arm_link.y"]);
     let model = std::sync::Arc::new(cotree_fmu::model::Model::new(sound(compile(&scene)).program).expect("sound"));
     let mut instance = run::started(&model, None, 1.0, 1e-9);
@@ -298,8 +298,8 @@ fn outputs_that_parts_share_are_listed_once() {
     let uses = "name = \"two\"\n[parts.left]\nfile = \"wishbone.toml\"\n[parts.right]\nfile = \"wishbone.toml\"\n";
     let scene = format!("{uses}[outputs]\nvariables = [\"left.arm.angle\"]\n");
     let folder = Folder::new("shared_outputs", &[("wishbone.toml", &part), ("two.toml", &scene)]);
-    let mechanism = sound(folder.read("two.toml").and_then(|scene| scene.resolve())).mechanism;
-    let names: Vec<&str> = mechanism.outputs.iter().map(|output| output.name.as_str()).collect();
+    let resolved = sound(folder.read("two.toml").and_then(|scene| scene.resolve()));
+    let names: Vec<&str> = resolved.outputs.iter().map(|output| output.name.as_str()).collect();
     let expected = [
         "left_arm.angle",
         "left_strut.force",

@@ -13,15 +13,14 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use cotree::expr::{Expr, Order, Symbol};
-use cotree::formulate::{Formulated, formulate};
-use cotree::model::Mechanism;
+use cotree::formulate::Formulated;
 use cotree::scene::Scene;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::Model;
 use cotree_text::written::{self, Notation};
 
 use command::printed;
-use run::{file, models, scene_of, sound};
+use run::{file, formulated, models, scene_of, sound};
 
 /// How many random inputs.
 const POINTS: usize = 5;
@@ -365,19 +364,23 @@ fn for_all_models(notation: Notation, check: impl Fn(&Case, &str, &[f64], bool))
     for (text, name) in own.chain(scenes) {
         let scene = sound(Scene::from_toml(&text));
         let code = written::equations(&scene, notation).unwrap_or_else(|faults| panic!("{faults}"));
-        let mechanism: Mechanism = scene.resolve().unwrap_or_else(|faults| panic!("{faults}")).mechanism;
+        let resolved = sound(scene.resolve());
         // Functions with states take one argument more: `c_code` compares those.
-        if !mechanism.states.is_empty() {
+        if !resolved.mechanism.states.is_empty() {
             continue;
         }
-        let mut formulated = formulate(&mechanism).unwrap();
+        let mut formulated = formulated(&resolved);
         let points = points(&formulated, 7 + name.len() as u64);
         check_tapes(&name, &mut formulated, &points[0]);
         let expected: Vec<f64> = points.iter().flat_map(|point| expected(&mut formulated, point)).collect();
         assert!(expected.iter().all(|value| value.is_finite()), "{name}: {expected:?}");
         let folder = tempfile::tempdir().unwrap();
-        let case =
-            Case { name: &mechanism.name, folder: folder.path(), sizes: Sizes::new(&formulated), points: &points };
+        let case = Case {
+            name: &resolved.mechanism.name,
+            folder: folder.path(),
+            sizes: Sizes::new(&formulated),
+            points: &points,
+        };
         check(&case, &code, &expected, is_elementary(&formulated));
     }
 }

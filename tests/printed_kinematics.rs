@@ -13,7 +13,7 @@ use cotree::compile;
 use cotree::equations::Constraint;
 use cotree::formulate::formulate;
 use cotree::network::{Direction, Held};
-use cotree::scene::Scene;
+use cotree::scene::{Resolved, Scene};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 use cotree_text::written::{self, Notation};
@@ -89,8 +89,8 @@ struct Case {
 impl Case {
     /// The names of what follows from the motion are listed in the order in which they are printed.
     fn new(mut scene: Scene, slides: &[&str], efforts: &[&str]) -> Case {
-        let mechanism = scene.resolve().unwrap().mechanism;
-        let formulated = formulate(&mechanism).unwrap();
+        let Resolved { mechanism, outputs, .. } = scene.resolve().unwrap();
+        let formulated = formulate(&mechanism, &outputs).unwrap();
         let driven = formulated.lowered.solved.is_empty();
         assert!(mechanism.inputs.is_empty(), "{}", mechanism.name);
         let state = &formulated.state;
@@ -117,7 +117,7 @@ impl Case {
         names.extend(slides.iter().chain(efforts).map(|&name| name.to_owned()));
         let asked: BTreeSet<&String> = names.iter().collect();
         let reactions = constraints.len();
-        let is_new = |name: &&String| mechanism.outputs.iter().all(|output| output.name != **name);
+        let is_new = |name: &&String| outputs.iter().all(|output| output.name != **name);
         scene = asked.into_iter().filter(is_new).fold(scene, |scene, name| scene.output(name));
         let mut instance = Instance::new(Arc::new(Model::new(compile::compile(&scene).unwrap().program).unwrap()));
         instance.setup(0.0, None, Some(1e-10)).unwrap();

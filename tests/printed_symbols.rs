@@ -2,10 +2,10 @@
 //! scene's numbers, and with a name for every number.
 
 use crate::support::ROOT;
+use crate::support::run::formulated;
 use std::collections::HashMap;
 
 use cotree::compile;
-use cotree::formulate::formulate;
 use cotree::run::Results;
 use cotree::scene::{Asked, Scene};
 use cotree_text::Prose;
@@ -20,8 +20,7 @@ fn model(name: &str) -> Scene {
 }
 
 fn named(scene: &Scene, written: Written) -> String {
-    let mechanism = scene.resolve().unwrap().mechanism;
-    written::named(&mut formulate(&mechanism).unwrap(), written).unwrap()
+    written::named(&mut formulated(&scene.resolve().unwrap()), written).unwrap()
 }
 
 fn value(tree: &Value, names: &HashMap<String, f64>) -> f64 {
@@ -206,8 +205,7 @@ fn every_number_has_a_name_and_the_loads_are_apart() {
 }
 
 fn reduced(scene: &Scene, symbols: bool) -> Value {
-    let mechanism = scene.resolve().unwrap().mechanism;
-    let json = written::reduced(&mut formulate(&mechanism).unwrap(), Written::Json, symbols).unwrap().unwrap();
+    let json = written::reduced(&mut formulated(&scene.resolve().unwrap()), Written::Json, symbols).unwrap().unwrap();
     serde_json::from_str(&json).unwrap()
 }
 

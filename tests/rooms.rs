@@ -81,13 +81,13 @@ const CRATES: [Crate; 8] = [
     (
         "cotree_draw",
         "crates/draw/src",
-        &["carrier", "svg", "png", "drawing", "dxf", "line", "pose", "graph", "plot", "study"],
+        &["alike", "carrier", "svg", "letters", "png", "drawing", "dxf", "line", "pose", "graph", "plot", "study"],
     ),
     ("cotree_text", "crates/text/src", &[]),
     (
         "cotree_page",
         "crates/page/src",
-        &["page", "accuracy", "icon", "documentation", "overview", "moving", "film", "export"],
+        &["page", "accuracy", "icon", "documentation", "overview", "moving", "sketch", "film", "export"],
     ),
     ("cotree_cli", "crates/cli/src", &[]),
 ];

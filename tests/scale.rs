@@ -4,12 +4,12 @@
 #[allow(dead_code, reason = "the benchmark has more scenes")]
 mod scenes;
 
+use crate::support::run::formulated;
 use std::fmt::Write;
 use std::sync::Arc;
 
 use cotree::compile::compile;
 use cotree::export::xml::fmi2::model_description;
-use cotree::formulate::formulate;
 use cotree::scene::Scene;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::machine::Machine;
@@ -27,8 +27,7 @@ fn program(text: &str) -> Program {
 /// Expressions, instructions, registers, bytes of the program and of the model description.
 fn counts(text: &str) -> [usize; 5] {
     let scene = Scene::from_toml(text).unwrap();
-    let mechanism = scene.resolve().unwrap().mechanism;
-    let expressions = formulate(&mechanism).unwrap().equations.system.arena.len();
+    let expressions = formulated(&scene.resolve().unwrap()).equations.system.arena.len();
     let compiled = compile(&scene).unwrap();
     let (program, tapes) = (&compiled.program, &compiled.program.tapes);
     let tapes = [&tapes.acceleration, &tapes.constraint, &tapes.project_position, &tapes.project_velocity];

@@ -7,9 +7,9 @@ use cotree::model::{
     BodyId, Coordinates, Dimension, Exponents, Formula, InputId, JointId, LoadId, Mechanism, Motion, Owner,
     ParameterId, Place, Quantity, Unit, Variable,
 };
-use cotree::scene::{Body, Driver, InputAs, Joint, Load, Parameter, Scene};
+use cotree::scene::{Body, Driver, InputAs, Joint, Load, Parameter, Resolved, Scene};
 
-use run::mechanism;
+use run::{mechanism, resolved};
 
 const SLIDER_CRANK: &str = include_str!("scenes/slider_crank.toml");
 
@@ -80,7 +80,7 @@ fn minus(formula: Formula) -> Formula {
 
 #[test]
 fn the_slider_crank_resolves() {
-    let mechanism = mechanism(SLIDER_CRANK);
+    let Resolved { mechanism, outputs, .. } = resolved(SLIDER_CRANK);
     assert_eq!(mechanism.dimension, Dimension::Two);
     assert_eq!(mechanism.gravity, [Formula::Number(0.0), Formula::Number(-9.81)]);
     assert_eq!(mechanism.bodies.iter().map(|body| body.name.as_str()).collect::<Vec<_>>(), ["crank", "rod", "slider"]);
@@ -103,8 +103,7 @@ fn the_slider_crank_resolves() {
     );
     assert_eq!(force.vector("vector")[0], minus(Formula::Input(InputId(0))));
     assert!(!mechanism.initial[1].known && mechanism.initial[0].known);
-    let outputs: Vec<_> = mechanism
-        .outputs
+    let outputs: Vec<_> = outputs
         .iter()
         .map(|output| (output.name.as_str(), output.unit.si.as_str(), output.description.as_str()))
         .collect();
@@ -139,15 +138,15 @@ fn outputs_have_units_and_descriptions() {
         "[outputs]\nstroke = { value = \"crank.end.x - block.x\", unit = \"mm\", description = \"how far\" }\n\
          bare = { value = \"2*crank.x\", unit = \"cm\" }\npower = { value = \"crank.omega*pin.fx*a\" }\nunknown = \"2*crank.x\"\n",
     );
-    let mechanism = mechanism(&text);
+    let outputs = resolved(&text).outputs;
     let shown = |index: usize| {
-        let output = &mechanism.outputs[index];
+        let output = &outputs[index];
         let display = output.unit.display.as_ref().map(|display| (display.name.as_str(), display.factor));
         (output.name.as_str(), output.unit.si.as_str(), display, output.description.as_str())
     };
     assert_eq!(shown(0), ("stroke", "m", Some(("mm", 1e-3)), "how far"));
     assert_eq!(shown(1), ("bare", "m", Some(("cm", 1e-2)), "2*crank.x"));
-    assert_eq!(mechanism.outputs[2].unit.exponents, Exponents::WATT.times(Exponents::RADIAN), "rad/s N m");
+    assert_eq!(outputs[2].unit.exponents, Exponents::WATT.times(Exponents::RADIAN), "rad/s N m");
     assert_eq!(shown(3), ("unknown", "", None, "2*crank.x"));
     let scene = Scene::from_toml(&text).unwrap();
     let built = Scene::new("crank").output_expression_in("mm", "stroke", "crank.end.x - block.x", "how far");
@@ -249,10 +248,10 @@ fn one_dimension_has_springs_masses_and_no_turning() {
          [drivers.d]\non = \"b\"\nposition = [\"0.1*t\"]\n\
          [initial]\n\"a.x\" = 0.1\n\"k.length\" = 0.2\n\
          [outputs]\nvariables = [\"a.x\", \"a.vx\", \"k.force\", \"d.fx\"]\n";
-    let mechanism = mechanism(text);
+    let Resolved { mechanism, outputs, .. } = resolved(text);
     assert_eq!(mechanism.dimension, Dimension::One);
     assert_eq!(mechanism.gravity, [Formula::Number(-9.81), Formula::Number(0.0)]);
-    assert_eq!(mechanism.outputs.len(), 4);
+    assert_eq!(outputs.len(), 4);
 }
 
 #[test]
@@ -289,8 +288,8 @@ fn every_variable_of_the_naming_table_exists() {
         .iter()
         .flat_map(|(owner, words)| words.split(' ').map(move |word| format!("\"{owner}.{word}\"")))
         .collect();
-    let mechanism = mechanism(&format!("{text}[outputs]\nvariables = [{}]\n", names.join(", ")));
-    assert_eq!(mechanism.outputs.len(), names.len());
+    let resolved = resolved(&format!("{text}[outputs]\nvariables = [{}]\n", names.join(", ")));
+    assert_eq!(resolved.outputs.len(), names.len());
 }
 
 #[test]
@@ -412,8 +411,8 @@ fn every_branch_coordinate_is_a_variable() {
                 [loads.turn]\ntype = \"torsion_spring\"\nbetween = [\"crank\", \"block\"]\nstiffness = 3\n";
     let plane = ["gas.x", "gas.vy", "gas.ax", "coil.x", "coil.y", "coil.ay", "turn.angle", "turn.omega", "turn.alpha"];
     let names: Vec<String> = plane.iter().map(|name| format!("\"{name}\"")).collect();
-    let mechanism = mechanism(&crank(&format!("{text}[outputs]\nvariables = [{}]\n", names.join(", "))));
-    assert_eq!(mechanism.outputs.len(), plane.len());
+    let resolved = resolved(&crank(&format!("{text}[outputs]\nvariables = [{}]\n", names.join(", "))));
+    assert_eq!(resolved.outputs.len(), plane.len());
     let line = "name = \"line\"\ndimension = 1\n[bodies.m]\nmass = 1\n[loads.k13]\ntype = \"spring\"\n\
                 between = [\"ground\", \"m\"]\nstiffness = 3\n[outputs]\nvariables = [\"k13.length\", \"k13.rate\", \"k13.acceleration\"]\n";
     assert!(Scene::from_toml(line).unwrap().resolve().is_ok());

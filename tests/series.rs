@@ -87,7 +87,7 @@ fn ladder(loops: usize) -> String {
 
 fn check(name: &str, mechanism: &mut Mechanism, coordinates: Coordinates) -> bool {
     mechanism.coordinates = coordinates;
-    let Ok(formulated) = formulate(mechanism) else { return false };
+    let Ok(formulated) = formulate(mechanism, &[]) else { return false };
     let program = formulated.lowered.program.clone();
     if program.is_driven() {
         return false;
@@ -153,7 +153,7 @@ fn a_slide_between_two_bodies_is_one_loop_equation() {
     {
         let mut mechanism = mechanism(&text);
         assert!(check("excavator", &mut mechanism, coordinates));
-        let formulated = formulate(&mechanism).expect("a sound scene");
+        let formulated = formulate(&mechanism, &[]).expect("a sound scene");
         let form = formulated.lowered.program.arms.expect("an arm form");
         assert_eq!(form.unknowns_and_equations(), unknowns, "{:?}", mechanism.coordinates);
     }
@@ -191,7 +191,7 @@ fn series_of_chains_solve_the_equations() {
 
 /// Has the arm form of a scene its arms as a tree?
 fn is_tree(text: &str) -> bool {
-    let form = formulate(&mechanism(text)).expect("a sound scene").lowered.program.arms.expect("an arm form");
+    let form = formulate(&mechanism(text), &[]).expect("a sound scene").lowered.program.arms.expect("an arm form");
     assert!(form.links.is_empty() != form.coupling.is_empty());
     !form.links.is_empty()
 }
@@ -216,7 +216,7 @@ fn series_of_bars_that_hang_from_each_other_solve_the_equations() {
 #[test]
 fn a_step_costs_so_much_for_each_bar() {
     let cost = |bars: usize| {
-        let program = formulate(&hanging(bars, |_| 1.0, &[])).expect("a chain").lowered.program;
+        let program = formulate(&hanging(bars, |_| 1.0, &[]), &[]).expect("a chain").lowered.program;
         Jet::new(&Model::new(program).expect("a model")).expect("an arm form").cost()
     };
     // From some length on the masses of every two bars would be too many to be stored.
@@ -227,7 +227,7 @@ fn a_step_costs_so_much_for_each_bar() {
 #[test]
 fn a_step_costs_so_much_for_each_loop() {
     let cost = |loops: usize| {
-        let program = formulate(&mechanism(&ladder(loops))).expect("a ladder").lowered.program;
+        let program = formulate(&mechanism(&ladder(loops)), &[]).expect("a ladder").lowered.program;
         Jet::new(&Model::new(program).expect("a model")).expect("an arm form").cost()
     };
     let costs = [100, 200, 400].map(cost);

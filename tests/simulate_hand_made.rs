@@ -41,6 +41,7 @@ fn program() -> data::Program {
         followers: vec![],
         coordinates: vec![data::Coordinate { name: "mass.x".into(), scale: 1.0 }],
         states: 0,
+        instants: Default::default(),
         constraints: vec![],
         length: 1.0,
         variables: vec![
@@ -64,22 +65,16 @@ fn program() -> data::Program {
 fn description() -> Description {
     let causalities = [
         Causality::Independent,
-        Causality::Parameter { tunable: false, start: 1.0, min: Some(0.0), max: None },
+        Causality::Parameter { start: 1.0, min: Some(0.0), max: None },
         Causality::Input { start: 0.0, min: None, max: None },
         Causality::Output,
         Causality::Output,
     ];
-    let variables = program().variables.into_iter().zip(causalities).map(|(variable, causality)| ScalarVariable {
-        name: variable.name,
-        description: String::new(),
-        unit: Unit::default(),
-        causality,
-        start: None,
-        derivative_of: None,
-        dependencies: vec![].into(),
-        all_dependencies: vec![].into(),
-        state: None,
-    });
+    let variables = program()
+        .variables
+        .into_iter()
+        .zip(causalities)
+        .map(|(variable, causality)| ScalarVariable::new(variable.name, String::new(), Unit::default(), causality));
     Description {
         model_name: "mass".into(),
         identifier: "mass".into(),

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Builds the runtimes that `cotree export --platform` packs, <folder>/<platform>/cotree_runtime.{so,dll}, and the one that
-# `cotree view` puts into its pages, <folder>/web/cotree_runtime.wasm.
+# `cotree view` puts into its pages, <folder>/web/cotree_runtime.wasm, with what `cotree draw` needs beside it, <folder>/web/cotree_front.wasm.
 #
 # usage: tools/build-runtimes.sh [-o FOLDER] [PLATFORM...]     default: -o target/runtimes linux64 aarch64-linux win64 web
 #
@@ -18,6 +18,18 @@ folder=target/runtimes
 built_file() { case $1 in win64) echo cotree_runtime.dll ;; web) echo cotree_web.wasm ;; *) echo libcotree_runtime.so ;; esac; }
 file() { case $1 in win64) echo cotree_runtime.dll ;; web) echo cotree_runtime.wasm ;; *) echo cotree_runtime.so ;; esac; }
 
+# The way from a scene to its FMU. It goes into one page, whose size counts more than its speed; bits do not depend on that.
+build_front() {
+    say "web, front"
+    local options=(--config 'profile.release.panic="abort"' --config 'profile.release.lto=true' --config 'profile.release.codegen-units=1') small
+    options+=(--config 'profile.release.opt-level="z"')
+    for small in cotree-fmu cotree-runtime cotree-synthesis libm matrixmultiply nalgebra zlib-rs; do
+        options+=(--config "profile.release.package.$small.opt-level=\"z\"")
+    done
+    build_for web tools/front/Cargo.toml "${options[@]}"
+    cp "$work/$(triple web)/release/cotree_front.wasm" "$folder/web/cotree_front.wasm"
+}
+
 build() {
     local platform=$1 package=runtime options=()
     say "$platform"
@@ -29,6 +41,7 @@ build() {
     mkdir -p "$folder/$platform"
     cp "$work/$(triple "$platform")/release/$(built_file "$platform")" "$folder/$platform/$(file "$platform")"
     [ "$platform" = win64 ] || [ "$platform" = web ] || check_glibc "$folder/$platform/$(file "$platform")"
+    if [ "$platform" = web ]; then build_front; fi
 }
 
 if [ "${1-}" = -o ]; then

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Frames a second of a page of `cotree view` while it plays, and what a frame costs, in headless Chromium by its DevTools protocol.
 
-    tools/frames.py page.html [--seconds 5] [--trace] [--size 1360x800] [--all]
+    tools/frames.py page.html [--seconds 5] [--trace] [--size 1360x800] [--all] [--pull BODY | --change POINT]
 
 Without other programs beside it: the numbers are those of this machine at this time.
 """
@@ -23,6 +23,29 @@ PLAYING = """new Promise(done => {
   const stamps = [], begin = performance.now();
   cotree.play();
   const look = now => { stamps.push(now); now - begin < %d ? requestAnimationFrame(look) : done(stamps); };
+  requestAnimationFrame(look);
+})"""
+
+# A pointer goes round in circles, one step a picture: it pulls a body, or moves the handle of a point.
+DRAGGING = """new Promise(done => {
+  const body = %s, point = %s, stage = document.getElementById("stage"), { pose, touching, MODEL } = cotree, { scale, bodies } = MODEL.geometry;
+  cotree.pause();
+  cotree.seek(0);
+  document.querySelector(`[data-mode-of=${point ? "change" : "pull"}]`).click();
+  const index = bodies.findIndex(({ name }) => name === body), handle = touching.handles.find(({ name }) => name === point)?.button;
+  if (!(point ? handle : bodies[index])) { done(`there is none; there are ${point ? touching.handles.map(({ name }) => name) : bodies.map(({ name }) => name)}`); return; }
+  const target = point ? handle : stage, rectangle = handle?.getBoundingClientRect();
+  const middle = rectangle ? [rectangle.x + rectangle.width / 2, rectangle.y + rectangle.height / 2] : (({ x, y }) => [x, y])(new DOMPoint(scale * pose[index][0], -scale * pose[index][1]).matrixTransform(document.getElementById("scene").getScreenCTM()));
+  const send = (kind, [u, v]) => target.dispatchEvent(new PointerEvent(kind, { pointerId: 5, clientX: middle[0] + u, clientY: middle[1] + v, bubbles: true }));
+  target.setPointerCapture = () => {};
+  const stamps = [], begin = performance.now();
+  send("pointerdown", [0, 0]);
+  const look = now => {
+    stamps.push(now);
+    const angle = 3 * (now - begin) / 1000;
+    if (now - begin < %d) { send("pointermove", [14 * Math.sin(angle), 14 * (1 - Math.cos(angle))]); requestAnimationFrame(look); }
+    else { send("pointerup", [0, 0]); requestAnimationFrame(() => done(stamps)); }
+  };
   requestAnimationFrame(look);
 })"""
 
@@ -125,6 +148,8 @@ def main():
     parser.add_argument("--seconds", type=float, default=5)
     parser.add_argument("--size", default="1360x800")
     parser.add_argument("--all", action="store_true", help="with velocities and ghost poses too")
+    parser.add_argument("--pull", metavar="BODY", help="while this body is pulled")
+    parser.add_argument("--change", metavar="POINT", help="while this point is moved, such as ground.hinge")
     parser.add_argument("--trace", action="store_true", help="what the threads did")
     options = parser.parse_args()
     if not options.page.is_file():
@@ -141,9 +166,14 @@ def look_at(browser, options):
     browser.open(options.page)
     if options.all:
         browser.run("for (const layer of ['velocities', 'ghosts']) document.querySelector(`[data-layer=${layer}]`).click()")
-    browser.run(PLAYING % 1000)
+    is_drag = options.pull or options.change
+    ways = (json.dumps(options.pull), json.dumps(options.change))
+    script = (lambda length: DRAGGING % (*ways, length)) if is_drag else (lambda length: PLAYING % length)
+    stamps = browser.run(script(1000))
+    if isinstance(stamps, str):
+        raise SystemExit(stamps)
     before = browser.costs()
-    stamps = browser.run(PLAYING % (1000 * options.seconds))
+    stamps = browser.run(script(1000 * options.seconds))
     after = browser.costs()
     frames = len(stamps) - 1
     gaps = sorted(b - a for a, b in zip(stamps, stamps[1:]))
@@ -153,7 +183,7 @@ def look_at(browser, options):
     for name, metric in [("script", "ScriptDuration"), ("style", "RecalcStyleDuration"), ("layout", "LayoutDuration"), ("main thread", "TaskDuration")]:
         print(f"{name:<17} {1000 * (after[metric] - before[metric]) / frames:.2f} ms a frame")
     if options.trace:
-        spent = browser.trace(lambda: browser.run(PLAYING % (1000 * options.seconds)))
+        spent = browser.trace(lambda: browser.run(script(1000 * options.seconds)))
         for (thread, name), time in spent.most_common(40):
             print(f"{time / frames:8.2f} ms a frame  {thread}: {name}")
 

@@ -56,8 +56,8 @@ fn row(name: &str, size: usize) -> Result<String, Failure> {
     let text = if name == "chain" { scenes::chain(size) } else { scenes::four_bars(size) };
     let start = Instant::now();
     let scene = Scene::from_toml(&text)?;
-    let mechanism = scene.resolve()?.mechanism;
-    let formulated = formulate(&mechanism).map_err(|faults| format!("{faults:?}"))?;
+    let resolved = scene.resolve()?;
+    let formulated = formulate(&resolved.mechanism, &resolved.outputs).map_err(|faults| format!("{faults:?}"))?;
     let formulating = start.elapsed();
     drop(formulated);
 
@@ -80,7 +80,7 @@ fn row(name: &str, size: usize) -> Result<String, Failure> {
     instance.initialise()?;
     let starting = start.elapsed();
     let (evaluation, step) = (evaluation(&model), step(instance)?);
-    let bodies = mechanism.bodies.len();
+    let bodies = resolved.mechanism.bodies.len();
     Ok(format!(
         "| {name} of {size} | {bodies} | {loops} | {} s | {} s | {memory} | {} kB | {} kB | {} s | {instructions} | {:.0} us | {:.0} us | {:.2} us |",
         seconds(formulating),

@@ -7,6 +7,7 @@
 //! * [`taylor`], [`events`]: Taylor series of a motion from the arm form of its mechanism, laws in pieces and steep laws.
 //! * [`motion`]: what is known of a run, as plain data.
 //! * [`constraints`]: consistent initial values, projection.
+//! * `hybrid`: when sampled values change, when a comparison begins to hold.
 //! * [`integrator`], [`singular`]: from one communication point to the next, also through singular configurations.
 //! * [`instance`]: one simulation, as the command line and the FMI functions use it.
 //! * `fmi`, [`fmi2`], [`fmi3`]: the functions of FMI 2.0 and 3.0 for Co-Simulation and Model Exchange.
@@ -30,6 +31,7 @@ pub mod failure;
 pub(crate) mod fmi;
 pub mod fmi2;
 pub mod fmi3;
+pub(crate) mod hybrid;
 pub mod instance;
 pub mod integrator;
 mod linalg;

@@ -29,24 +29,33 @@ Numbers are in SI units, angles in radians; wherever a number is given, a text w
 """
 
 from ._build import Builder
+from ._commands import Assembly, Best, Profile, Report, dxf, png
 from ._cotree import __version__
 from ._faults import CotreeError, Fault, Place, RunError, SceneError
+from ._linkages import Linkages, inspect, load_linkage, synthesize
 from ._model import Model, Variable, from_dict, load, loads
 from ._results import Results, ResultsList, Table
 from ._run import Run
-from ._studies import Equilibrium, Fit, Mode, Modes, Peak, Sensitivities, StateSpace
+from ._studies import Equilibrium, Experiment, Fit, Fitted, Mode, Modes, Peak, Sensitivities, StateSpace
 
 __all__ = [
+    "Assembly",
+    "Best",
     "Builder",
     "CotreeError",
     "Equilibrium",
+    "Experiment",
     "Fault",
     "Fit",
+    "Fitted",
+    "Linkages",
     "Mode",
     "Model",
     "Modes",
     "Peak",
     "Place",
+    "Profile",
+    "Report",
     "Results",
     "ResultsList",
     "Run",
@@ -57,7 +66,12 @@ __all__ = [
     "Table",
     "Variable",
     "__version__",
+    "dxf",
     "from_dict",
+    "inspect",
     "load",
+    "load_linkage",
     "loads",
+    "png",
+    "synthesize",
 ]

@@ -5,14 +5,29 @@ from __future__ import annotations
 import copy
 import os
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Any, Unpack
 
-import numpy as np
-
-from ._model import Model, Value, from_dict
-
-#: Components, such as `[0, "-length/2"]`.
-Vector = Sequence[Value] | np.ndarray
+from ._given import Value
+from ._keys import (
+    BodyKeys,
+    DriverKeys,
+    InputKeys,
+    JointKeys,
+    JointType,
+    LoadKeys,
+    LoadType,
+    OutputKeys,
+    ParameterKeys,
+    PartKeys,
+    PrismaticKeys,
+    RevoluteKeys,
+    SignalKeys,
+    SolverKeys,
+    StateKeys,
+    Vector,
+    WeldKeys,
+)
+from ._model import Model, from_dict
 
 
 class Builder:
@@ -69,23 +84,23 @@ class Builder:
         self._scene["gravity"] = list(gravity)
         return self
 
-    def parameter(self, name: str, value: Value, **keys: Any) -> Builder:
+    def parameter(self, name: str, value: Value, **keys: Unpack[ParameterKeys]) -> Builder:
         """A parameter; keys are unit, description, min, max, tunable."""
         return self._add("parameters", name, {"value": value, **keys} if keys else value)
 
-    def input(self, name: str, start: Value = 0.0, **keys: Any) -> Builder:
+    def input(self, name: str, start: Value = 0.0, **keys: Unpack[InputKeys]) -> Builder:
         """An input with its start value; keys are unit, description, min, max."""
         return self._add("inputs", name, {"start": start, **keys})
 
-    def state(self, name: str, rate: Value, start: Value = 0.0, **keys: Any) -> Builder:
+    def state(self, name: str, rate: Value, start: Value = 0.0, **keys: Unpack[StateKeys]) -> Builder:
         """A quantity with its rate and its value at the start; keys are unit, nominal, description."""
         return self._add("states", name, {"rate": rate, "start": start, **keys})
 
-    def signal(self, name: str, value: Value, **keys: Any) -> Builder:
+    def signal(self, name: str, value: Value, **keys: Unpack[SignalKeys]) -> Builder:
         """A law with a name that others use; keys are unit, description."""
         return self._add("signals", name, {"value": value, **keys} if keys else value)
 
-    def part(self, name: str, file: str | os.PathLike[str], **keys: Any) -> Builder:
+    def part(self, name: str, file: str | os.PathLike[str], **keys: Unpack[PartKeys]) -> Builder:
         """A mechanism from another file; keys are parameters, on, at, angle, mirror. Its path counts from the folder of `model`."""
         return self._add("parts", name, {"file": os.fspath(file), **keys})
 
@@ -102,31 +117,34 @@ class Builder:
         points[name] = list(at)
         return self
 
-    def body(self, name: str, **keys: Any) -> Builder:
+    def body(self, name: str, **keys: Unpack[BodyKeys]) -> Builder:
         """A body; keys are those of the scene file, such as mass, inertia, com, points, shape."""
         return self._add("bodies", name, keys)
 
-    def joint(self, name: str, type: str, between: Sequence[str], **keys: Any) -> Builder:
+    def joint(self, name: str, type: JointType, between: Sequence[str], **keys: Unpack[JointKeys]) -> Builder:
         """A joint between two points."""
+        return self._joint(name, type, between, dict(keys))
+
+    def _joint(self, name: str, type: str, between: Sequence[str], keys: dict[str, Any]) -> Builder:
         return self._add("joints", name, {"type": type, "between": list(between), **keys})
 
-    def revolute(self, name: str, first: str, second: str, **keys: Any) -> Builder:
+    def revolute(self, name: str, first: str, second: str, **keys: Unpack[RevoluteKeys]) -> Builder:
         """A pin that joins two points."""
-        return self.joint(name, "revolute", (first, second), **keys)
+        return self._joint(name, "revolute", (first, second), dict(keys))
 
-    def prismatic(self, name: str, first: str, second: str, axis: Vector, **keys: Any) -> Builder:
+    def prismatic(self, name: str, first: str, second: str, axis: Vector, **keys: Unpack[PrismaticKeys]) -> Builder:
         """A guide along an axis in the frame of the first body."""
-        return self.joint(name, "prismatic", (first, second), axis=list(axis), **keys)
+        return self._joint(name, "prismatic", (first, second), {"axis": list(axis), **keys})
 
-    def weld(self, name: str, first: str, second: str, **keys: Any) -> Builder:
+    def weld(self, name: str, first: str, second: str, **keys: Unpack[WeldKeys]) -> Builder:
         """Two bodies made one."""
-        return self.joint(name, "weld", (first, second), **keys)
+        return self._joint(name, "weld", (first, second), dict(keys))
 
-    def driver(self, name: str, **keys: Any) -> Builder:
+    def driver(self, name: str, **keys: Unpack[DriverKeys]) -> Builder:
         """A prescribed motion."""
         return self._add("drivers", name, keys)
 
-    def load(self, name: str, type: str, **keys: Any) -> Builder:
+    def load(self, name: str, type: LoadType, **keys: Unpack[LoadKeys]) -> Builder:
         """A load."""
         return self._add("loads", name, {"type": type, **keys})
 
@@ -143,7 +161,7 @@ class Builder:
         self._table("outputs").setdefault("variables", []).extend(variables)
         return self
 
-    def output_expression(self, name: str, value: Value, **keys: Any) -> Builder:
+    def output_expression(self, name: str, value: Value, **keys: Unpack[OutputKeys]) -> Builder:
         """An expression to report; keys are unit, description."""
         return self._add("outputs", name, {"value": value, **keys} if keys else value)
 
@@ -167,7 +185,7 @@ class Builder:
         self._table("experiment")["tolerance"] = tolerance
         return self
 
-    def solver(self, **keys: Any) -> Builder:
+    def solver(self, **keys: Unpack[SolverKeys]) -> Builder:
         """Settings of the solver."""
         self._table("solver").update(keys)
         return self

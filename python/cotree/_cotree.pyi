@@ -5,7 +5,32 @@ from typing import Any, final
 
 import numpy as np
 
-__all__ = ["Core", "Running", "command", "seconds", "__version__", "SceneError", "RunError"]
+__all__ = [
+    "Core",
+    "Running",
+    "assemblies",
+    "command",
+    "comparison",
+    "contents",
+    "curves",
+    "design",
+    "drawing",
+    "export",
+    "filmed",
+    "graph",
+    "imported",
+    "optimized",
+    "png",
+    "profile",
+    "seconds",
+    "summary",
+    "synthesize",
+    "traced",
+    "turned",
+    "__version__",
+    "SceneError",
+    "RunError",
+]
 
 __version__: str
 
@@ -17,7 +42,53 @@ def seconds(text: str) -> float: ...
 
 _Value = float | str | np.floating[Any] | np.integer[Any]
 _Settings = list[tuple[str, _Value]]
-_Inputs = tuple[list[float], list[str], list[list[float]]] | None
+_Columns = tuple[list[float], list[str], list[list[float]]]
+_Inputs = _Columns | None
+_Varied = list[tuple[str, _Value | None, _Value | None]]
+_Told = tuple[str, str, str, str | None]
+
+def turned(
+    core: Core,
+    names: tuple[str | None, str | None, str | None],
+    speed: _Value | None,
+    range: tuple[_Value, _Value] | None,
+    every: _Value | None,
+    dwell: _Value | None,
+    fluctuation: float | None,
+    settings: _Settings,
+) -> _Told: ...
+def assemblies(core: Core, starts: int, settings: _Settings) -> str: ...
+def traced(core: Core) -> list[str]: ...
+def profile(core: Core, name: str, count: int, settings: _Settings) -> tuple[np.ndarray, np.ndarray, np.ndarray]: ...
+def curves(curves: list[tuple[str, list[list[float]]]]) -> str: ...
+def png(svg: str, width: float) -> bytes: ...
+def imported(name: str, text: str) -> tuple[str, list[str]]: ...
+def summary(times: list[float], columns: list[tuple[str, str, list[float]]]) -> _Told: ...
+def design(core: Core, factors: list[str], drawn: tuple[bool, int] | None, seed: int) -> tuple[list[str], np.ndarray]: ...
+def drawing(core: Core, at: float | None, settings: _Settings, format: str) -> str: ...
+def graph(core: Core, format: str) -> str: ...
+def comparison(core: Core) -> _Told: ...
+def export(
+    core: Core,
+    path: os.PathLike[str],
+    fmi: str,
+    platforms: list[str],
+    folder: str | None,
+    extent: tuple[bool, bool],
+) -> None: ...
+def filmed(core: Core, speed: float, pictures: tuple[float, float] | None) -> tuple[str, list[bytes], str | None]: ...
+def synthesize(text: str | None, path: str | None, all: bool) -> tuple[_Told, list[str]]: ...
+def optimized(
+    core: Core,
+    times: Any,
+    settings: _Settings,
+    vary: _Varied,
+    aim: tuple[str, str | None, _Inputs],
+    limits: list[str],
+    turn: tuple[str, str | None] | None,
+    extent: tuple[int, int, int],
+) -> _Told: ...
+def contents(path: str) -> tuple[str, str | None]: ...
 
 @final
 class Core:
@@ -32,7 +103,6 @@ class Core:
     def name(self) -> str: ...
     def check(self) -> str | None: ...
     def variables(self) -> str: ...
-    def outputs(self, outputs: list[str] | None) -> list[tuple[str, str]]: ...
     def simulate(
         self,
         times: Any,
@@ -42,7 +112,7 @@ class Core:
         names: list[str],
         values: np.ndarray,
         threads: int,
-    ) -> list[tuple[np.ndarray, np.ndarray, str | None]]: ...
+    ) -> tuple[list[tuple[str, str]], list[tuple[np.ndarray, np.ndarray, str | None]]]: ...
     def measure(
         self,
         times: Any,
@@ -53,12 +123,10 @@ class Core:
         values: np.ndarray,
         threads: int,
     ) -> tuple[list[tuple[str, str]], np.ndarray, list[str | None]]: ...
-    def export(self, path: os.PathLike[str], fmi: str) -> None: ...
     def equations(self, notation: str) -> str: ...
     def steps(self, notation: str) -> str: ...
     def summary(self) -> str: ...
-    def drawing(self) -> str: ...
-    def page(self, runtime: bytes | None) -> str: ...
+    def page(self, runtimes: str | None) -> str: ...
     def equilibrium(self, settings: _Settings) -> str: ...
     def linearize(self, times: list[float] | None, settings: _Settings, inputs: _Inputs) -> str: ...
     def modes(self, at: float | None, settings: _Settings, inputs: _Inputs) -> str: ...
@@ -87,11 +155,9 @@ class Core:
     def fit(
         self,
         times: Any,
-        settings: _Settings,
-        measured: tuple[list[float], list[str], list[list[float]]],
-        vary: list[tuple[str, _Value | None, _Value | None]],
+        experiments: list[tuple[_Settings, _Columns, _Inputs]],
+        vary: _Varied,
         deviations: _Settings,
-        inputs: _Inputs,
     ) -> str: ...
     def bench(self) -> str: ...
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.resources
 import inspect
 import json
 import numbers
@@ -16,17 +15,14 @@ from typing import Any, overload
 import numpy as np
 
 from . import _cotree
+from . import _given as given
 from ._faults import Fault, RunError, faults, raised
+from ._commands import Commands
+from ._given import Number, Value
 from ._gradient import measured, reduced
 from ._results import Results, ResultsList, Table, formulas, frame, parameters
 from ._run import Run
-from ._studies import Equilibrium, Fit, Mode, Modes, Peak, Sensitivities, StateSpace, fitted, sensitivities
-
-#: A number in SI units.
-Number = float | np.floating[Any] | np.integer[Any]
-#: A number in SI units, or a text with a unit such as "120 mm".
-Value = Number | str
-
+from ._studies import Equilibrium, Experiment, Fit, Mode, Modes, Peak, Sensitivities, StateSpace, fitted, sensitivities
 
 @dataclass(frozen=True, slots=True)
 class Variable:
@@ -85,7 +81,7 @@ def _of_core(text: bytes, name: str, core: _cotree.Core) -> Model:
     return model
 
 
-class Model:
+class Model(Commands):
     """A mechanism. It does not change; settings are given with each call, and `replace` gives another one.
 
     It can be pickled and sent to other processes, with all files that it was read from, and used from several threads at once: calls release the
@@ -174,6 +170,17 @@ class Model:
             core.check()
         return _of_core(core.files()[0][1].encode(), self._name, core)
 
+    def trace(self, *points: str, **run: Any) -> dict[str, np.ndarray]:
+        """The curves that points draw [default: those of which the scene reports x and y], (time, xy) [m]: "rod.tip", or a body for its mass centre. Other arguments are those of `simulate`.
+
+        Raises ValueError where there is nothing to trace, and as `simulate` does.
+        """
+        named = list(points) or _cotree.traced(self._core)
+        if not named:
+            raise ValueError("trace: the scene does not report x and y of a point; name points")
+        seen = self.simulate(outputs=[f"{point}.{axis}" for point in named for axis in "xy"], **run)
+        return {point: np.stack([seen[f"{point}.x"], seen[f"{point}.y"]], axis=1) for point in named}
+
     def check(self) -> tuple[Fault, ...]:
         """What is odd about the scene: its warnings."""
         with raised():
@@ -186,6 +193,7 @@ class Model:
         start: Value | None = None,
         stop: Value | None = None,
         step: Value | None = None,
+        times: Value | Iterable[Value] | None = None,
         tolerance: float | None = None,
         set: Mapping[str, Value] | None = None,
         inputs: Any = None,
@@ -193,26 +201,26 @@ class Model:
     ) -> Results:
         """Runs the code that runs in the FMU.
 
-        `start`, `stop`, `step` [s] and `tolerance` are the scene's if not given; `set` gives parameters, constant inputs and initial values;
+        `start`, `stop`, `step` [s] and `tolerance` are the scene's if not given; `times` are communication points instead of `stop` and `step`, ascending; `set` gives parameters, constant inputs and initial values;
         `inputs` are inputs over time, a data frame with the index or column `time` [s] or a mapping with "time", linear between its rows and
         constant outside; or a mapping of names to functions of the time, or of the time and the run (a :class:`Run`: its variables by `run[name]`), which are called at every communication point and
         held until the next. `outputs` are names of variables, instead of those of the scene.
 
         Raises SceneError, ValueError for arguments, RunError if the motion cannot be continued: its `results` has what comes before.
         """
-        times, settings = _Times(start, stop, step, tolerance), _settings(set)
-        laws = _laws(inputs)
+        asked, settings = given.Times(start, stop, step, tolerance, times), given.settings(set)
+        laws = given.laws(inputs)
         if laws is not None:
-            run = self._sampled(times, settings, outputs, laws)
+            run = self._sampled(asked, settings, outputs, laws)
         else:
-            [run] = self._members(times, settings, outputs, inputs, [], NOTHING_VARIED, 1)
+            [run] = self._members(asked, settings, outputs, inputs, [], NOTHING_VARIED, 1)
         if run.failure:
             raise RunError(run.failure, run)
         return run
 
     def _sampled(
         self,
-        times: _Times,
+        times: given.Times,
         settings: list[tuple[str, Value]],
         outputs: str | Sequence[str] | None,
         laws: Mapping[str, Callable[[float, Run], float]],
@@ -220,7 +228,7 @@ class Model:
         """A run whose inputs are set at every communication point."""
         with raised():
             points = self._core.points(times)
-        run = Run(self, times, settings, None if outputs is None else _names("outputs", outputs))
+        run = Run(self, times, settings, None if outputs is None else given.names("outputs", outputs))
         rows: list[np.ndarray] = []
         failure = None
         try:
@@ -249,8 +257,8 @@ class Model:
 
         Raises SceneError, ValueError for arguments, RunError if there is no start with these values.
         """
-        names = None if outputs is None else _names("outputs", outputs)
-        return Run(self, _Times(start, None, None, tolerance), _settings(set), names)
+        names = None if outputs is None else given.names("outputs", outputs)
+        return Run(self, given.Times(start, None, None, tolerance), given.settings(set), names)
 
     def simulate_many(
         self,
@@ -259,6 +267,7 @@ class Model:
         start: Value | None = None,
         stop: Value | None = None,
         step: Value | None = None,
+        times: Value | Iterable[Value] | None = None,
         tolerance: float | None = None,
         set: Mapping[str, Value] | None = None,
         inputs: Any = None,
@@ -272,8 +281,8 @@ class Model:
         they have `failure`. Other arguments are those of `simulate`.
         """
         names, values = self._varied(parameters)
-        times = _Times(start, stop, step, tolerance)
-        return ResultsList(self._members(times, _settings(set), outputs, inputs, names, values, _threads(threads)))
+        asked = given.Times(start, stop, step, tolerance, times)
+        return ResultsList(self._members(asked, given.settings(set), outputs, inputs, names, values, given.threads(threads)))
 
     def measure(
         self,
@@ -283,6 +292,7 @@ class Model:
         start: Value | None = None,
         stop: Value | None = None,
         step: Value | None = None,
+        times: Value | Iterable[Value] | None = None,
         tolerance: float | None = None,
         set: Mapping[str, Value] | None = None,
         inputs: Any = None,
@@ -293,22 +303,16 @@ class Model:
         Measures are written "max(rod.angle)"; there are max, min, peak (of the magnitude), range, mean, rms, first, last, when_max, when_min, of the values
         at communication points. Runs that end early have nan, and the reason in `failures`.
         """
-        names, values = self._varied(parameters)
-        times = _Times(start, stop, step, tolerance)
-        with raised():
-            columns, table, failures = self._core.measure(
-                times, _settings(set), _names("measures", measures), _inputs(inputs), names, values, _threads(threads)
-            )
-        given = {name: values[:, place] for place, name in enumerate(names)}
-        return Table(given, columns, table, failures)
+        asked = given.Times(start, stop, step, tolerance, times)
+        return self._measured(measures, self._varied(parameters), asked, given.settings(set), inputs, threads)
 
-    def _varied(self, given: Any) -> tuple[list[str], np.ndarray]:
+    def _varied(self, runs: Any) -> tuple[list[str], np.ndarray]:
         """Names and a row of numbers for each run."""
-        return parameters(given, self._core.numbers)
+        return parameters(runs, self._core.numbers)
 
     def _members(
         self,
-        times: _Times,
+        times: given.Times,
         settings: list[tuple[str, Value]],
         outputs: str | Sequence[str] | None,
         inputs: Any,
@@ -316,25 +320,14 @@ class Model:
         values: np.ndarray,
         threads: int,
     ) -> list[Results]:
-        asked = None if outputs is None else _names("outputs", outputs)
+        asked = None if outputs is None else given.names("outputs", outputs)
         with raised():
-            columns = self._core.outputs(asked)
-            runs = self._core.simulate(times, settings, asked, _inputs(inputs), names, values, threads)
+            columns, runs = self._core.simulate(times, settings, asked, given.inputs(inputs), names, values, threads)
         labels, units = [name for name, _ in columns], [unit for _, unit in columns]
         return [
             Results(time, labels, units, matrix, failure, dict(zip(names, row.tolist(), strict=True)))
             for (time, matrix, failure), row in zip(runs, values, strict=True)
         ]
-
-    def export(self, path: str | os.PathLike[str] | None = None, *, fmi: int | str = 2) -> Path:
-        """Writes the scene as an FMU for this platform, FMI 2.0 or 3.0 [default: the scene's name, .fmu, in the current folder]; returns its path.
-
-        Raises SceneError, OSError.
-        """
-        target = Path(f"{self.name}.fmu") if path is None else Path(path)
-        with raised():
-            self._core.export(target, str(fmi).removesuffix(".0"))
-        return target
 
     def equations(self, notation: str = "text") -> str:
         """The equations of motion as text, latex, html, c, fortran, rust, python or json."""
@@ -345,17 +338,6 @@ class Model:
         """How the equations are derived, as text, latex or html."""
         with raised():
             return self._core.steps(notation)
-
-    def drawing(self) -> str:
-        """The mechanism at its start, as SVG."""
-        with raised():
-            return self._core.drawing()
-
-    def page(self) -> str:
-        """A page for a browser that shows the mechanism in motion, with plots and sliders where the package has the solver for browsers."""
-        module = importlib.resources.files(__package__) / "runtimes" / "web" / "cotree_runtime.wasm"
-        with raised():
-            return self._core.page(module.read_bytes() if module.is_file() else None)
 
     @overload
     def linearize(
@@ -377,11 +359,11 @@ class Model:
         if rests and inputs is not None:
             raise ValueError("inputs: a mechanism at rest has constant inputs; give them by `set`")
         several = at is not None and not isinstance(at, str) and np.ndim(at) > 0  # type: ignore[arg-type]
-        times = None if rests else [] if at is None else _times("at", at, 'neither "equilibrium" nor a time')
+        times = None if rests else [] if at is None else given.times("at", at, 'neither "equilibrium" nor a time')
         if several and not times:
             return []
         with raised():
-            report = json.loads(self._core.linearize(times, _settings(set), _inputs(inputs)))
+            report = json.loads(self._core.linearize(times, given.settings(set), given.inputs(inputs)))
         points = [_state_space(point) for point in report.get("points", [report])]
         return points if several else points[0]
 
@@ -391,7 +373,7 @@ class Model:
         Raises SceneError, and RunError if none is found.
         """
         with raised():
-            report = json.loads(self._core.equilibrium(_settings(set)))
+            report = json.loads(self._core.equilibrium(given.settings(set)))
         values = {name: value for group in report["values"].values() for name, value in group.items()}
         return Equilibrium(report["time"], report["stability"], report["moves_most"], values, report["values"])
 
@@ -413,12 +395,12 @@ class Model:
             raise ValueError("to: derivatives are those of modes about an equilibrium; leave `at` out")
         if at is None and inputs is not None:
             raise ValueError("inputs: a mechanism at rest has constant inputs; give them by `set`")
-        time = None if at is None else _times("at", at)[0]
+        time = None if at is None else given.times("at", at)[0]
         with raised():
-            report = json.loads(self._core.modes(time, _settings(set), _inputs(inputs)))
+            report = json.loads(self._core.modes(time, given.settings(set), given.inputs(inputs)))
             changes: list[dict[str, Any]] = [{}] * len(report["modes"])
             if to is not None:
-                found = json.loads(self._core.mode_sensitivities(_names("to", to), _settings(set)))
+                found = json.loads(self._core.mode_sensitivities(given.names("to", to), given.settings(set)))
                 changes = [mode["derivatives"] for mode in found["modes"]]
         return Modes(report["time"], [_mode(mode, own) for mode, own in zip(report["modes"], changes, strict=True)])
 
@@ -442,15 +424,15 @@ class Model:
             raise ValueError("to: name what the derivatives are with respect to: parameters, constant inputs, initial values")
         if times is None:
             raise ValueError('times: give times [s], or "equilibrium"')
-        asked = None if of is None else _names("of", of), _names("to", to), _settings(set)
+        asked = None if of is None else given.names("of", of), given.names("to", to), given.settings(set)
         if isinstance(times, str) and times == "equilibrium":
             if inputs is not None:
                 raise ValueError("inputs: a mechanism at rest has constant inputs; give them by `set`")
             with raised():
                 return sensitivities(*self._core.equilibrium_sensitivities(*asked))
-        points = _times("times", times, 'neither "equilibrium" nor times')
+        points = given.times("times", times, 'neither "equilibrium" nor times')
         with raised():
-            return sensitivities(points, *self._core.sensitivities(points, tolerance, *asked, _inputs(inputs)))
+            return sensitivities(points, *self._core.sensitivities(points, tolerance, *asked, given.inputs(inputs)))
 
     def value_and_gradient(
         self,
@@ -459,6 +441,7 @@ class Model:
         *,
         stop: Value | None = None,
         step: Value | None = None,
+        times: Value | Iterable[Value] | None = None,
         tolerance: float | None = None,
         set: Mapping[str, Value] | None = None,
         inputs: Any = None,
@@ -469,11 +452,11 @@ class Model:
         (run, measure, name in the order of `at`), without the axis of the runs where `at` has numbers, and without that of the measures where one text is given.
         Raises as `sensitivities` does.
         """
-        asked = [measured(text) for text in _names("measures", measures)]
+        asked = [measured(text) for text in given.names("measures", measures)]
         of = list(dict.fromkeys(variable for _, variable in asked))
         names, rows = self._varied(at)
         with raised():
-            points = self._core.points(_Times(None, stop, step, tolerance))
+            points = self._core.points(given.Times(None, stop, step, tolerance, times))
         values = np.empty((len(rows), len(asked)))
         gradients = np.empty((*values.shape, len(names)))
         for run, row in enumerate(rows.tolist()):
@@ -507,15 +490,15 @@ class Model:
         The motion is looked at every `step`: what happens between two points and is gone again is not seen. Where there are no derivatives, at a corner or of
         two equal peaks, `refused` says why. Raises as `sensitivities` does.
         """
-        levels = _settings(crossing, "crossing")
+        levels = given.settings(crossing, "crossing")
         with raised():
             report = self._core.peaks(
-                _Times(None, stop, step, tolerance),
-                None if of is None else _names("of", of),
-                _names("to", to),
+                given.Times(None, stop, step, tolerance),
+                None if of is None else given.names("of", of),
+                given.names("to", to),
                 levels,
-                _settings(set),
-                _inputs(inputs),
+                given.settings(set),
+                given.inputs(inputs),
             )
         return [Peak(**feature) for feature in json.loads(report)["features"]]
 
@@ -533,26 +516,25 @@ class Model:
         """Values of parameters, constant inputs and initial values with which the motion is as near as possible to what was measured.
 
         `measured` is a data frame with the index or column `time` [s], or a mapping with "time", and columns named like variables, SI; what is not a number was not
-        measured. `inputs` are inputs over time as those of `simulate`. `vary` are
+        measured. A list of these, or of :class:`Experiment` with settings and inputs of their own, are experiments that are fitted together: one set of values for all.
+        `inputs` are inputs over time as those of `simulate`. `vary` are
         names, or a mapping of names to their bounds (low, high), where None is the scene's; the search begins at the scene's values, or those of `set`. `sigma` are
         standard deviations of columns; those that are not given are estimated from the residuals.
 
         Raises SceneError, ValueError with everything that is wrong with the arguments, RunError if what was measured does not determine the values.
         """
-        columns = _inputs(measured, "measured")
-        if columns is None:
+        several = isinstance(measured, Sequence) and not isinstance(measured, str)
+        listed = list(measured) if several else [measured]
+        if not listed:
             raise ValueError("measured: nothing was measured")
-        named = {vary: None} if isinstance(vary, str) else vary if isinstance(vary, Mapping) else dict.fromkeys(vary)
-        bounds = [(name, *_bounds(name, pair)) for name, pair in named.items()]
-        settings = _settings(set)
+        settings = given.settings(set)
+        experiments = [_experiment(own, settings, inputs) for own in listed]
         with raised():
             report = self._core.fit(
-                _Times(None, stop, None, tolerance),
-                settings,
-                columns,
-                bounds,
-                _settings(sigma, "sigma"),
-                _inputs(inputs),
+                given.Times(None, stop, None, tolerance),
+                experiments,
+                given.varied(vary),
+                given.settings(sigma, "sigma"),
             )
         return fitted(json.loads(report), self, dict(settings))
 
@@ -569,88 +551,20 @@ class Model:
         return formulas(self.equations("latex"))
 
 
-class _Times:
-    """Times and tolerance of a run; None is the scene's."""
-
-    __slots__ = ("start", "step", "stop", "tolerance")
-
-    def __init__(self, start: Value | None, stop: Value | None, step: Value | None, tolerance: float | None) -> None:
-        for name, value in (("start", start), ("stop", stop), ("step", step)):
-            _value(name, value)
-            if isinstance(value, numbers.Real) and not np.isfinite(float(value)):
-                raise ValueError(f"{name}: {value!r} is not a finite number")
-        if tolerance is not None and not isinstance(tolerance, numbers.Real):
-            raise TypeError(f"tolerance: {tolerance!r} is not a number")
-        self.start, self.stop, self.step, self.tolerance = start, stop, step, tolerance
+def _experiment(own: Any, settings: list[tuple[str, Value]], inputs: Any) -> given.Fitted:
+    """Settings, what was measured, and inputs over time of one experiment."""
+    if not isinstance(own, Experiment):
+        own = Experiment(own)
+    columns = given.inputs(own.measured, "measured")
+    if columns is None:
+        raise ValueError("measured: nothing was measured")
+    mine = dict(given.settings(own.set, "Experiment: set"))
+    settings = [(name, value) for name, value in settings if name not in mine] + list(mine.items())
+    return settings, columns, given.inputs(inputs if own.inputs is None else own.inputs)
 
 
 #: The one run of `simulate` varies nothing.
 NOTHING_VARIED = np.zeros((1, 0))
-
-
-def _value(name: str, value: Any) -> None:
-    """Raises TypeError unless it is None, a number, or a text."""
-    is_number = isinstance(value, numbers.Real) or (isinstance(value, np.ndarray) and value.ndim == 0)
-    if value is not None and not is_number and not isinstance(value, str):
-        raise TypeError(f"{name}: {value!r} is neither a number nor a text with a unit")
-
-
-def _settings(given: Mapping[str, Value] | None, what: str = "set") -> list[tuple[str, Value]]:
-    """Names and values; TypeError says which is none."""
-    if given is None:
-        return []
-    if not (isinstance(given, Mapping) or (hasattr(given, "items") and hasattr(given, "index"))):
-        raise TypeError(f"{what}: give a mapping of names to values, not {type(given).__name__}")
-    for name, value in given.items():
-        if value is None:
-            raise TypeError(f"{what}: {name} has no value")
-        _value(f"{what}: {name}", value)
-    return [(str(name), value) for name, value in given.items()]
-
-
-def _names(what: str, given: str | Iterable[str]) -> list[str]:
-    """One name, or several."""
-    try:
-        names = [given] if isinstance(given, str) else list(given)
-    except TypeError:
-        names = [given]  # type: ignore[list-item]
-    for name in names:
-        if not isinstance(name, str):
-            raise TypeError(f"{what}: {name!r} is not a name; give one or several")
-    return names
-
-
-def _times(name: str, given: Any, neither: str = "not a time") -> list[float]:
-    """One time, or several [s]."""
-    is_one = isinstance(given, str) or not isinstance(given, Iterable) or (isinstance(given, np.ndarray) and given.ndim == 0)
-    listed = [given] if is_one else list(given)
-    if any(isinstance(value, np.ndarray) and value.ndim for value in listed):
-        raise TypeError(f"{name}: {given!r} is to be one time or several")
-    return [_seconds(name, value, neither) for value in listed]
-
-
-def _seconds(name: str, value: Any, neither: str) -> float:
-    if isinstance(value, str):
-        try:
-            return _cotree.seconds(value)
-        except ValueError as error:
-            raise ValueError(f"{name}: {value!r} is {neither}: {error}") from None
-    try:
-        return float(value)
-    except (TypeError, ValueError):
-        raise TypeError(f"{name}: {value!r} is {neither}; times are numbers [s] or texts such as '20 ms'") from None
-
-
-def _bounds(name: str, pair: Any) -> tuple[Value | None, Value | None]:
-    """The bounds of what is varied."""
-    if pair is None:
-        return None, None
-    if isinstance(pair, str) or not isinstance(pair, Sequence | np.ndarray) or len(pair) != 2:
-        raise TypeError(f"vary: {name}: {pair!r} is to be its bounds (low, high), where None is the scene's, or None for both")
-    for value in pair:
-        _value(f"vary: {name}", value)
-    low, high = pair
-    return low, high
 
 
 def _written(name: str, value: Any, known: Mapping[str, Variable]) -> str:
@@ -661,71 +575,11 @@ def _written(name: str, value: Any, known: Mapping[str, Variable]) -> str:
         return "true" if value else "false"
     if isinstance(value, Sequence) or (isinstance(value, np.ndarray) and value.ndim):
         return f"[{', '.join(_written('', component, known) for component in value)}]"
-    _value(f"replace: {name}", value)
+    given.check_value(f"replace: {name}", value)
     if value is None or not np.isfinite(float(value)):
         raise ValueError(f"replace: {name}: {value!r} is not a finite number")
     unit = known[name].unit if name in known else ""
     return json.dumps(f"{float(value)!r} {unit}") if unit not in ("", "1") else repr(float(value))
-
-
-def _laws(inputs: Any) -> dict[str, Callable[[float, Run], float]] | None:
-    """Inputs that are functions, each of the time and the run; none if there is a table."""
-    if not isinstance(inputs, Mapping) or "time" in inputs or not any(map(callable, inputs.values())):
-        return None
-    for name, law in inputs.items():
-        if not callable(law):
-            raise TypeError(f"inputs: {name}: {law!r} is no function, as others are; give a constant input by `set`")
-    return {str(name): _law(law) for name, law in inputs.items()}
-
-
-def _law(law: Callable[..., Any]) -> Callable[[float, Run], float]:
-    """A function of the time, or of the time and the run."""
-    try:
-        named = inspect.signature(law).parameters.values()
-    except ValueError:  # functions of numpy have none
-        return lambda time, run: float(law(time))
-    needed = [own for own in named if own.default is own.empty and own.kind in (own.POSITIONAL_ONLY, own.POSITIONAL_OR_KEYWORD)]
-    if len(needed) > 1:
-        return lambda time, run: float(law(time, run))
-    return lambda time, run: float(law(time))
-
-
-def _threads(count: int) -> int:
-    if count < 0:
-        raise ValueError(f"threads: {count} is below 0, which stands for one for each processor")
-    return count
-
-
-def _inputs(given: Any, what: str = "inputs") -> tuple[list[float], list[str], list[list[float]]] | None:
-    """Times, names and columns of values over time."""
-    if given is None:
-        return None
-    if hasattr(given, "columns") and not isinstance(given, Mapping):
-        columns = {str(name): given[name] for name in given.columns}
-        if "time" not in columns and hasattr(given, "index"):
-            columns["time"] = given.index
-    elif isinstance(given, Mapping):
-        columns = {str(name): column for name, column in given.items()}
-    else:
-        raise TypeError(f"{what}: give a data frame or a mapping with a column `time`, not {type(given).__name__}")
-    if "time" not in columns:
-        raise ValueError(f"{what}: there is no column `time`")
-    times = _column(what, "time", columns.pop("time"))
-    return times, list(columns), [_column(what, name, column) for name, column in columns.items()]
-
-
-def _column(what: str, name: str, column: Any) -> list[float]:
-    """Numbers over time."""
-    if callable(column):
-        raise TypeError(f"{what}: {name} is a function; functions stand in a mapping without `time`, and only `simulate` takes them")
-    try:
-        values = np.asarray(column, dtype=float)
-    except (TypeError, ValueError):
-        raise ValueError(f"{what}: {name} has values that are no numbers; give them in SI units") from None
-    if values.ndim != 1:
-        raise ValueError(f"{what}: {name} is to be a list of numbers, one for each time")
-    listed: list[float] = values.tolist()
-    return listed
 
 
 def _state_space(point: dict[str, Any]) -> StateSpace:

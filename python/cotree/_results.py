@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     import polars
     import xarray
 
+    from ._commands import Report
+
 #: How many variables a notebook lists, and how many points their lines have.
 MOST_ROWS, MOST_POINTS = 30, 100
 
@@ -163,6 +165,12 @@ class Results(Mapped):
 
         columns = {name: ("time", self[name], {"units": self.units[name]}) for name in self}
         return xarray.Dataset(columns, coords={"time": ("time", self.time, {"units": "s"})}, attrs=dict(self.parameters))
+
+    def summary(self) -> Report:
+        """The run in figures, as `cotree simulate --summary` gives them: extremes and when they are, mean, RMS and end of each variable."""
+        from ._commands import summary
+
+        return summary(self)
 
     def plot(self, *names: str, x: str = "time") -> Sequence[matplotlib.axes.Axes]:
         """Draws these variables [default: all] over time, or over another one: a pair of axes for each unit, one below the other.

@@ -11,7 +11,8 @@ from ._cotree import RunError as _RunError
 from ._faults import RunError, raised
 
 if TYPE_CHECKING:
-    from ._model import Model, Value, _Times
+    from ._given import Times, Value
+    from ._model import Model
 
 
 class Run:
@@ -21,7 +22,7 @@ class Run:
     `run.copy()` goes its own way from here on. It can be pickled.
     """
 
-    def __init__(self, model: Model, times: _Times, settings: list[tuple[str, Value]], outputs: list[str] | None) -> None:
+    def __init__(self, model: Model, times: Times, settings: list[tuple[str, Value]], outputs: list[str] | None) -> None:
         self._begun: tuple[Any, ...] = model, times, settings, outputs
         with raised():
             self._running = model._core.start(times, settings, outputs)
@@ -116,7 +117,7 @@ class Run:
         return f"<Run of {self._begun[0].name!r} at {self.time:g} s>"
 
 
-def _restored(model: Model, times: _Times, settings: list[tuple[str, Value]], outputs: list[str] | None, state: bytes) -> Run:
+def _restored(model: Model, times: Times, settings: list[tuple[str, Value]], outputs: list[str] | None, state: bytes) -> Run:
     run = Run(model, times, settings, outputs)
     run.state = state
     return run

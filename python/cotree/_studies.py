@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, overload
 
@@ -94,14 +94,36 @@ class Modes(Sequence[Mode]):
         return f"<{len(self)} modes: {listed}>"
 
 
+@dataclass(frozen=True)
+class Experiment:
+    """What was measured in one experiment, for `fit`: with what was set in it alone, where it began for example, and with inputs over time of its own."""
+
+    measured: Any
+    set: Mapping[str, Any] | None = None
+    inputs: Any = None
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted(Compared):
+    """One experiment beside the motion that fits best.
+
+    `fitted` and `residuals` (measured less fitted) are arrays at the measured times. Residuals are not a number where nothing was measured, and where a column has no value or no derivative in the
+    first motion, at the times `left_out`.
+    """
+
+    time: np.ndarray
+    left_out: np.ndarray
+    fitted: dict[str, np.ndarray] = field(repr=False)
+    residuals: dict[str, np.ndarray] = field(repr=False)
+
+
 @dataclass(frozen=True, eq=False)
 class Fit(Compared):
     """Values that fit what was measured, by name, SI: `fit["damping"]` is one of them.
 
     `errors` are standard errors and `limits` the 95 % limits, not a number where a value is at its bound; `correlation` has rows and columns in the order of
-    `values`. `fitted` and `residuals` (measured less fitted) are arrays at the measured times, `deviations` the standard deviations of the columns.
-    `ended` is "minimum", or "evaluations" if no minimum was reached. Residuals are not a number where nothing was measured, and where a column has no value or no derivative in the
-    first motion, at the times `left_out`. `model` is the model with these values.
+    `values`, and `deviations` are the standard deviations of the columns. `experiments` has what was measured beside the motions; of a single one `time`, `left_out`, `fitted` and `residuals` stand here, too.
+    `ended` is "minimum", or "evaluations" if no minimum was reached. `model` is the model with these values.
     """
 
     values: dict[str, float]
@@ -110,15 +132,37 @@ class Fit(Compared):
     start: dict[str, float]
     units: dict[str, str]
     correlation: np.ndarray
-    time: np.ndarray
-    left_out: np.ndarray
-    fitted: dict[str, np.ndarray] = field(repr=False)
-    residuals: dict[str, np.ndarray] = field(repr=False)
+    experiments: tuple[Fitted, ...] = field(repr=False)
     deviations: dict[str, float]
     evaluations: int
     ended: str
     _origin: Model | None = field(default=None, repr=False, compare=False)
     _set: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
+
+    def _single(self) -> Fitted:
+        if len(self.experiments) != 1:
+            raise ValueError(f"there are {len(self.experiments)} experiments: take one of `experiments`")
+        return self.experiments[0]
+
+    @property
+    def time(self) -> np.ndarray:
+        """The measured times [s]; raises ValueError where there are several experiments, as the next ones do."""
+        return self._single().time
+
+    @property
+    def left_out(self) -> np.ndarray:
+        """The times of what does not count [s]."""
+        return self._single().left_out
+
+    @property
+    def fitted(self) -> dict[str, np.ndarray]:
+        """The motion at the measured times."""
+        return self._single().fitted
+
+    @property
+    def residuals(self) -> dict[str, np.ndarray]:
+        """Measured less fitted."""
+        return self._single().residuals
 
     def __getitem__(self, name: str) -> float:
         if name not in self.values:
@@ -138,14 +182,19 @@ class Fit(Compared):
 
 def fitted(report: dict[str, Any], origin: Model, settings: dict[str, Any]) -> Fit:
     """From what the program hands over."""
-    quantities, columns = ({own["name"]: own for own in report[kind]} for kind in ("quantities", "columns"))
+    seen = report.get("experiments", [report])
+    quantities = {own["name"]: own for own in report["quantities"]}
+    columns = {own["name"]: own for experiment in seen for own in experiment["columns"]}
     nan = float("nan")
 
     def each(key: str) -> dict[str, Any]:
         return {name: own[key] for name, own in quantities.items()}
 
-    def arrays(key: str) -> dict[str, np.ndarray]:
-        return {name: np.array(own[key], dtype=float) for name, own in columns.items()}
+    def beside(own: dict[str, Any]) -> Fitted:
+        fitted, residuals = (
+            {column["name"]: np.array(column[key], dtype=float) for column in own["columns"]} for key in ("fitted", "residuals")
+        )
+        return Fitted(np.array(own["times"]), np.array(own["left_out"]), fitted, residuals)
 
     return Fit(
         values=each("value"),
@@ -154,10 +203,7 @@ def fitted(report: dict[str, Any], origin: Model, settings: dict[str, Any]) -> F
         start=each("start"),
         units={name: own["unit"] for name, own in (quantities | columns).items()},
         correlation=np.array([own["correlation"] for own in quantities.values()], dtype=float),
-        time=np.array(report["times"]),
-        left_out=np.array(report["left_out"]),
-        fitted=arrays("fitted"),
-        residuals=arrays("residuals"),
+        experiments=tuple(map(beside, seen)),
         deviations={name: own["deviation"] for name, own in columns.items()},
         evaluations=report["evaluations"],
         ended=report["ended"],

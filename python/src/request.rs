@@ -46,6 +46,8 @@ pub struct Times {
     stop: Option<Value>,
     step: Option<Value>,
     tolerance: Option<f64>,
+    /// Communication points in place of `stop` and `step`.
+    at: Option<Vec<f64>>,
 }
 
 impl Times {
@@ -57,11 +59,32 @@ impl Times {
             None => Ok(default),
         };
         let start = time("start", &self.start, scene.start)?;
+        if let Some(at) = &self.at {
+            let experiment = self.up_to_last(at, Experiment { start, ..scene })?;
+            return possible(experiment);
+        }
         let stop = time("stop", &self.stop, scene.stop)?;
         let step = time("step", &self.step, scene.step)?;
         let tolerance = self.tolerance.unwrap_or(scene.tolerance);
         let experiment = Experiment { start, stop, step, tolerance };
         possible(experiment)
+    }
+
+    /// An experiment that ends with the last of its communication points.
+    fn up_to_last(&self, at: &[f64], scene: Experiment) -> PyResult<Experiment> {
+        let start = scene.start;
+        let Some(&stop) = at.last() else { return Err(wrong("times: give at least one")) };
+        if at.iter().any(|time| !time.is_finite() || *time < start) || !at.is_sorted() {
+            return Err(wrong(format!("times: are to be ascending, from the start, {start:?} s, on")));
+        }
+        // Nothing is reported by steps.
+        let step = if stop > start { stop - start } else { scene.step };
+        Ok(Experiment { start, stop, step, tolerance: self.tolerance.unwrap_or(scene.tolerance) })
+    }
+
+    /// The communication points of an experiment.
+    pub fn points(&self, experiment: Experiment) -> Vec<f64> {
+        self.at.clone().unwrap_or_else(|| simulate::points(experiment).collect())
     }
 }
 

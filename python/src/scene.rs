@@ -6,10 +6,11 @@ use std::sync::{Arc, Mutex, PoisonError, mpsc};
 
 use cotree::compile::compile_asking;
 use cotree::diagnostic::every;
-use cotree::export::FmiVersion;
+use cotree::export::runtime;
+use cotree::model::Experiment;
 use cotree::report::csv::Table;
 use cotree::report::statistics::Accumulator;
-use cotree::run::{Ended, Ensemble, Measure, Run, points};
+use cotree::run::{Ended, Ensemble, Measure, Run};
 use cotree::scene::{Asked, EditError};
 use cotree::{Compiled, Scene};
 use cotree_fmu::instance::Instance;
@@ -39,6 +40,8 @@ pub struct Core {
     scene: Scene,
     /// What was compiled, the last first.
     compiled: Mutex<Vec<(Variant, Arc<Ready>)>>,
+    /// What was resolved for studies, the last first: copies share what they formulate.
+    studied: Mutex<Vec<((Asked, Vec<String>), Study)>>,
 }
 
 /// What is compiled of a scene: these outputs in place of its own, if any are given, and variables that are known at the start although `[initial]` leaves them out.
@@ -59,6 +62,12 @@ pub struct Ready {
 /// A member's values: a row for each time, and why there are no more.
 type Rows<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>, Option<String>);
 
+/// What members have in common: a compiled scene, times, settings, what is reported, inputs over time.
+type Asking<'a> = (&'a Ready, (Experiment, &'a [f64]), &'a [(String, Value)], Vec<usize>, Option<Columns>);
+
+/// One of the experiments of a fit: settings of its own, what was measured, inputs over time.
+type Fitted = (Vec<(String, Value)>, Columns, Option<Columns>);
+
 /// Names with units, the outputs, and their derivatives.
 type Derivatives<'py> =
     (Vec<(String, String)>, Vec<(String, String)>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray3<f64>>);
@@ -73,14 +82,14 @@ impl Core {
     #[new]
     fn new(py: Python<'_>, text: Vec<u8>, name: &str) -> PyResult<Self> {
         let scene = py.detach(|| Scene::from_bytes(Path::new(name), text));
-        Ok(Core { scene: scene.map_err(|faults| scene_error(&faults))?, compiled: Mutex::default() })
+        Ok(Core::of(scene.map_err(|faults| scene_error(&faults))?))
     }
 
     /// A scene from files that were read before, each with its path and text, its own first.
     #[staticmethod]
     fn restored(py: Python<'_>, files: Vec<(String, String)>) -> PyResult<Self> {
         let scene = py.detach(|| Scene::from_files(&files));
-        Ok(Core { scene: scene.map_err(|faults| scene_error(&faults))?, compiled: Mutex::default() })
+        Ok(Core::of(scene.map_err(|faults| scene_error(&faults))?))
     }
 
     /// The scene with other values: names, and what is written in their place.
@@ -89,7 +98,7 @@ impl Core {
             EditError::Name(message) => wrong(message),
             EditError::Scene(faults) => scene_error(&faults),
         })?;
-        Ok(Core { scene, compiled: Mutex::default() })
+        Ok(Core::of(scene))
     }
 
     /// The files that it was read from.
@@ -119,15 +128,7 @@ impl Core {
         Ok(json!(ready.compiled.description.variables.iter().map(variable).collect::<Vec<_>>()).to_string())
     }
 
-    /// Names and units of the outputs.
-    fn outputs(&self, py: Python<'_>, outputs: Option<Vec<String>>) -> PyResult<Vec<(String, String)>> {
-        let ready = self.ready(py, Variant::of(outputs))?;
-        let variables = &ready.compiled.description.variables;
-        let named = |index: usize| (variables[index].name.clone(), variables[index].unit.si.clone());
-        Ok(ready.compiled.reported().into_iter().map(named).collect())
-    }
-
-    /// Runs all members: `names` are set to the rows of `values`, after `settings`. Times and values of each, and why it ended early.
+    /// Runs all members: `names` are set to the rows of `values`, after `settings`. Names and units of the outputs; times and values of each member, and why it ended early.
     #[allow(clippy::too_many_arguments, reason = "keywords in Python")]
     fn simulate<'py>(
         &self,
@@ -139,14 +140,15 @@ impl Core {
         names: Vec<String>,
         values: PyReadonlyArray2<'py, f64>,
         threads: usize,
-    ) -> PyResult<Vec<Rows<'py>>> {
+    ) -> PyResult<(Vec<(String, String)>, Vec<Rows<'py>>)> {
         let ready = self.ready_for(py, outputs, &settings, &names)?;
-        let reported = ready.compiled.reported();
+        let (reported, columns) = (ready.compiled.reported(), ready.columns());
         let width = reported.len();
-        let all: Vec<f64> = points(times.experiment(ready.compiled.description.experiment)?).collect();
+        let experiment = times.experiment(ready.compiled.description.experiment)?;
+        let all = times.points(experiment);
         let ended = self.members(
             py,
-            (&ready, &times, &settings, reported, inputs),
+            (&ready, (experiment, &all), &settings, reported, inputs),
             (names, values, threads),
             || Vec::with_capacity(all.len() * width),
             |rows: &mut Vec<f64>, _, values| rows.extend_from_slice(values),
@@ -156,7 +158,7 @@ impl Core {
             let matrix = PyArray1::from_vec(py, values).reshape([count, width])?;
             Ok((PyArray1::from_slice(py, &all[..count]), matrix, failure))
         };
-        ended.into_iter().map(rows).collect()
+        Ok((columns, ended.into_iter().map(rows).collect::<PyResult<_>>()?))
     }
 
     /// The same, keeping only these measures of each member, such as `max(rod.angle)`: a row of numbers a member, not a number where a run ended early.
@@ -183,9 +185,11 @@ impl Core {
         let columns = measures.iter().zip(&reported);
         let columns = columns.map(|(own, &index)| (own.to_string(), own.unit(&variables[index].unit.si).to_owned()));
         let columns = columns.collect();
+        let experiment = times.experiment(ready.compiled.description.experiment)?;
+        let all = times.points(experiment);
         let ended = self.members(
             py,
-            (&ready, &times, &settings, reported, inputs),
+            (&ready, (experiment, &all), &settings, reported, inputs),
             (names, values, threads),
             Vec::new,
             Accumulator::add_all,
@@ -227,16 +231,7 @@ impl Core {
     /// The communication points of a run.
     fn points<'py>(&self, py: Python<'py>, times: Times) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let ready = self.ready(py, Variant::default())?;
-        Ok(PyArray1::from_iter(py, points(times.experiment(ready.compiled.description.experiment)?)))
-    }
-
-    /// Writes the FMU.
-    fn export(&self, py: Python<'_>, path: PathBuf, fmi: &str) -> PyResult<()> {
-        let version = request::word("fmi", fmi, &FmiVersion::WORDS)?;
-        py.detach(|| cotree_page::export_fmu(&self.scene, version, path)).map_err(|error| match error {
-            cotree::ExportFailure::Scene(faults) => scene_error(&faults),
-            cotree::ExportFailure::File(error) => file_error(error),
-        })
+        Ok(PyArray1::from_vec(py, times.points(times.experiment(ready.compiled.description.experiment)?)))
     }
 
     /// The equations of motion in a notation.
@@ -257,17 +252,11 @@ impl Core {
         Ok(summary.to_string())
     }
 
-    /// The drawing at the start, as SVG.
-    fn drawing(&self, py: Python<'_>) -> PyResult<String> {
-        let (_, drawing) =
-            py.detach(|| cotree_draw::graph::linear_graphs(&self.scene)).map_err(|faults| scene_error(&faults))?;
-        Ok(drawing.svg())
-    }
-
-    /// The page that shows the mechanism in motion.
-    fn page(&self, py: Python<'_>, runtime: Option<Vec<u8>>) -> PyResult<String> {
+    /// The page that shows the mechanism in motion, with the solver for browsers if this folder has it.
+    fn page(&self, py: Python<'_>, runtimes: Option<PathBuf>) -> PyResult<String> {
+        let module = for_browsers(runtimes.as_deref())?;
         let made =
-            py.detach(|| cotree_page::moving::page(&self.scene, runtime).map(|(_, page)| page.map(|page| page.html())));
+            py.detach(|| cotree_page::moving::page(&self.scene, module).map(|(_, page)| page.map(|page| page.html())));
         made.map_err(|faults| scene_error(&faults))?.map_err(RunError::new_err)
     }
 
@@ -393,36 +382,38 @@ impl Core {
         let levels = levels.iter().map(level).collect::<PyResult<Vec<_>>>()?;
         let experiment = times.experiment(study.experiment())?;
         study.set_experiment(experiment);
-        let at: Vec<f64> = points(experiment).collect();
+        let at = times.points(experiment);
         let found =
             interruptible(py, || study.features(&to, &at, &levels))?.map_err(|error| study_error(error, &settings))?;
         Ok(found.report().data.to_string())
     }
 
-    /// Values that fit what was measured, as JSON: names with bounds, standard deviations of columns.
-    #[allow(clippy::too_many_arguments, reason = "keywords in Python")]
+    /// Values that fit what was measured in experiments, as JSON: names with bounds, standard deviations of columns.
     fn fit(
         &self,
         py: Python<'_>,
         times: Times,
-        settings: Vec<(String, Value)>,
-        measured: Columns,
+        experiments: Vec<Fitted>,
         vary: Vec<(String, Option<Value>, Option<Value>)>,
         deviations: Vec<(String, Value)>,
-        inputs: Option<Columns>,
     ) -> PyResult<String> {
-        let (at, names, columns) = measured;
-        let asked = Asked::these(&names);
-        let table = Table::with_gaps(names, at, columns).map_err(|message| wrong(format!("measured: {message}")))?;
+        let (mut studies, mut tables) = (Vec::new(), Vec::new());
+        let mut set = Vec::new();
+        for (settings, (at, names, columns), inputs) in experiments {
+            let mut study = self.study_of(&Asked::these(&names), &settings, inputs)?;
+            study.set_experiment(times.experiment(study.experiment())?);
+            studies.push(study);
+            let table = Table::with_gaps(names, at, columns);
+            tables.push(table.map_err(|message| wrong(format!("measured: {message}")))?);
+            set.extend(settings);
+        }
         let vary = vary
             .into_iter()
             .map(|(name, low, high)| Vary { name, bounds: [low, high].map(|own| own.map(|value| value.to_string())) });
         let deviations = deviations.into_iter().map(|(name, value)| (name, value.to_string())).collect();
-        let request = Request { table, vary: vary.collect(), deviations };
-        let mut study = self.study_of(&asked, &settings, inputs)?;
-        study.set_experiment(times.experiment(study.experiment())?);
-        let found = interruptible(py, || fit(&mut study, &request))?.map_err(|error| match error {
-            FitError::Study(error) => study_error(error, &settings),
+        let request = Request { tables, vary: vary.collect(), deviations };
+        let found = interruptible(py, || fit(&mut studies, &request))?.map_err(|error| match error {
+            FitError::Study(error) => study_error(error, &set),
             FitError::Request(faults) => wrong(faults.join("\n")),
             FitError::Undetermined(message) => RunError::new_err(message),
         })?;
@@ -447,6 +438,15 @@ impl Variant {
 }
 
 impl Core {
+    fn of(scene: Scene) -> Self {
+        Core { scene, compiled: Mutex::default(), studied: Mutex::default() }
+    }
+
+    /// The scene itself.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
     /// The compiled scene.
     fn ready(&self, py: Python<'_>, variant: Variant) -> PyResult<Arc<Ready>> {
         let kept = || self.compiled.lock().unwrap_or_else(PoisonError::into_inner);
@@ -461,7 +461,7 @@ impl Core {
     }
 
     /// The compiled scene, with what is set or varied known at its start.
-    fn ready_for(
+    pub fn ready_for(
         &self,
         py: Python<'_>,
         outputs: Option<Vec<String>>,
@@ -500,7 +500,7 @@ impl Core {
 
     /// The scene with these outputs and with what is known at its start.
     fn scene_of(&self, variant: &Variant) -> Scene {
-        variant.known.iter().fold(self.scene.clone(), |scene, name| scene.initial(name, 0.0))
+        with_known(&self.scene, &variant.known)
     }
 
     fn compile(&self, variant: &Variant) -> PyResult<Ready> {
@@ -510,7 +510,7 @@ impl Core {
         Ok(Ready { compiled, model: Arc::new(model), spare: Mutex::default() })
     }
 
-    fn study(
+    pub fn study(
         &self,
         outputs: Option<Vec<String>>,
         settings: &[(String, Value)],
@@ -519,12 +519,22 @@ impl Core {
         self.study_of(&asked(outputs), settings, inputs)
     }
 
-    fn study_of(&self, asked: &Asked, settings: &[(String, Value)], inputs: Option<Columns>) -> PyResult<Study> {
-        let scene = self
-            .known(settings.iter().map(|(name, _)| name))
-            .iter()
-            .fold(self.scene.clone(), |scene, name| scene.initial(name, 0.0));
-        let mut study = Study::asking(&scene, asked).map_err(|faults| scene_error(&faults))?;
+    /// A study with nothing set: of what was asked before a copy.
+    fn resolved(&self, asked: &Asked, known: Vec<String>) -> PyResult<Study> {
+        let kept = || self.studied.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, study)) = kept().iter().find(|((own, names), _)| own == asked && *names == known) {
+            return Ok(study.clone());
+        }
+        let scene = with_known(&self.scene, &known);
+        let study = Study::asking(&scene, asked).map_err(|faults| scene_error(&faults))?;
+        let mut kept = kept();
+        kept.insert(0, ((asked.clone(), known), study.clone()));
+        kept.truncate(MOST_KEPT);
+        Ok(study)
+    }
+
+    pub fn study_of(&self, asked: &Asked, settings: &[(String, Value)], inputs: Option<Columns>) -> PyResult<Study> {
+        let mut study = self.resolved(asked, self.known(settings.iter().map(|(name, _)| name)))?;
         let wrongs = settings.iter().map(|(name, value)| {
             study.set(name, |unit| value.read(unit)).map_err(|message| format!("{name}: {message}"))
         });
@@ -541,25 +551,24 @@ impl Core {
     fn members<C: Send>(
         &self,
         py: Python<'_>,
-        (ready, times, settings, reported, inputs): (&Ready, &Times, &[(String, Value)], Vec<usize>, Option<Columns>),
+        (ready, (experiment, times), settings, reported, inputs): Asking<'_>,
         (names, values, threads): (Vec<String>, PyReadonlyArray2<'_, f64>, usize),
         begin: impl Fn() -> C + Send + Sync,
         point: impl Fn(&mut C, f64, &[f64]) + Send + Sync,
     ) -> PyResult<Vec<(C, Option<String>)>> {
         let description = &ready.compiled.description;
-        let experiment = times.experiment(description.experiment)?;
         let inputs = request::inputs(description, inputs, settings)?;
         let settings = request::settings(description, settings)?;
         let members = members(description, &names, &values)?;
         let table = inputs.as_ref().map(|(table, variables)| (table, variables.clone()));
         let run = Run { description, experiment, settings, inputs: table, reported };
         if let [settings] = members.as_slice() {
-            let ended = [interruptible(py, || ready.alone(run, settings, begin(), point))?];
+            let ended = [interruptible(py, || ready.alone(run, times, settings, begin(), point))?];
             warn_of(py, &ended)?;
             return ended.into_iter().map(outcome).collect();
         }
         let stop = Arc::new(AtomicBool::new(false));
-        let ensemble = Ensemble::new(run, Arc::clone(&ready.model), threads, &stop).map_err(file_error)?;
+        let ensemble = Ensemble::new(run, Arc::clone(&ready.model), threads, &stop).map_err(file_error)?.at(times);
         let ended = if ensemble.threads() == 1 {
             interruptible(py, || ensemble.run(&members, begin, watched(&stop, point)))?
         } else {
@@ -574,6 +583,11 @@ impl Core {
     }
 }
 
+/// A scene in which these positions and velocities are known at the start.
+fn with_known(scene: &Scene, names: &[String]) -> Scene {
+    names.iter().fold(scene.clone(), |scene, name| scene.initial(name, 0.0))
+}
+
 /// What was collected of a member, and why it ended early.
 fn outcome<C>((collected, ended): (C, Ended)) -> PyResult<(C, Option<String>)> {
     match ended {
@@ -583,10 +597,18 @@ fn outcome<C>((collected, ended): (C, Ended)) -> PyResult<(C, Option<String>)> {
 }
 
 impl Ready {
+    /// Names and units of the outputs.
+    fn columns(&self) -> Vec<(String, String)> {
+        let variables = &self.compiled.description.variables;
+        let named = |index: usize| (variables[index].name.clone(), variables[index].unit.si.clone());
+        self.compiled.reported().into_iter().map(named).collect()
+    }
+
     /// One run, in this thread and in the instance that is kept for that.
     fn alone<C>(
         &self,
         mut run: Run,
+        times: &[f64],
         settings: &[(usize, f64)],
         mut collected: C,
         point: impl Fn(&mut C, f64, &[f64]),
@@ -595,7 +617,7 @@ impl Ready {
         let spare = || self.spare.lock().unwrap_or_else(PoisonError::into_inner);
         let kept = spare().take();
         let mut instance = kept.unwrap_or_else(|| Instance::boxed(Arc::clone(&self.model)));
-        let ended = run.start_in(&mut instance, |time, values| {
+        let ended = run.start_at(&mut instance, times.iter().copied(), |time, values| {
             if listening::wants_end() {
                 return Err(std::io::ErrorKind::Interrupted.into());
             }
@@ -621,7 +643,7 @@ fn watched<C>(
 }
 
 /// Computes in other threads, while this one listens.
-fn listened<T: Send>(stop: &AtomicBool, compute: impl FnOnce() -> T + Send) -> PyResult<T> {
+pub fn listened<T: Send>(stop: &AtomicBool, compute: impl FnOnce() -> T + Send) -> PyResult<T> {
     std::thread::scope(|scope| {
         let (send, receive) = mpsc::channel();
         scope.spawn(move || send.send(compute()));
@@ -646,6 +668,11 @@ fn warn_of<C>(py: Python<'_>, ended: &[(C, Ended)]) -> PyResult<()> {
     let Some(first) = found.next() else { return Ok(()) };
     let of = if ended.len() > 1 { format!("{} of {} runs: ", 1 + found.count(), ended.len()) } else { String::new() };
     warn(py, &of, first)
+}
+
+/// The solver for browsers, if a folder of runtimes has it.
+pub fn for_browsers(runtimes: Option<&Path>) -> PyResult<Option<Vec<u8>>> {
+    runtimes.map_or(Ok(None), runtime::for_browsers).map_err(file_error)
 }
 
 /// These outputs in place of those of the scene, if any are given.

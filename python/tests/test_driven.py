@@ -63,6 +63,39 @@ def test_a_driven_system_is_identified_from_values_with_gaps():
         model.fit({"time": seen.time, "c.x": x, "c.vx": v * np.nan}, "m", inputs=PUSH)
 
 
+def test_several_experiments_determine_what_none_does_alone():
+    model = cotree.loads(
+        "name='loaded'\ndimension=1\n[parameters]\nm='1.5 kg'\nk='200 N/m'\nmore='0 kg'\n[inputs]\npush={start=0.0,unit='N'}\n[bodies.c]\nmass='m + more'\n"
+        "[loads.s]\ntype='spring'\nbetween=['ground','c']\nstiffness='k'\nlength=0.0\n[loads.f]\ntype='force'\non='c'\nvector=['push']\n"
+        "[initial]\n'c.x'=0.1\n'c.vx'=0.0\n[outputs]\nvariables=['c.x']\n[experiment]\nstop=1.0\ntolerance=1e-10\n"
+    )
+    t = np.linspace(0.05, 0.95, 19)
+    alone = {"time": t, "c.x": 0.1 * np.cos(np.sqrt(250 / 2) * t)}
+    x = 0.04 * np.cos(np.sqrt(250 / 5) * t)
+    x[3] = np.nan
+    loaded = cotree.Experiment({"time": t, "c.x": x}, set={"more": "3 kg", "c.x": 0.04})
+    for one in (alone, loaded):
+        with pytest.raises(cotree.RunError, match="do not determine"):
+            model.fit([one], ["k", "m"])
+    found = model.fit([alone, loaded], {"k": None, "m": (0.1, 10)})
+    assert found["k"] == pytest.approx(250, abs=1e-4) and found["m"] == pytest.approx(2, abs=1e-6)
+    assert [len(own.time) for own in found.experiments] == [19, 19] and np.isnan(found.experiments[1].residuals["c.x"][3])
+    assert found.model.simulate(times=t)["c.x"] == pytest.approx(alone["c.x"], abs=1e-6)
+    with pytest.raises(ValueError, match="2 experiments"):
+        found.residuals
+    # A frame alone is one experiment, as before; so is a list of one.
+    one = model.fit(alone, "m", set={"k": 250})
+    assert one == model.fit([alone], "m", set={"k": 250}) and len(one.residuals["c.x"]) == 19
+    # Inputs of its own: what is pushed from rest tells the mass, whatever the spring is called.
+    still = model.simulate(set={"c.x": 0.0, "k": 250, "m": 2}, inputs={"time": [0, 1], "push": [3.0, 9.0]}, times=t)
+    pushed = cotree.Experiment({"time": t, "c.x": still["c.x"]}, set={"c.x": 0.0}, inputs={"time": [0, 1], "push": [3.0, 9.0]})
+    assert model.fit([alone, pushed], ["k", "m"])["m"] == pytest.approx(2, abs=1e-6)
+    with pytest.raises(ValueError, match="experiment 2: `m` is varied"):
+        model.fit([alone, cotree.Experiment(loaded.measured, set={"m": 3})], ["k", "m"])
+    with pytest.raises(ValueError, match="nothing was measured"):
+        model.fit([], "k")
+
+
 def test_peaks_and_linear_systems_along_a_driven_motion():
     model = cart("push - 8*c.x*push")
     for time, push in ((0.1, 1.0), (0.35, 2.0), (1.0, -1.0), (2.0, 4.0)):

@@ -277,3 +277,35 @@ def test_no_runs_one_name_and_many_threads_are_fine(pendulum):
     two = pendulum.simulate_many({"length": [1, 2]}, stop=0.1, threads=1_000_000)
     frame = two.to_polars()
     assert frame.columns[:2] == ["run", "time"] and np.array_equal(frame["bob.angle"][-101:], two[1]["bob.angle"])
+
+
+def test_times_have_the_bits_of_communication_points(slider_crank, pendulum):
+    steps = slider_crank.simulate(stop=1, step=0.05)
+    listed = slider_crank.simulate(times=steps.time)
+    assert listed == steps and not listed.time.flags.writeable
+    uneven = [0.0, 0.137, 0.138, 0.9, 1.0]
+    seen = slider_crank.simulate(times=uneven)
+    assert seen.time.tolist() == uneven
+    # The same run asked at more times has the same values at these.
+    more = slider_crank.simulate(times=sorted({*uneven, *steps.time.tolist()}))
+    for place, time in enumerate(uneven):
+        assert seen.at(time) == more.at(time) and seen.to_numpy()[place].tolist() == list(more.at(time).values())
+    # A pendulum's small swing is known at any time.
+    swing = pendulum.simulate(times=["0.1 s", "700 ms"], set={"bob.angle": 1e-4})["bob.angle"]
+    assert swing == pytest.approx(1e-4 * np.cos(np.sqrt(9.81) * np.array([0.1, 0.7])), rel=1e-6)
+    many = slider_crank.simulate_many({"rod_length": [1.4, 1.5]}, times=uneven, threads=2)
+    assert many[1].to_numpy().tolist() == slider_crank.simulate(times=uneven, set={"rod_length": 1.5}).to_numpy().tolist()
+    table = slider_crank.measure("mean(cylinder.s)", {"rod_length": [1.4]}, times=uneven)
+    assert table["mean(cylinder.s)"][0] == pytest.approx(np.trapezoid(many[0]["cylinder.s"], uneven))
+    value, _ = slider_crank.value_and_gradient("max(cylinder.s)", {"rod_length": 1.4}, times=uneven)
+    assert value == pytest.approx(many[0]["cylinder.s"].max(), abs=1e-6)
+
+
+def test_times_that_are_none_are_said(pendulum):
+    with pytest.raises(ValueError, match="leave `stop` and `step` out"):
+        pendulum.simulate(times=[0, 1], stop=1)
+    for times, told in (([], "at least one"), ([1, 0.5], "ascending"), ([-1, 1], "from the start"), ([0, np.nan], "ascending")):
+        with pytest.raises(ValueError, match=told):
+            pendulum.simulate(times=times)
+    with pytest.raises(TypeError, match="not a time"):
+        pendulum.simulate(times=[None])

@@ -1,5 +1,6 @@
 """The package and programs that use it pass the strict checks of mypy."""
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -39,6 +40,41 @@ def test_the_package_and_a_program_are_typed(tmp_path):
         command = [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(tmp_path / "cache"), *checked]
         done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, env=environment, check=False)
         assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_wrong_keys_of_a_builder_are_found(tmp_path):
+    pytest.importorskip("mypy")
+    program = tmp_path / "program.py"
+    program.write_text(
+        "import cotree\n\nbuilt = cotree.Builder('a').body('b', mass=1, point={'p': [0, 1]})\n"
+        "built.load('s', 'spirng', between=['ground', 'b'])\nbuilt.prismatic('j', 'ground', 'b', [1, 0], angle='3 deg', friction={'coulomb': 1, 'velocity': 0.01})\n"
+    )
+    folder = Path(cotree.__file__).parent.parent
+    environment = {} if folder.name == "site-packages" else {"MYPYPATH": str(folder)}
+    command = [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(tmp_path / "cache"), str(program)]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, env=environment, check=False)
+    wrong = [line for line in done.stdout.splitlines() if "error:" in line]
+    assert len(wrong) == 2 and '"point"' in wrong[0] and "spirng" in wrong[1], done.stdout
+
+
+def test_the_types_of_keys_are_those_of_the_schema(root):
+    done = subprocess.run([sys.executable, str(root / "tools/python/keys.py"), "--check"], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout
+
+
+def test_the_programs_of_the_pages_are_typed(root, tmp_path):
+    pytest.importorskip("mypy")
+    pages = ["README.md", "docs/python.md", "docs/sensitivities.md"]
+    for page in pages:
+        blocks = re.findall(r"^```python\n(.*?)^```", (root / page).read_text(), re.MULTILINE | re.DOTALL)
+        (tmp_path / f"{Path(page).stem.lower()}_page.py").write_text("\n".join(blocks))
+    folder = Path(cotree.__file__).parent.parent
+    environment = {} if folder.name == "site-packages" else {"MYPYPATH": str(folder)}
+    # Of the packages that pages use some bring no types.
+    command = [sys.executable, "-m", "mypy", "--strict", "--disable-error-code=import-untyped"]
+    programs = sorted(map(str, tmp_path.glob("*_page.py")))
+    done = subprocess.run([*command, "--cache-dir", str(tmp_path / "cache"), *programs], capture_output=True, text=True, cwd=tmp_path, env=environment, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
 
 
 def test_the_stubs_are_those_of_the_library(tmp_path):

@@ -60,7 +60,7 @@ impl Stroke {
         let at = |[from, to]: [f64; 2], share: f64| from + share * (to - from);
         let point = |step: usize| {
             let share = step as f64 / steps as f64;
-            let (sine, cosine) = at(angles, share).sin_cos();
+            let (sine, cosine) = libm::sincos(at(angles, share));
             [at(radii, share) * cosine, at(radii, share) * sine]
         };
         Stroke::open((0..=steps).map(point).collect())

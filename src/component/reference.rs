@@ -24,6 +24,14 @@ pub fn reference() -> String {
     let states = "Quantities whose rates are given: currents, pressures, temperatures, integrals of controllers. Laws, outputs and other states use them by \
                   their names. [machines.md](machines.md) explains them.";
     table(&mut text, "`states`", states, tables::STATE);
+    let sampled = "Values that change at ticks only and are constant in between: controllers, counters, what a computer does. Laws, outputs, rates of states and other \
+                   sampled values use them by their names. [machines.md](machines.md#sampled-values) explains them.";
+    table(&mut text, "`sampled`", sampled, tables::SAMPLED);
+    push(&mut text, "Each of its `values` is a number, its start, or a table with these keys:\n");
+    rows(&mut text, tables::SAMPLED_VALUE);
+    let events = "What happens when a comparison begins to hold; a comparison that holds at the start begins to hold there. `events.NAME.time` is when it happened last, \
+                  and less than zero before that. [machines.md](machines.md#events) explains them.";
+    table(&mut text, "`events`", events, tables::EVENT);
     let signals = "Laws that loads, drivers, outputs and other signals use by their names: a number or an expression, or a table with these keys. \
                    [expressions.md](expressions.md#signals) explains them.";
     table(&mut text, "`signals`", signals, tables::SIGNAL);

@@ -2,8 +2,8 @@
 
 use super::key::{Form, Key};
 use crate::model::measure::{FORCE, VELOCITY};
-use crate::model::{Part, Range, measure};
-use crate::network::{CoordinateName, Direction, Force, Known, Resistance, System, TranslationalRow, table2};
+use crate::model::{Part, Quantity, Range, measure};
+use crate::network::{Direction, Force, Known, Resistance, System, TranslationalRow, table2};
 
 pub(super) const DAMPING: Key =
     Key::optional("damping", Form::Constant(measure::DAMPING, Range::Any), "viscous friction");
@@ -19,7 +19,7 @@ pub(super) fn row(system: &mut System, part: &Part) -> TranslationalRow {
         ends: part.between.map(|place| system.t_node(place)),
         priority: table2::PRISMATIC,
         known: Known::Zero,
-        motion: vec![(Direction::Fixed(first, [ux, uy]), CoordinateName::new(&part.name, ["s", "v", "a"]))],
+        motion: vec![(Direction::Fixed(first, [ux, uy]), part.owner.motion(Quantity::SLIDE))],
         reaction: vec![Direction::Fixed(first, normal)],
         through: resistance.map_or(Force::None, Force::Resistance),
     }

@@ -38,9 +38,9 @@ impl Equations {
         if !matches!(row.through, Force::Line(_)) || self.system.mechanism.dimension == Dimension::One {
             return None;
         }
-        let (ends, load) = (row.ends, &self.system.mechanism.loads[load.0]);
+        let (ends, load_id, load) = (row.ends, load, &self.system.mechanism.loads[load.0]);
         let [stiffness, damping, free] = (load.component().linear)(load).ok()??;
-        if free != Formula::Number(0.0) {
+        if free != Formula::Number(0.0) || self.system.mechanism.presence(load_id).is_some() {
             return None;
         }
         let across = self.kinematics.spanned(&mut self.system, ends).position;

@@ -37,6 +37,8 @@ use crate::network::{Angle, CoordinateName, ElementId, Rotation, System, TNode, 
 #[derive(Clone, Debug)]
 pub struct Coordinate {
     pub element: ElementId,
+    /// It, its rate and its acceleration.
+    pub variables: [Variable; 3],
     pub name: CoordinateName,
     /// An angle \[rad\]? Otherwise a displacement \[m\].
     pub angular: bool,
@@ -165,20 +167,24 @@ fn coordinates(
     system: &System,
     trees: &Trees,
 ) -> (Vec<Coordinate>, BTreeMap<ElementId, usize>, BTreeMap<ElementId, usize>) {
+    let of = |element, variables, angular| {
+        let name = CoordinateName::of(&system.mechanism, variables);
+        Coordinate { element, variables, name, angular }
+    };
     let mut coordinates = Vec::new();
     let (mut t_first, mut r_first) = (BTreeMap::new(), BTreeMap::new());
     for &branch in &trees.translation.branches {
         if let Some(row) = &system.element(branch).translation {
             t_first.insert(branch, coordinates.len());
-            for (_, name) in &row.motion {
-                coordinates.push(Coordinate { element: branch, name: name.clone(), angular: false });
+            for &(_, variables) in &row.motion {
+                coordinates.push(of(branch, variables, false));
             }
         }
     }
     for &branch in &trees.rotation.branches {
-        if let Some(Angle::Free(name)) = system.element(branch).rotation.as_ref().map(|row| &row.angle) {
+        if let Some(&Angle::Free(variables)) = system.element(branch).rotation.as_ref().map(|row| &row.angle) {
             r_first.insert(branch, coordinates.len());
-            coordinates.push(Coordinate { element: branch, name: name.clone(), angular: true });
+            coordinates.push(of(branch, variables, true));
         }
     }
     (coordinates, t_first, r_first)

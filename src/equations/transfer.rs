@@ -41,7 +41,7 @@ impl Equations {
     /// A displacement from the datum, along an axis of the world, to the end of a deep path.
     fn total_across(&mut self, coordinate: &Coordinate, order: Order) -> Option<Expr> {
         let row = self.system.element(coordinate.element).translation.as_ref()?;
-        let &(direction, _) = row.motion.iter().find(|(_, name)| *name == coordinate.name)?;
+        let &(direction, _) = row.motion.iter().find(|(_, own)| *own == coordinate.variables)?;
         let axis = match direction {
             Direction::X => 0,
             Direction::Y => 1,
@@ -122,13 +122,13 @@ impl Equations {
     fn own(&self, coordinate: &Coordinate) -> Option<usize> {
         let first = *self.first.get(&(coordinate.element, coordinate.angular))?;
         let mut own = self.coordinates[first..].iter().take_while(|own| own.element == coordinate.element);
-        own.position(|own| own.name == coordinate.name).map(|place| first + place)
+        own.position(|own| own.variables == coordinate.variables).map(|place| first + place)
     }
 
     /// The across variable of a coordinate's element without its known part, and the direction of the coordinate.
     fn free_motion(&mut self, coordinate: &Coordinate) -> Option<(PointMotion, Direction)> {
         let row = self.system.element(coordinate.element).translation.clone()?;
-        let direction = row.motion.iter().find(|(_, name)| *name == coordinate.name)?.0;
+        let direction = row.motion.iter().find(|(_, own)| *own == coordinate.variables)?.0;
         let known = self.kinematics.known(&mut self.system, &row.known);
         let arena = &mut self.system.arena;
         let across = self.kinematics.across(arena, row.ends);

@@ -91,6 +91,9 @@ impl Equations {
                 let net = arena.subtract(weight, acceleration);
                 own.force = arena.multiply(own.mass, net);
             }
+            Origin::Load(load) if mechanism.presence(load).is_some() => {
+                return Err(format!("an event can remove `{}`", mechanism.loads[load.0].name));
+            }
             Origin::Load(load) => {
                 let load = &mechanism.loads[load.0];
                 match (load.component().linear)(load)? {

@@ -1,9 +1,9 @@
 //! The description of an FMU: plain data, written as `modelDescription.xml` by [`super::xml`].
 
 use std::collections::HashMap;
-use std::sync::Arc;
 
 use crate::model::{Credits, Experiment, Unit};
+pub use crate::program::{Causality, ScalarVariable, Start, Type, Variability};
 
 /// An FMU's description.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,114 +65,6 @@ pub enum Flow {
     In,
     /// A force or torque of the mechanism.
     Out,
-}
-
-/// A variable of type Real.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ScalarVariable {
-    /// The structured name, unique.
-    pub name: String,
-    /// One line; may be empty.
-    pub description: String,
-    /// Its unit; the empty unit if it is not known or a pure number.
-    pub unit: Unit,
-    /// What it is to the importer.
-    pub causality: Causality,
-    /// Its initial value, if it is calculated and that can be set.
-    pub start: Option<Start>,
-    /// Index of the variable whose derivative it is.
-    pub derivative_of: Option<usize>,
-    /// For a derivative, the place of its state among the states.
-    pub state: Option<usize>,
-    /// Indices of the inputs and states that it depends on while simulating.
-    pub dependencies: Arc<[usize]>,
-    /// The same with the parameters, and [`Description::time`] if it depends on time: what FMI 3.0 counts as known.
-    pub all_dependencies: Arc<[usize]>,
-}
-
-/// The initial value of a calculated variable.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Start {
-    /// It holds.
-    Exact(f64),
-    /// A guess that picks the assembly.
-    Approximate(f64),
-}
-
-/// What a variable is to the importer.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Causality {
-    /// Set before the simulation, or if tunable during it.
-    Parameter {
-        /// May it change after initialisation?
-        tunable: bool,
-        /// Default value, SI.
-        start: f64,
-        /// Smallest permitted value, SI.
-        min: Option<f64>,
-        /// Largest permitted value, SI.
-        max: Option<f64>,
-    },
-    /// Follows parameters that can be set.
-    CalculatedParameter {
-        /// May these change after initialisation?
-        tunable: bool,
-    },
-    /// Set at communication points.
-    Input {
-        /// Value until it is set, SI.
-        start: f64,
-        /// Smallest permitted value, SI.
-        min: Option<f64>,
-        /// Largest permitted value, SI.
-        max: Option<f64>,
-    },
-    /// Asked for by the scene.
-    Output,
-    /// Readable, but not asked for.
-    Local,
-    /// Time.
-    Independent,
-}
-
-impl Causality {
-    /// The word for it in the standard.
-    pub fn name(self) -> &'static str {
-        match self {
-            Causality::Parameter { .. } => "parameter",
-            Causality::CalculatedParameter { .. } => "calculatedParameter",
-            Causality::Input { .. } => "input",
-            Causality::Output => "output",
-            Causality::Local => "local",
-            Causality::Independent => "independent",
-        }
-    }
-
-    /// When its value may change.
-    pub fn variability(self) -> &'static str {
-        match self {
-            Causality::Parameter { tunable: false, .. } | Causality::CalculatedParameter { tunable: false } => "fixed",
-            Causality::Parameter { tunable: true, .. } | Causality::CalculatedParameter { tunable: true } => "tunable",
-            _ => "continuous",
-        }
-    }
-
-    /// Of what the importer sets: its default, and the smallest and the largest value permitted, SI.
-    pub fn range(self) -> Option<(f64, [Option<f64>; 2])> {
-        match self {
-            Causality::Parameter { start, min, max, .. } | Causality::Input { start, min, max } => {
-                Some((start, [min, max]))
-            }
-            Causality::CalculatedParameter { .. } | Causality::Output | Causality::Local | Causality::Independent => {
-                None
-            }
-        }
-    }
-
-    /// Is its value computed along the motion?
-    pub fn follows_motion(self) -> bool {
-        matches!(self, Causality::Output | Causality::Local)
-    }
 }
 
 impl Description {

@@ -172,6 +172,11 @@ impl Runtime {
         std::ptr::eq(&raw const *self.library, &raw const *LIBRARY)
     }
 
+    /// The library as FMUs have it.
+    pub fn packed_library(&self) -> Cow<'_, [u8]> {
+        if self.is_own() { Self::own_library() } else { Cow::Borrowed(&*self.library) }
+    }
+
     /// The embedded library as FMUs have it. Its messages say where in the source something is impossible; dots stand there for the folder of whoever built
     /// cotree. Libraries of macOS are signed and stay as they are.
     pub(super) fn own_library() -> Cow<'static, [u8]> {
@@ -220,7 +225,19 @@ impl Runtime {
 /// # Errors
 /// The file cannot be read, is something else, or belongs to another version.
 pub fn for_browsers(runtimes: &Path) -> Result<Option<Vec<u8>>, RuntimeError> {
-    let file = runtimes.join("web").join("cotree_runtime.wasm");
+    web_module(runtimes, "cotree_runtime.wasm")
+}
+
+/// The way from a scene to its FMU for browsers, if the folder has it: `web/cotree_front.wasm`.
+///
+/// # Errors
+/// The file cannot be read, is something else, or belongs to another version.
+pub fn front_for_browsers(runtimes: &Path) -> Result<Option<Vec<u8>>, RuntimeError> {
+    web_module(runtimes, "cotree_front.wasm")
+}
+
+fn web_module(runtimes: &Path, name: &str) -> Result<Option<Vec<u8>>, RuntimeError> {
+    let file = runtimes.join("web").join(name);
     match fs::read(&file) {
         Ok(module) if !module.starts_with(b"\0asm") => Err(RuntimeError::Foreign { platform: "browsers", file }),
         Ok(module) if !understands(&module) => Err(RuntimeError::Version { file }),

@@ -2,33 +2,38 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::description::{Flow, Member, Terminal};
-use crate::model::{Formula, Mechanism, Motion, Owner, Part, Unit, Value};
-use crate::program::TableRow;
+use cotree_fmu::program::Source;
 
-/// The terminals of a mechanism, in the order of its outputs, then of the inputs.
-pub(super) fn terminals(mechanism: &Mechanism, rows: &[TableRow]) -> Vec<Terminal> {
-    let places: HashMap<&str, usize> = rows.iter().enumerate().map(|(place, row)| (row.name.as_str(), place)).collect();
+use super::description::{Flow, Member, Terminal};
+use crate::model::{Formula, Mechanism, Motion, Output, Owner, Part, Unit, Value, Variable};
+use crate::program::{Of, TableRow};
+
+/// The terminals of a mechanism, in the order of the outputs, then of the inputs.
+pub(super) fn terminals(mechanism: &Mechanism, outputs: &[Output], rows: &[TableRow]) -> Vec<Terminal> {
+    let known = |row: &TableRow| match row.of {
+        Some(Of::Variable(variable)) => Some(variable),
+        Some(Of::State(_) | Of::Held(_)) | None => None,
+    };
+    let places: HashMap<Variable, usize> =
+        rows.iter().enumerate().filter_map(|(place, row)| Some((known(row)?, place))).collect();
     let mut found = Found::default();
-    for output in &mechanism.outputs {
-        let Formula::Variable(variable) = output.value else { continue };
-        let (Some(&place), Some((owner, member))) = (places.get(output.name.as_str()), output.name.rsplit_once('.'))
-        else {
+    for output in outputs {
+        // The energy of the whole mechanism is nobody's.
+        let variable = mechanism.variable_of(output).filter(|variable| variable.owner != Owner::System);
+        let Some((variable, &place)) = variable.and_then(|variable| Some((variable, places.get(&variable)?))) else {
             continue;
         };
-        // The energy of the whole mechanism is nobody's.
-        if variable.owner != Owner::System {
-            let kind = if is_effort(&output.unit) { Flow::Out } else { Flow::None };
-            found.add(owner, member.to_owned(), place, kind);
-        }
+        let kind = if is_effort(&output.unit) { Flow::Out } else { Flow::None };
+        found.add(&mechanism.owner_name(variable), variable.quantity.word().to_owned(), place, kind);
     }
     for part in mechanism.drivers.iter().chain(&mechanism.loads) {
         // A force acts on the second point.
         let joint = part.joint().map(|joint| mechanism.joints[joint.0].name.clone());
         let owner = joint.unwrap_or_else(|| mechanism.place_name(part.between[1]));
-        for (member, input) in inputs(part) {
-            let input = &mechanism.inputs[input];
-            if let Some(&place) = places.get(input.name.as_str()) {
+        for (member, index) in inputs(part) {
+            let input = &mechanism.inputs[index];
+            let source = Source::Input(index as u32);
+            if let Some(place) = rows.iter().position(|row| row.source == source) {
                 let kind = if is_effort(&input.unit) { Flow::In } else { Flow::None };
                 found.add(&owner, member, place, kind);
             }

@@ -2,7 +2,9 @@
 
 use std::collections::HashMap;
 
-use super::{Arena, Expr, Node, Symbol};
+use cotree_fmu::model::State;
+
+use super::{Arena, Expr, Node, Order, Symbol};
 
 pub trait Values {
     fn value(&self, symbol: Symbol) -> f64;
@@ -11,6 +13,25 @@ pub trait Values {
 impl<F: Fn(Symbol) -> f64> Values for F {
     fn value(&self, symbol: Symbol) -> f64 {
         self(symbol)
+    }
+}
+
+/// A state has no accelerations, no rates of its own states, no reactions and no masses that are missing: they count as zero.
+impl Values for State {
+    fn value(&self, symbol: Symbol) -> f64 {
+        let of = |list: &[f64], index: usize| list.get(index).copied().unwrap_or_default();
+        match symbol {
+            Symbol::Time => self.time(),
+            Symbol::Parameter(i) => of(self.parameters(), i),
+            Symbol::Input(i, order) if i < self.inputs().len() => self.input_polynomial(i)[order as usize],
+            Symbol::Follower(i, Order::Position) => of(self.follower_positions(), i),
+            Symbol::Follower(i, Order::Velocity) => of(self.follower_rates(), i),
+            Symbol::Coordinate(i, Order::Position) => of(self.positions(), i),
+            Symbol::Coordinate(i, Order::Velocity) => of(self.rates(), i),
+            Symbol::State(i, Order::Position) => of(self.states(), i),
+            Symbol::Input(..) | Symbol::Coordinate(..) | Symbol::Follower(..) | Symbol::State(..) => 0.0,
+            Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => 0.0,
+        }
     }
 }
 

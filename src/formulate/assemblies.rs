@@ -10,8 +10,8 @@ use cotree_fmu::program::Program;
 use super::restrictions::{Restrictions, restrictions};
 use super::{equations, typical_length};
 use crate::diagnostic::{Fault, Span};
-use crate::equations::Equations;
-use crate::model::{BodyId, Class, Coordinates, Formula, Initial, JointId, Mechanism, Owner, Place, Variable};
+use crate::equations::{Coordinate, Equations};
+use crate::model::{Class, Coordinates, Formula, Initial, Mechanism, Owner, Variable};
 
 /// More poses than this are no set of single ones.
 const MOST: usize = 64;
@@ -35,9 +35,10 @@ pub struct Assemblies {
     pub is_own: bool,
 }
 
-/// A variable with its value, SI.
+/// A coordinate with its value, SI.
 #[derive(Clone, Debug)]
 pub struct Value {
+    pub variable: Variable,
     pub name: String,
     pub value: f64,
     pub angular: bool,
@@ -129,7 +130,11 @@ fn values(equations: &Equations, model: &Model, state: &State) -> Vec<Value> {
         }
     }
     let coordinates = equations.coordinates.iter().zip(reduced.positions());
-    coordinates.map(|(own, &value)| Value { name: own.name.position.clone(), value, angular: own.angular }).collect()
+    let value = |(own, &value): (&Coordinate, &f64)| {
+        let (variable, name) = (own.variables[0], own.name.position.clone());
+        Value { variable, name, value, angular: own.angular }
+    };
+    coordinates.map(value).collect()
 }
 
 fn solved(program: Program, mechanism: &Mechanism) -> Result<(Model, Option<State>), Vec<Fault>> {
@@ -145,7 +150,9 @@ fn hold(mechanism: &mut Mechanism, names: &[Value], own: &State, open: usize, gu
     let mut candidates: Vec<(bool, usize, Variable)> = names
         .iter()
         .enumerate()
-        .filter_map(|(index, value)| Some((index, variable(mechanism, &value.name)?)))
+        // No load is held: its ends are.
+        .filter(|(_, value)| matches!(value.variable.owner, Owner::Place(_) | Owner::Joint(_)))
+        .map(|(index, value)| (index, value.variable))
         .filter(|(_, variable)| mechanism.initial.iter().all(|known| known.variable != *variable))
         .map(|(index, variable)| (guessed.contains(&variable), index, variable))
         .collect();
@@ -156,19 +163,6 @@ fn hold(mechanism: &mut Mechanism, names: &[Value], own: &State, open: usize, gu
         mechanism.initial.push(Initial { variable, value, display: None, known: true, span: Span::default() });
     }
     candidates.iter().map(|(_, index, _)| names[*index].clone()).collect()
-}
-
-/// The position of a body or joint with a name such as `crank.angle`.
-fn variable(mechanism: &Mechanism, name: &str) -> Option<Variable> {
-    let (owner, word) = name.rsplit_once('.')?;
-    let quantity = |list: &[crate::model::Quantity]| list.iter().copied().find(|quantity| quantity.word() == word);
-    if let Some(index) = mechanism.bodies.iter().position(|body| body.name == owner) {
-        let quantity = quantity(crate::component::body::VARIABLES)?;
-        return Some(Variable { owner: Owner::Place(Place::Centre(BodyId(index))), quantity });
-    }
-    let index = mechanism.joints.iter().position(|joint| joint.name == owner)?;
-    let quantity = quantity(mechanism.joints[index].component().variables)?;
-    Some(Variable { owner: Owner::Joint(JointId(index)), quantity })
 }
 
 /// Solves from the scene's own start, with its number of freedoms, and from others that fill the space of positions evenly.
@@ -182,11 +176,11 @@ fn search(
     let length = typical_length(&mut equations);
     let draft = crate::program::positions(&mut equations, length);
     let ranges = ranges(&equations, length);
-    let known: Vec<String> = mechanism.initial.iter().map(|own| mechanism.variable_name(own.variable)).collect();
+    let known: Vec<Variable> = mechanism.initial.iter().map(|own| own.variable).collect();
     let mut found = Assemblies { held, poses: Vec::new(), found: Vec::new(), failed: 0, loose: 0, is_own: true };
     for start in 0..=starts {
         let mut program = draft.clone();
-        let stays = |index: usize| start == 0 || known.contains(&equations.coordinates[index].name.position);
+        let stays = |index: usize| start == 0 || known.contains(&equations.coordinates[index].variables[0]);
         let place = |(index, place): (usize, f64)| if stays(index) { own.positions()[index] } else { place };
         let mut positions: Vec<f64> = even_place(start, &ranges).enumerate().map(place).collect();
         positions.extend(own.positions().iter().skip(ranges.len()).chain(own.follower_positions()));
@@ -217,10 +211,10 @@ fn is_loose(equations: &Equations, pose: (Model, State), length: f64, freedoms: 
 }
 
 /// Has a pose the known coordinates of the scene's own start?
-fn keeps(equations: &Equations, known: &[String], own: &State, pose: &State) -> bool {
+fn keeps(equations: &Equations, known: &[Variable], own: &State, pose: &State) -> bool {
     let coordinates = equations.coordinates.iter().zip(own.positions().iter().zip(pose.positions()));
-    let apart = |(coordinate, (a, b)): (&crate::equations::Coordinate, (&f64, &f64))| {
-        known.contains(&coordinate.name.position) && (a - b).abs() > SAME
+    let apart = |(coordinate, (a, b)): (&Coordinate, (&f64, &f64))| {
+        known.contains(&coordinate.variables[0]) && (a - b).abs() > SAME
     };
     !coordinates.into_iter().any(apart)
 }
@@ -255,8 +249,8 @@ impl Assemblies {
 /// x^(d+1) = x + 1 (Roberts 2018).
 fn even(n: usize, index: usize, dimension: usize) -> f64 {
     let power = dimension as f64 + 1.0;
-    let root = (0..60).fold(1.5f64, |root, _| (1.0 + root).powf(1.0 / power));
-    (0.5 + n as f64 * root.powf(-(index as f64 + 1.0))).fract()
+    let root = (0..60).fold(1.5f64, |root, _| libm::pow(1.0 + root, 1.0 / power));
+    (0.5 + n as f64 * libm::pow(root, -(index as f64 + 1.0))).fract()
 }
 
 #[cfg(test)]

@@ -27,12 +27,14 @@ use crate::model::{BodyId, Coordinates, Formula, Mechanism, Output, Owner, Varia
 use crate::network::{ElementId, Held, Origin, System, Trees};
 use crate::program::Lowered;
 use crate::scene::constant;
-use crate::solve::{Obstacle, Pose, Shared};
+use crate::solve::{Obstacle, Shared};
 
 /// A mechanism with its equations, assembled at its initial state and lowered.
 #[derive(Clone, Debug)]
 pub struct Formulated {
     pub equations: Equations,
+    /// What is asked of the mechanism.
+    pub outputs: Vec<Output>,
     pub lowered: Lowered,
     /// The consistent initial state at default parameters and inputs.
     pub state: State,
@@ -47,20 +49,20 @@ impl Formulated {
     }
 }
 
-/// Formulates, assembles and lowers.
+/// Formulates, assembles and lowers, with these outputs.
 ///
 /// # Errors
 /// Wrong trees, contradictions, loops that cannot be closed, masses that are missing where motion needs them.
-pub fn formulate(mechanism: &Mechanism) -> Result<Formulated, Vec<Fault>> {
-    formulate_with(equations(mechanism, &mechanism.coordinates)?)
+pub fn formulate(mechanism: &Mechanism, outputs: &[Output]) -> Result<Formulated, Vec<Fault>> {
+    formulate_with(equations(mechanism, &mechanism.coordinates)?, outputs)
 }
 
 /// As [`formulate`], for printed equations.
 ///
 /// # Errors
 /// As there, or equations that are too large to be written.
-pub fn formulate_written(mechanism: &Mechanism) -> Result<Formulated, Vec<Fault>> {
-    let formulated = formulate(mechanism)?;
+pub fn formulate_written(mechanism: &Mechanism, outputs: &[Output]) -> Result<Formulated, Vec<Fault>> {
+    let formulated = formulate(mechanism, outputs)?;
     size::check_written(&formulated.equations)?;
     Ok(formulated)
 }
@@ -69,7 +71,7 @@ pub fn formulate_written(mechanism: &Mechanism) -> Result<Formulated, Vec<Fault>
 ///
 /// # Errors
 /// Contradictions, loops that cannot be closed, masses that are missing where motion needs them.
-pub fn formulate_with(mut equations: Equations) -> Result<Formulated, Vec<Fault>> {
+pub fn formulate_with(mut equations: Equations, outputs: &[Output]) -> Result<Formulated, Vec<Fault>> {
     let length = typical_length(&mut equations);
     let mut faults = check_trivial(&mut equations, length);
     faults.extend(without_rate(&equations.system.mechanism));
@@ -85,20 +87,14 @@ pub fn formulate_with(mut equations: Equations) -> Result<Formulated, Vec<Fault>
     let Restrictions { mut equations, state, generic, .. } = found;
     let rows = equations.constraints.iter().enumerate();
     let redundant: Vec<usize> = rows.filter(|(_, row)| !row.is_imposed()).map(|(index, _)| index).collect();
-    let [pose, generic] = [&state, &generic].map(|state| Pose {
-        time: state.time(),
-        positions: state.positions().to_vec(),
-        followers: state.follower_positions().to_vec(),
-        states: state.states().to_vec(),
-    });
-    let mut lowered = match crate::program::program(&mut equations, length, [&pose, &generic]) {
+    let mut lowered = match crate::program::program(&mut equations, outputs, length, [&state, &generic]) {
         Ok(lowered) => lowered,
         // Where the loops do not close, this may have no other cause.
         Err(_) if !faults.is_empty() => return Err(faults),
         Err(obstacle) => return Err(vec![unsolvable(&mut equations, obstacle)]),
     };
-    faults.extend(check_masses(&mut equations, &lowered));
-    faults.extend(check_determined(&equations, &lowered.shared));
+    faults.extend(check_masses(&mut equations, &lowered, outputs));
+    faults.extend(check_determined(&equations, &lowered.shared, outputs));
     if !faults.is_empty() {
         return Err(faults);
     }
@@ -117,21 +113,21 @@ pub fn formulate_with(mut equations: Equations) -> Result<Formulated, Vec<Fault>
     warnings.extend(crate::laws::touches(&equations.system.mechanism));
     let jumps = crate::laws::jumps(&equations.system.mechanism);
     if moves_freely {
-        if let Some(formulated) = with_impulses(&equations, &jumps) {
+        if let Some(formulated) = with_impulses(&equations, outputs, &jumps) {
             return Ok(formulated);
         }
         warnings.extend(impulses::warnings(&equations, &jumps));
     } else {
         warnings.extend(impulses::leaps(&equations.system.mechanism, &jumps));
     }
-    Ok(Formulated { equations, lowered, state, redundant, warnings })
+    Ok(Formulated { equations, outputs: outputs.to_vec(), lowered, state, redundant, warnings })
 }
 
 /// The same with loop equations for the drivers whose rates jump; none if what they drive has no mass for an impulse to act on, or that would be too large.
-fn with_impulses(equations: &Equations, jumps: &[Jump]) -> Option<Formulated> {
+fn with_impulses(equations: &Equations, outputs: &[Output], jumps: &[Jump]) -> Option<Formulated> {
     let trees = impulses::trees(equations, jumps)?;
     size::check(&equations.system, &trees).ok()?;
-    formulate_with(Equations::new(System::new(&equations.system.mechanism), trees)).ok()
+    formulate_with(Equations::new(System::new(&equations.system.mechanism), trees), outputs).ok()
 }
 
 /// The equations for a choice of trees.
@@ -253,15 +249,14 @@ fn conflict(equations: &Equations, constraint: &Constraint, time: f64, gap: f64,
 }
 
 /// Masses that the kernels and the outputs need must be given.
-fn check_masses(equations: &mut Equations, lowered: &Lowered) -> Vec<Fault> {
+fn check_masses(equations: &mut Equations, lowered: &Lowered, outputs: &[Output]) -> Vec<Fault> {
     let mut faults = Vec::new();
     let mut said = BTreeSet::new();
     for missing in missing(equations, &lowered.solved) {
         said.insert(missing);
         faults.push(missing_mass(equations, missing, None));
     }
-    let mechanism = &*equations.system.mechanism.clone();
-    for output in &mechanism.outputs {
+    for output in outputs {
         for missing in missing_for(equations, output) {
             if said.insert(missing) {
                 faults.push(missing_mass(equations, missing, Some(output)));
@@ -286,10 +281,12 @@ fn missing_for(equations: &mut Equations, output: &Output) -> Vec<Symbol> {
 ///
 /// # Errors
 /// There are no equations for this mechanism.
-pub fn lacking(mechanism: &Mechanism) -> Result<Vec<(&Output, usize, Property)>, Vec<Fault>> {
+pub fn lacking<'o>(
+    mechanism: &Mechanism,
+    outputs: &'o [Output],
+) -> Result<Vec<(&'o Output, usize, Property)>, Vec<Fault>> {
     let mut equations = equations(mechanism, &mechanism.coordinates)?;
-    let outputs = mechanism.outputs.iter();
-    let missing = outputs.filter_map(|output| match missing_for(&mut equations, output).first() {
+    let missing = outputs.iter().filter_map(|output| match missing_for(&mut equations, output).first() {
         Some(&Symbol::Missing(body, property)) => Some((output, body, property)),
         None => None,
         Some(
@@ -451,10 +448,10 @@ fn named(equations: &Equations, owners: &[Owner]) -> Option<(ElementId, Vec<Stri
 }
 
 /// Outputs that ask for reactions which are not determined.
-fn check_determined(equations: &Equations, shared: &Shared) -> Vec<Fault> {
+fn check_determined(equations: &Equations, shared: &Shared, outputs: &[Output]) -> Vec<Fault> {
     let mechanism = &equations.system.mechanism;
     let mut faults = Vec::new();
-    for output in &mechanism.outputs {
+    for output in outputs {
         let mut asked = None;
         output.value.visit(&mut |part| match part {
             Formula::Variable(variable) if shared.undetermined.contains(variable) => asked = Some(*variable),
@@ -479,11 +476,10 @@ fn check_determined(equations: &Equations, shared: &Shared) -> Vec<Fault> {
 /// # Errors
 /// The equations cannot be formulated.
 pub fn undetermined(mechanism: &Mechanism) -> Result<Vec<Variable>, Vec<Fault>> {
-    let silent = Mechanism { outputs: Vec::new(), ..mechanism.clone() };
-    if pattern(&silent).is_none_or(|pattern| pattern.implied.is_empty()) {
+    if pattern(mechanism).is_none_or(|pattern| pattern.implied.is_empty()) {
         return Ok(Vec::new());
     }
-    Ok(formulate(&silent)?.lowered.shared.undetermined)
+    Ok(formulate(mechanism, &[])?.lowered.shared.undetermined)
 }
 
 /// Which loop equations a mechanism imposes, and what its joints imply in second order.

@@ -10,7 +10,7 @@ use nalgebra::DVector;
 
 use super::explain::assembly::owner_span;
 use super::first_state;
-use super::start::{Start, evaluate_at};
+use super::start::Start;
 use crate::diagnostic::Fault;
 use crate::diagnostic::suggest::list;
 use crate::equations::{Equations, Standing};
@@ -104,7 +104,7 @@ pub(super) fn judge(equations: &mut Equations, independent: &[usize], restrictin
 fn ahead(equations: &mut Equations, model: &Model, state: &State) -> Vec<Vec<f64>> {
     let scales: Vec<f64> = model.program().coordinates.iter().map(|coordinate| coordinate.scale).collect();
     let load = equations.dynamics().load.clone();
-    let push = evaluate_at(&equations.system.arena, state, &load);
+    let push = equations.system.arena.evaluate(&load, state);
     let rates = state.rates().iter().zip(&scales).map(|(rate, scale)| rate / scale).collect();
     let push = push.iter().zip(&scales).map(|(load, scale)| load * scale).collect();
     vec![rates, push, vec![1.0; scales.len()]]
@@ -134,7 +134,7 @@ fn implied(equations: &mut Equations, model: &Model, found: &Independence) -> Op
         let mut new = candidate.slopes.clone();
         basis.iter().for_each(|direction| new -= direction * direction.dot(&new));
         if new.norm() > FORBIDS && is_constant(equations, found, &candidate) {
-            let offset = evaluate_at(&equations.system.arena, &found.poses[0], &[candidate.value])[0];
+            let offset = equations.system.arena.evaluate(&[candidate.value], &found.poses[0])[0];
             relations.push(Implied { name: candidate.name, terms: candidate.terms, offset });
             basis.push(new.normalize());
         }
@@ -180,7 +180,7 @@ fn slopes(equations: &Equations, model: &Model, pose: &State, way: &[f64], value
         for ((place, way), coordinate) in moved.positions_mut().iter_mut().zip(way).zip(coordinates) {
             *place += step * way * coordinate.scale;
         }
-        evaluate_at(&equations.system.arena, &moved, values)
+        equations.system.arena.evaluate(values, &moved)
     });
     ahead.iter().zip(behind).map(|(ahead, behind)| (ahead - behind) / (2.0 * STEP)).collect()
 }
@@ -209,7 +209,7 @@ fn pairs(equations: &mut Equations, candidates: &[Candidate]) -> Vec<Candidate> 
 
 /// Is it the same in all poses of the motion?
 fn is_constant(equations: &Equations, found: &Independence, candidate: &Candidate) -> bool {
-    let value = |pose: &State| evaluate_at(&equations.system.arena, pose, &[candidate.value])[0];
+    let value = |pose: &State| equations.system.arena.evaluate(&[candidate.value], pose)[0];
     let first = value(&found.poses[0]);
     found.poses.iter().all(|pose| (value(pose) - first).abs() <= CONSTANT * candidate.size)
 }

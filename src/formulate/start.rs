@@ -1,12 +1,14 @@
 //! The start of a mechanism whose `[initial]` leaves freedoms open: completed in the recommended trees, for every choice of trees.
 
+use std::collections::HashMap;
+
 use cotree_fmu::constraints::initial::solve_initial;
 use cotree_fmu::model::{Model, State};
 use cotree_fmu::program::Initial;
 
 use super::explain::size;
 use crate::equations::Equations;
-use crate::expr::{Arena, Expr, Order, Symbol};
+use crate::expr::{Expr, Symbol};
 use crate::formulate::default_value;
 use crate::model::{BodyId, Mechanism, Owner, Place, Quantity, Variable};
 use crate::network::{Direction, System, Trees};
@@ -23,35 +25,20 @@ pub struct Start {
     state: State,
 }
 
-/// Values of expressions at a state; accelerations, reactions and other symbols that are not part of it count as zero.
-pub fn evaluate_at(arena: &Arena, state: &State, exprs: &[Expr]) -> Vec<f64> {
-    arena.evaluate(exprs, &|symbol: Symbol| match symbol {
-        Symbol::Time => state.time(),
-        Symbol::Parameter(i) => state.parameters()[i],
-        Symbol::Input(i, Order::Position) => state.inputs()[i],
-        Symbol::Coordinate(i, Order::Position) => state.positions()[i],
-        Symbol::Coordinate(i, Order::Velocity) => state.rates()[i],
-        Symbol::Follower(i, Order::Position) => state.follower_positions()[i],
-        Symbol::Follower(i, Order::Velocity) => state.follower_rates()[i],
-        Symbol::State(i, Order::Position) => state.states()[i],
-        Symbol::Input(..) | Symbol::Coordinate(..) | Symbol::Follower(..) | Symbol::State(..) => 0.0,
-        Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => 0.0,
-    })
-}
-
 /// Where positions that nobody gives are looked for, if that is not zero for all of them.
 pub(super) fn begin(equations: &mut Equations, initial: &mut Initial) {
     let mechanism = &*equations.system.mechanism.clone();
     if mechanism.begins.is_empty() {
         return;
     }
-    let names: Vec<String> = mechanism.begins.iter().map(|begin| mechanism.variable_name(begin.variable)).collect();
     let exprs: Vec<Expr> = mechanism.begins.iter().map(|begin| equations.formula(&begin.value)).collect();
     let values = equations.system.arena.evaluate(&exprs, &|symbol: Symbol| default_value(mechanism, symbol));
-    let of = |name: &String| names.iter().position(|own| own == name).map_or(0.0, |place| values[place]);
+    let begins = mechanism.begins.iter().map(|begin| begin.variable);
+    let values: HashMap<Variable, f64> = begins.zip(values).collect();
+    let of = |variable: Variable| values.get(&variable).copied().unwrap_or_default();
     // Integrals of states and what drivers integrate begin at zero.
     let others = equations.states.len() + equations.system.followers.len();
-    initial.first_positions = equations.coordinates.iter().map(|own| of(&own.name.position)).collect();
+    initial.first_positions = equations.coordinates.iter().map(|own| of(own.variables[0])).collect();
     initial.first_positions.extend(std::iter::repeat_n(0.0, others));
     initial.first_rates = vec![0.0; initial.first_positions.len()];
 }
@@ -107,7 +94,7 @@ impl Start {
 
     fn read<const N: usize>(&self, equations: &mut Equations, place: Place, quantities: [Quantity; N]) -> [f64; N] {
         let exprs = quantities.map(|quantity| equations.variable(Variable { owner: Owner::Place(place), quantity }));
-        let values = evaluate_at(&equations.system.arena, &self.state, &exprs);
+        let values = equations.system.arena.evaluate(&exprs, &self.state);
         std::array::from_fn(|index| values[index])
     }
 
@@ -145,9 +132,9 @@ impl Start {
             Direction::X => [r[0], v[0]],
             Direction::Y => [r[1], v[1]],
             Direction::Fixed(body, axis) => {
-                let axis = evaluate_at(&equations.system.arena, &self.state, &axis);
+                let axis = equations.system.arena.evaluate(&axis, &self.state);
                 let [angle, omega] = self.bodies[equations.system.r_node(body).index()];
-                let (sine, cosine) = angle.sin_cos();
+                let (sine, cosine) = libm::sincos(angle);
                 let along = [cosine * axis[0] - sine * axis[1], sine * axis[0] + cosine * axis[1]];
                 let across = [-along[1], along[0]];
                 [dot(r, along), dot(v, along) + omega * dot(r, across)]

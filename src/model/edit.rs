@@ -25,33 +25,42 @@ impl Mechanism {
         changed
     }
 
+    /// Where nothing happens: held values are inputs like all others.
+    #[must_use]
+    pub fn without_instants(&self) -> Mechanism {
+        let mut changed = self.clone();
+        (changed.held, changed.samplers, changed.events) = (Vec::new(), Vec::new(), Vec::new());
+        changed
+    }
+
     /// With one more input, in SI, and where it is among the inputs.
     #[must_use]
     pub fn with_input(&self, name: &str, unit: Unit, start: f64) -> (Mechanism, InputId) {
-        let mut changed = self.clone();
+        let mut changed = self.without_instants();
         let (name, description) = (name.to_owned(), String::new());
         changed.inputs.push(Input { name, description, unit, start, min: None, max: None, span: Span::default() });
         (changed, InputId(self.inputs.len()))
     }
 
-    /// Without the drivers of which this is true, and without the outputs that need them.
+    /// Without the drivers of which this is true; and these outputs of it, without those that need such a driver.
     #[must_use]
-    pub fn without_drivers(&self, is_gone: impl Fn(&Part) -> bool) -> Mechanism {
-        let mut changed = self.clone();
+    pub fn without_drivers(&self, outputs: &[Output], is_gone: impl Fn(&Part) -> bool) -> (Mechanism, Vec<Output>) {
+        let mut changed = self.without_instants();
         let mut places: Vec<Option<DriverId>> = Vec::with_capacity(self.drivers.len());
-        let mut left = 0;
+        let mut count = 0;
         for driver in &self.drivers {
             let stays = !is_gone(driver);
-            places.push(stays.then_some(DriverId(left)));
-            left += usize::from(stays);
+            places.push(stays.then_some(DriverId(count)));
+            count += usize::from(stays);
         }
         let place = |driver: DriverId| places.get(driver.0).copied().flatten();
         changed.drivers.retain(|driver| !is_gone(driver));
         for (index, driver) in changed.drivers.iter_mut().enumerate() {
             driver.owner = Owner::Driver(DriverId(index));
         }
-        changed.outputs.retain_mut(|output| renumber(&mut output.value, &place));
-        changed
+        let mut left = outputs.to_vec();
+        left.retain_mut(|output| renumber(&mut output.value, &place));
+        (changed, left)
     }
 
     /// Without a joint and what drives it, as far as positions need it.
@@ -83,12 +92,12 @@ impl Mechanism {
         rest.kinematic()
     }
 
-    /// What positions need: no loads, no states, no outputs, the recommended trees.
+    /// What positions need: no loads, no states, the recommended trees.
     #[must_use]
     pub fn kinematic(&self) -> Mechanism {
-        let mut rest = self.clone();
+        let mut rest = self.without_instants();
         rest.initial.retain(|initial| matches!(initial.variable.owner, Owner::Place(_) | Owner::Joint(_)));
-        (rest.loads, rest.outputs, rest.coordinates) = (Vec::new(), Vec::new(), Coordinates::Recommended);
+        (rest.loads, rest.coordinates) = (Vec::new(), Coordinates::Recommended);
         rest.states.clear();
         rest
     }
@@ -121,12 +130,6 @@ impl Mechanism {
             body.inertia.get_or_insert(Formula::Number(value));
         }
         changed
-    }
-
-    /// With these outputs in place of its own.
-    #[must_use]
-    pub fn asking(&self, outputs: Vec<Output>) -> Mechanism {
-        Mechanism { outputs, ..self.clone() }
     }
 
     /// A variable as an output.

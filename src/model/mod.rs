@@ -9,6 +9,7 @@ mod display;
 mod edit;
 mod exponents;
 mod formula;
+mod instants;
 pub(crate) mod measure;
 mod name;
 mod part;
@@ -24,6 +25,7 @@ pub use bound::{Bound, Range};
 pub use display::Units;
 pub use exponents::Exponents;
 pub use formula::{Comparison, Formula};
+pub use instants::{Event, Held, HeldWhat, Sampler};
 pub use name::identifier;
 pub use part::{Friction, Motion, Part, Value};
 pub use settings::{Coordinates, Experiment, Method, Solver};
@@ -83,8 +85,14 @@ pub struct Mechanism {
     pub calculated: Vec<Calculated>,
     /// Become FMU inputs.
     pub inputs: Vec<Input>,
+    /// The last of the inputs, that nobody outside sets: only ticks and events change them.
+    pub held: Vec<Held>,
     /// States of its own: quantities whose rates are given.
     pub states: Vec<State>,
+    /// When held values are sampled.
+    pub samplers: Vec<Sampler>,
+    /// What happens when comparisons begin to hold.
+    pub events: Vec<Event>,
     /// Points of the ground.
     pub ground: Vec<Point>,
     pub bodies: Vec<Body>,
@@ -97,8 +105,6 @@ pub struct Mechanism {
     pub initial: Vec<Initial>,
     /// Where positions that `[initial]` does not mention are looked for, if not at zero.
     pub begins: Vec<Initial>,
-    /// What is reported.
-    pub outputs: Vec<Output>,
     pub experiment: Experiment,
     pub solver: Solver,
     pub coordinates: Coordinates,

@@ -3,7 +3,7 @@
 use super::measure::*;
 use crate::expr::Order;
 
-use super::{BodyId, DriverId, JointId, LoadId, Mechanism, Place};
+use super::{BodyId, DriverId, Formula, JointId, LoadId, Mechanism, Output, Place};
 
 /// A variable of the naming table, such as `crank.angle`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -22,6 +22,13 @@ pub enum Owner {
     Load(LoadId),
     /// `energy.*`, `constraint.*`.
     System,
+}
+
+impl Owner {
+    /// A motion of this owner with its rate and its acceleration.
+    pub fn motion(self, quantities: [Quantity; 3]) -> [Variable; 3] {
+        quantities.map(|quantity| Variable { owner: self, quantity })
+    }
 }
 
 /// What is said of the owner: the last word of a variable's name.
@@ -122,6 +129,14 @@ pub enum Whole {
 }
 
 impl Quantity {
+    /// Motions, each with its rate and its acceleration.
+    pub const TURN: [Quantity; 3] = [Angle, Omega, Alpha];
+    pub const SLIDE: [Quantity; 3] = [S, V, A];
+    pub const ALONG_X: [Quantity; 3] = [X, Vx, Ax];
+    pub const ALONG_Y: [Quantity; 3] = [Y, Vy, Ay];
+    pub const STRETCH: [Quantity; 3] = [Length, Rate, Acceleration];
+    pub const MOTIONS: [[Quantity; 3]; 5] = [Self::TURN, Self::SLIDE, Self::ALONG_X, Self::ALONG_Y, Self::STRETCH];
+
     /// What it is of its owner.
     pub fn aspect(self) -> Aspect {
         match self {
@@ -246,7 +261,12 @@ impl Quantity {
 impl Mechanism {
     /// The user's name of a variable, such as `crank.angle`.
     pub fn variable_name(&self, variable: Variable) -> String {
-        let owner = match variable.owner {
+        variable.quantity.of(&self.owner_name(variable))
+    }
+
+    /// The user's name of the owner of a variable.
+    pub fn owner_name(&self, variable: Variable) -> String {
+        match variable.owner {
             Owner::Place(place) => self.place_name(place),
             Owner::Joint(joint) => self.joints[joint.0].name.clone(),
             Owner::Driver(driver) => self.drivers[driver.0].name.clone(),
@@ -255,8 +275,15 @@ impl Mechanism {
                 PositionResidual | VelocityResidual => "constraint".to_string(),
                 _ => "energy".to_string(),
             },
-        };
-        variable.quantity.of(&owner)
+        }
+    }
+
+    /// The variable that an output is; none for an expression under a name of its own.
+    pub fn variable_of(&self, output: &Output) -> Option<Variable> {
+        match output.value {
+            Formula::Variable(variable) => Some(variable).filter(|_| output.name == self.variable_name(variable)),
+            _ => None,
+        }
     }
 
     /// The mass centres of all bodies, each with the points of its body after it.

@@ -1,18 +1,19 @@
 //! The element of a rigid body (m): datum -> mass centre; F = -m a, T = -I alpha - sum r x F (Eqs 5, 6).
 
 use super::{
-    Angle, CoordinateName, Direction, Element, Force, Known, Origin, RNode, RotationalRow, System, TNode, Torque,
-    TranslationalRow, table2, table3,
+    Angle, Direction, Element, Force, Known, Origin, RNode, RotationalRow, System, TNode, Torque, TranslationalRow,
+    table2, table3,
 };
-use crate::model::{BodyId, Dimension, Place};
+use crate::model::{BodyId, Dimension, Owner, Place, Quantity};
 
 /// The element of a body, with its edges in both graphs.
 pub(super) fn element(system: &mut System, id: BodyId) -> Element {
     let name = &system.mechanism.clone().bodies[id.0].name;
     let plane = system.mechanism.dimension == Dimension::Two;
-    let mut motion = vec![(Direction::X, CoordinateName::new(name, ["x", "vx", "ax"]))];
+    let owner = Owner::Place(Place::Centre(id));
+    let mut motion = vec![(Direction::X, owner.motion(Quantity::ALONG_X))];
     if plane {
-        motion.push((Direction::Y, CoordinateName::new(name, ["y", "vy", "ay"])));
+        motion.push((Direction::Y, owner.motion(Quantity::ALONG_Y)));
     }
     let has_arms = system.used.range(Place::Point(id, 0)..=Place::Point(id, usize::MAX)).next().is_some();
     Element {
@@ -31,7 +32,7 @@ pub(super) fn element(system: &mut System, id: BodyId) -> Element {
         rotation: plane.then(|| RotationalRow {
             ends: [RNode::DATUM, system.r_node(Some(id))],
             priority: if has_arms { table3::BODY_WITH_ARMS } else { table3::BODY },
-            angle: Angle::Free(CoordinateName::new(name, ["angle", "omega", "alpha"])),
+            angle: Angle::Free(owner.motion(Quantity::TURN)),
             through: Torque::Inertia(id),
         }),
     }

@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use super::graph::{RNode, TNode};
 use super::{Resistance, System};
 use crate::expr::{Arena, Expr, Symbol, Unary, build};
-use crate::model::{BodyId, Dimension, DriverId, Formula, JointId, LoadId, Owner, Part};
+use crate::model::{BodyId, Dimension, DriverId, Formula, JointId, LoadId, Mechanism, Owner, Part, Quantity, Variable};
 
 /// Priorities of Table 2: which elements the translational tree takes first.
 pub mod table2 {
@@ -228,12 +228,9 @@ pub struct CoordinateName {
 }
 
 impl CoordinateName {
-    pub(crate) fn new(owner: &str, [position, rate, acceleration]: [&str; 3]) -> Self {
-        CoordinateName {
-            position: format!("{owner}.{position}"),
-            rate: format!("{owner}.{rate}"),
-            acceleration: format!("{owner}.{acceleration}"),
-        }
+    pub(crate) fn of(mechanism: &Mechanism, variables: [Variable; 3]) -> Self {
+        let [position, rate, acceleration] = variables.map(|variable| mechanism.variable_name(variable));
+        CoordinateName { position, rate, acceleration }
     }
 }
 
@@ -246,8 +243,8 @@ pub struct TranslationalRow {
     pub priority: u8,
     /// The part of the across variable that is no coordinate.
     pub known: Known,
-    /// Motion space: what the element leaves free, with the coordinate that it brings as a branch.
-    pub motion: Vec<(Direction, CoordinateName)>,
+    /// Motion space: what the element leaves free, with the coordinate that it brings as a branch, its rate and its acceleration.
+    pub motion: Vec<(Direction, [Variable; 3])>,
     /// Reaction space: what it holds; a multiplier each as a chord.
     pub reaction: Vec<Direction>,
     /// The part of the through variable that is no reaction.
@@ -296,6 +293,18 @@ pub enum Force {
     Line(Formula),
 }
 
+impl Force {
+    /// Multiplies a law.
+    pub(super) fn scale(&mut self, factor: &Formula) {
+        let laws = match self {
+            Force::World(laws) | Force::InBody(_, laws) => &mut laws[..],
+            Force::Line(law) => std::slice::from_mut(law),
+            Force::None | Force::Inertia(_) | Force::Resistance(_) => return,
+        };
+        laws.iter_mut().for_each(|law| *law = std::mem::replace(law, Formula::Time) * factor.clone());
+    }
+}
+
 /// An element's row of Table 1 in the rotational graph.
 #[derive(Clone, Debug)]
 pub struct RotationalRow {
@@ -312,7 +321,7 @@ pub struct RotationalRow {
 #[derive(Clone, Debug)]
 pub enum Angle {
     /// Free: a coordinate as a branch.
-    Free(CoordinateName),
+    Free([Variable; 3]),
     Constant(Expr),
     Given(Signal),
 }
@@ -327,6 +336,16 @@ pub enum Torque {
     /// Against the motion.
     Resistance(Resistance),
     Law(Formula),
+}
+
+impl Torque {
+    /// Multiplies a law.
+    pub(super) fn scale(&mut self, factor: &Formula) {
+        match self {
+            Torque::Law(law) => *law = std::mem::replace(law, Formula::Time) * factor.clone(),
+            Torque::None | Torque::Inertia(_) | Torque::Resistance(_) => {}
+        }
+    }
 }
 
 impl TranslationalRow {
@@ -346,12 +365,10 @@ impl TranslationalRow {
     /// A force between two points, or on one: it holds nothing, so as a branch its displacement is a pair of coordinates (one in one
     /// dimension).
     pub(crate) fn force(system: &System, part: &Part, ends: [TNode; 2], through: Force) -> TranslationalRow {
-        let name = |words| CoordinateName::new(&part.name, words);
+        let along = |direction, quantities| (direction, part.owner.motion(quantities));
         let motion = match system.mechanism.dimension {
-            Dimension::One => vec![(Direction::X, name(["length", "rate", "acceleration"]))],
-            Dimension::Two => {
-                vec![(Direction::X, name(["x", "vx", "ax"])), (Direction::Y, name(["y", "vy", "ay"]))]
-            }
+            Dimension::One => vec![along(Direction::X, Quantity::STRETCH)],
+            Dimension::Two => vec![along(Direction::X, Quantity::ALONG_X), along(Direction::Y, Quantity::ALONG_Y)],
         };
         TranslationalRow { ends, priority: table2::FORCE, known: Known::Zero, motion, reaction: Vec::new(), through }
     }
@@ -363,7 +380,7 @@ impl RotationalRow {
         RotationalRow {
             ends: part.bodies().map(|body| system.r_node(body)),
             priority: table3::REVOLUTE,
-            angle: Angle::Free(CoordinateName::new(&part.name, ["angle", "omega", "alpha"])),
+            angle: Angle::Free(part.owner.motion(Quantity::TURN)),
             through: Torque::None,
         }
     }

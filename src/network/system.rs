@@ -233,7 +233,14 @@ impl System {
         let rows = (self.rows)(part, self);
         let Some(origin) = Origin::of(part.owner) else { return };
         let (label, name) = (self.label(rows.letter, &part.name), part.name.clone());
-        let (translation, rotation, coupling) = (rows.translation, rows.rotation, rows.coupling);
+        let (mut translation, mut rotation, coupling) = (rows.translation, rows.rotation, rows.coupling);
+        if let Owner::Load(load) = part.owner
+            && let Some(presence) = self.mechanism.presence(load)
+        {
+            let presence = Formula::Input(presence);
+            translation.iter_mut().for_each(|row| row.through.scale(&presence));
+            rotation.iter_mut().for_each(|row| row.through.scale(&presence));
+        }
         self.push(Element { label, name, origin, translation, rotation, coupling });
     }
 

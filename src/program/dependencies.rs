@@ -11,6 +11,7 @@ use cotree_fmu::program::Source;
 use super::dependency_sets::dependency_sets;
 use super::lowered::inverse;
 use super::table::TableRow;
+use super::variable::Variability;
 use crate::equations::{Constraint, Equations};
 use crate::expr::{Arena, Expr, Order, Symbol};
 use crate::solve::Block;
@@ -37,8 +38,9 @@ pub(crate) struct Moving<'a> {
 /// Driven motion: through the blocks of the loop equations to the inputs in them.
 pub(crate) fn in_motion(rows: &mut [TableRow], equations: &mut Equations, moving: &Moving) {
     let (driven, mechanical) = (moving.solved.is_empty(), equations.coordinates.len());
-    let given =
-        rows.iter().enumerate().filter_map(|(place, row)| Some((place, known(row.source, driven, mechanical)?)));
+    // Held values are no knowns of the standard: they change at events only.
+    let open = rows.iter().enumerate().filter(|(_, row)| row.variable.variability != Variability::Discrete);
+    let given = open.filter_map(|(place, row)| Some((place, known(row.source, driven, mechanical)?)));
     // Time is beyond all places.
     let given: Vec<_> = given.chain([(rows.len(), vec![Symbol::Time])]).collect();
     let mut sources = Sources::new(equations, &given);
@@ -55,8 +57,35 @@ pub(crate) fn in_motion(rows: &mut [TableRow], equations: &mut Equations, moving
     }
     let found = sources.of(&equations.system.arena, &values);
     let computed = |row: &TableRow| !matches!(row.source, Source::Parameter(_) | Source::Input(_));
-    let rows = rows.iter_mut().zip(found).filter(|(row, _)| computed(row));
-    rows.for_each(|(row, places)| row.dependencies = places);
+    let mut changing = Changing::new(rows);
+    for (row, places) in rows.iter_mut().zip(found).filter(|(row, _)| computed(row)) {
+        row.variable.dependencies = changing.among(&places);
+        row.variable.all_dependencies = places;
+    }
+}
+
+/// The states and inputs among what variables depend on: found once for a list, because many variables share a long one.
+struct Changing {
+    /// Of each variable: is it no parameter?
+    changes: Vec<bool>,
+    known: HashMap<*const usize, Places>,
+}
+
+impl Changing {
+    fn new(rows: &[TableRow]) -> Self {
+        let changes = rows.iter().map(|row| !matches!(row.source, Source::Parameter(_))).collect();
+        Self { changes, known: HashMap::new() }
+    }
+
+    fn among(&mut self, places: &Places) -> Places {
+        let Self { changes, known } = self;
+        let changes = |place: &usize| changes.get(*place).is_some_and(|&changes| changes);
+        let found = known.entry(places.as_ptr()).or_insert_with(|| match places.iter().all(changes) {
+            true => places.clone(),
+            false => places.iter().copied().filter(changes).collect(),
+        });
+        found.clone()
+    }
 }
 
 /// The symbols of a parameter, input or state; a driven mechanism has no states but those of its drivers.

@@ -1,6 +1,6 @@
 //! The kernels of a program.
 
-use cotree_fmu::model::Model;
+use cotree_fmu::model::{Model, State};
 use cotree_fmu::program::Steep;
 use cotree_fmu::program::arm_form::ArmForm;
 use cotree_fmu::program::domain::{Domain, DomainTape};
@@ -8,19 +8,22 @@ use cotree_fmu::program::{
     Constraint, Coordinate, Engine, Experiment, Follower, FollowerOrder, Initial, Input, LawTape, Parameter, Program,
     Role, SparseTape, Tapes,
 };
+use cotree_fmu::tape::Tape;
 use cotree_fmu::taylor::Jet;
 
 use super::dependencies::Moving;
 use super::initial::{Conditions, Settable, conditions, settable};
+use super::instants::InstantKernels;
+use super::kernels::Kernels;
 use super::table::Table;
 use crate::arms::{TOO_MANY, arm_form, mass_form, repeat_exactly};
 use crate::equations::{Constraint as Row, Equations, Standing};
 use crate::expr::{Expr, Order, Symbol};
 use crate::laws::{domains, motion_indicators, ranges, steep};
-use crate::model::Method;
+use crate::model::{Method, Output};
 use crate::network::{Held, Origin};
 use crate::solve::{
-    Block, Incidence, Loops, Obstacle, Pose, Shared, SolveTree, blocks, is_driven, least_norm, solve_tree, typical,
+    Block, Incidence, Loops, Obstacle, Shared, SolveTree, blocks, is_driven, least_norm, solve_tree, typical,
 };
 use crate::tape::{Assembler, layout};
 
@@ -65,6 +68,7 @@ struct MotionKernels {
     laws: Vec<(Steep, Expr)>,
     domains: Vec<(Domain, Expr)>,
     outputs: Vec<Expr>,
+    instants: InstantKernels,
     arms: Option<(ArmForm, Vec<Expr>)>,
     masses: Option<(ArmForm, Vec<Expr>)>,
     solve_tree: Option<SolveTree>,
@@ -82,7 +86,12 @@ pub fn positions(equations: &mut Equations, length: f64) -> Program {
 ///
 /// # Errors
 /// A coordinate that moves no mass and is not constrained.
-pub fn program(equations: &mut Equations, length: f64, [pose, generic]: [&Pose; 2]) -> Result<Lowered, Obstacle> {
+pub fn program(
+    equations: &mut Equations,
+    outputs: &[Output],
+    length: f64,
+    [pose, generic]: [&State; 2],
+) -> Result<Lowered, Obstacle> {
     let driven = is_driven(equations);
     let roles = roles(equations, length, pose);
     let kernels = PositionKernels::new(equations, length);
@@ -116,14 +125,17 @@ pub fn program(equations: &mut Equations, length: f64, [pose, generic]: [&Pose; 
     // The states of a driven mechanism are integrated beside it, as those of any other.
     let kinematic = driven && equations.states.is_empty();
     if driven && !kinematic {
-        let asked = asked(equations);
+        let outputs: Vec<Expr> = outputs.iter().map(|output| equations.formula(&output.value)).collect();
+        let asked = [outputs, InstantKernels::new(equations).read()].concat();
         moving.drive(equations, (&kernels, &blocks), &asked, (length, pose))?;
         moving.indicators = motion_indicators(equations, &moving.solved);
     }
-    let table = Table::new(equations, kinematic, &Moving { solved: &moving.solved, blocks: &blocks });
+    let table = Table::new(equations, outputs, kinematic, &Moving { solved: &moving.solved, blocks: &blocks });
     moving.outputs.clone_from(&table.results);
+    moving.instants = InstantKernels::new(equations);
     if kinematic {
-        moving.drive(equations, (&kernels, &blocks), &table.results, (length, pose))?;
+        let asked = [&table.results[..], &moving.instants.read()].concat();
+        moving.drive(equations, (&kernels, &blocks), &asked, (length, pose))?;
     }
     let mut no_series = None;
     match series(equations, length, pose) {
@@ -131,7 +143,7 @@ pub fn program(equations: &mut Equations, length: f64, [pose, generic]: [&Pose; 
         Err(reason) => {
             no_series = Some(reason);
             if !driven {
-                moving.masses = mass_form(equations, &typical(&equations.system.mechanism, pose)).ok();
+                moving.masses = mass_form(equations, &typical(pose)).ok();
             }
         }
     }
@@ -146,8 +158,8 @@ pub fn program(equations: &mut Equations, length: f64, [pose, generic]: [&Pose; 
 
 /// The arm form with the expressions of its coefficients, or why there is none: the scene asks for another method, or it is hopeless, because
 /// many bodies move with many angles each.
-fn series(equations: &mut Equations, length: f64, pose: &Pose) -> Result<(ArmForm, Vec<Expr>), String> {
-    let values = typical(&equations.system.mechanism, pose);
+fn series(equations: &mut Equations, length: f64, pose: &State) -> Result<(ArmForm, Vec<Expr>), String> {
+    let values = typical(pose);
     match equations.system.mechanism.solver.method {
         Method::Auto => arm_form(equations, length, &values),
         Method::Explicit => Err("the scene asks for `method = \"explicit\"`".into()),
@@ -199,7 +211,7 @@ impl MotionKernels {
         equations: &mut Equations,
         (kernels, blocks): (&PositionKernels, &[Block]),
         asked: &[Expr],
-        (length, pose): (f64, &Pose),
+        (length, pose): (f64, &State),
     ) -> Result<(), Obstacle> {
         let loops = Loops::new(equations, blocks, length, pose)?;
         self.solved = loops.solve(&mut equations.system.arena, &kernels.gamma);
@@ -241,12 +253,6 @@ impl MotionKernels {
     }
 }
 
-/// The values of the outputs.
-fn asked(equations: &mut Equations) -> Vec<Expr> {
-    let mechanism = equations.system.mechanism.clone();
-    mechanism.outputs.iter().map(|output| equations.formula(&output.value)).collect()
-}
-
 /// Q - M a, by coordinates.
 pub(crate) fn inverse(equations: &mut Equations, accelerations: &[Expr]) -> Vec<Expr> {
     let dynamics = equations.dynamics().clone();
@@ -268,80 +274,76 @@ fn assemble(
     let mechanism = &*equations.system.mechanism.clone();
     let starts = settable(equations);
     let layout = layout(equations, starts.len());
-    let sparse = |entries: &[((u32, u32), Expr)]| -> Vec<Expr> { entries.iter().map(|(_, entry)| *entry).collect() };
-    let (jacobian, q_jacobian, v_jacobian) =
-        (sparse(&position.jacobian), sparse(&position.positions.jacobian), sparse(&position.velocities.jacobian));
+    let entries = |entries: &[((u32, u32), Expr)]| -> Vec<Expr> { entries.iter().map(|(_, entry)| *entry).collect() };
+    let [jacobian, q_jacobian, v_jacobian] =
+        [&position.jacobian, &position.positions.jacobian, &position.velocities.jacobian].map(|own| entries(own));
     let (kinds, laws): (Vec<Steep>, Vec<Expr>) = moving.laws.iter().copied().unzip();
     let (domains, arguments): (Vec<Domain>, Vec<Expr>) = moving.domains.iter().cloned().unzip();
     let (ranges, bounded): (Vec<Domain>, Vec<Expr>) = ranges(equations).into_iter().unzip();
     let acceleration: Vec<Expr> = moving.solved.iter().chain(&moving.reciprocal_pivots).copied().collect();
-    let [coefficients, masses] =
+    let [arms, masses] =
         [&moving.arms, &moving.masses].map(|form| form.as_ref().map_or(&[][..], |(_, coefficients)| coefficients));
-    let mut assembler = Assembler::new(
-        &equations.system.arena,
-        layout,
-        &[
-            &position.constraint,
-            &jacobian,
-            &position.constraint_rate,
-            &position.gamma,
-            &position.positions.results,
-            &q_jacobian,
-            &position.velocities.results,
-            &v_jacobian,
-            &acceleration,
-            &moving.project_position,
-            &moving.project_velocity,
-            &moving.indicators,
-            &laws,
-            &arguments,
-            &bounded,
-            &moving.outputs,
-            coefficients,
-            masses,
-        ],
-    );
-    let places = |entries: &[((u32, u32), Expr)]| entries.iter().map(|(place, _)| *place).collect();
-    let mut acceleration = assembler.tape(&acceleration);
-    let reciprocal_pivots = acceleration.results.split_off(moving.solved.len());
+    let kernels: Kernels<&[Expr]> = Kernels {
+        constraint: &position.constraint,
+        jacobian: &jacobian,
+        constraint_rate: &position.constraint_rate,
+        gamma: &position.gamma,
+        position: &position.positions.results,
+        position_jacobian: &q_jacobian,
+        velocity: &position.velocities.results,
+        velocity_jacobian: &v_jacobian,
+        acceleration: &acceleration,
+        project_position: &moving.project_position,
+        project_velocity: &moving.project_velocity,
+        indicators: &moving.indicators,
+        laws: &laws,
+        domains: &arguments,
+        ranges: &bounded,
+        outputs: &moving.outputs,
+        begin: &moving.instants.begin,
+        clocks: &moving.instants.clocks,
+        written: &moving.instants.written,
+        sides: &moving.instants.sides,
+        arms,
+        masses,
+    };
+    let mut assembler = Assembler::new(&equations.system.arena, layout, &kernels.all());
+    let mut kernels = kernels.map(|results| assembler.tape(results));
+    let reciprocal_pivots = kernels.acceleration.results.split_off(moving.solved.len());
+    let sparse = |entries: &[((u32, u32), Expr)], tape: Tape| SparseTape {
+        entries: entries.iter().map(|(place, _)| *place).collect(),
+        tape,
+    };
     let tapes = Tapes {
         parameters: assembler.stage.clone(),
-        constraint: assembler.tape(&position.constraint),
-        jacobian: SparseTape { entries: places(&position.jacobian), tape: assembler.tape(&jacobian) },
-        constraint_rate: assembler.tape(&position.constraint_rate),
-        gamma: assembler.tape(&position.gamma),
-        acceleration,
+        constraint: kernels.constraint,
+        jacobian: sparse(&position.jacobian, kernels.jacobian),
+        constraint_rate: kernels.constraint_rate,
+        gamma: kernels.gamma,
+        acceleration: kernels.acceleration,
         reciprocal_pivots,
-        project_position: assembler.tape(&moving.project_position),
-        project_velocity: assembler.tape(&moving.project_velocity),
-        indicators: assembler.tape(&moving.indicators),
-        laws: LawTape { kinds, tape: assembler.tape(&laws) },
-        domains: DomainTape { domains, tape: assembler.tape(&arguments) },
-        ranges: DomainTape { domains: ranges, tape: assembler.tape(&bounded) },
-        outputs: assembler.tape(&moving.outputs),
+        project_position: kernels.project_position,
+        project_velocity: kernels.project_velocity,
+        indicators: kernels.indicators,
+        laws: LawTape { kinds, tape: kernels.laws },
+        domains: DomainTape { domains, tape: kernels.domains },
+        ranges: DomainTape { domains: ranges, tape: kernels.ranges },
+        outputs: kernels.outputs,
     };
     let initial = Initial {
         positions: position.positions.conditions.clone(),
-        position: assembler.tape(&position.positions.results),
-        position_jacobian: SparseTape {
-            entries: places(&position.positions.jacobian),
-            tape: assembler.tape(&q_jacobian),
-        },
+        position: kernels.position,
+        position_jacobian: sparse(&position.positions.jacobian, kernels.position_jacobian),
         velocities: position.velocities.conditions.clone(),
-        velocity: assembler.tape(&position.velocities.results),
-        velocity_jacobian: SparseTape {
-            entries: places(&position.velocities.jacobian),
-            tape: assembler.tape(&v_jacobian),
-        },
-        first_positions: Vec::new(),
-        first_rates: Vec::new(),
-        found_positions: Vec::new(),
-        found_rates: Vec::new(),
+        velocity: kernels.velocity,
+        velocity_jacobian: sparse(&position.velocities.jacobian, kernels.velocity_jacobian),
+        ..Initial::default()
     };
-    let [arms, masses] = [&moving.arms, &moving.masses].map(|form| {
-        let (form, coefficients) = form.as_ref()?;
-        Some(ArmForm { coefficients: assembler.tape(coefficients), ..form.clone() })
-    });
+    let instants = moving.instants.lower(mechanism, [kernels.begin, kernels.clocks, kernels.written, kernels.sides]);
+    let form = |form: &Option<(ArmForm, Vec<Expr>)>, coefficients: Tape| {
+        form.as_ref().map(|(form, _)| ArmForm { coefficients, ..form.clone() })
+    };
+    let (arms, masses) = (form(&moving.arms, kernels.arms), form(&moving.masses, kernels.masses));
     Program {
         name: mechanism.name.clone(),
         guid: String::from("draft"),
@@ -365,17 +367,18 @@ fn assemble(
         },
         automatic: mechanism.solver.method == Method::Auto
             && equations.coordinates.len() + equations.states.len() <= MOST_IMPLICIT,
+        instants,
         arms,
         masses,
     }
 }
 
 /// What the motion has to do with each loop equation. Those that repeat others but nearly are left out: each choice of them is another motion.
-fn roles(equations: &Equations, length: f64, pose: &Pose) -> Vec<Role> {
+fn roles(equations: &Equations, length: f64, pose: &State) -> Vec<Role> {
     let chosen = is_driven(equations)
         && equations.states.is_empty()
         && equations.constraints.iter().all(|row| row.standing != Standing::SecondOrder)
-        && repeat_exactly(equations, length, &typical(&equations.system.mechanism, pose));
+        && repeat_exactly(equations, length, &typical(pose));
     let role = |row: &Row| match row.standing {
         Standing::Imposed => Role::Imposed,
         Standing::Repeats if chosen => Role::Repeating,

@@ -6,10 +6,14 @@
 mod dependencies;
 mod dependency_sets;
 mod initial;
+mod instants;
+mod kernels;
 mod lowered;
 mod table;
+mod variable;
 
 pub(crate) use dependencies::LISTED;
 pub use initial::{Conditions, conditions};
 pub use lowered::{Lowered, positions, program};
-pub use table::{Start, Table, TableRow};
+pub use table::{Of, Table, TableRow};
+pub use variable::{Causality, ScalarVariable, Start, Type, Variability};

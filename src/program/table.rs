@@ -1,41 +1,59 @@
 //! The variables of the FMU: parameters, inputs, coordinates with their derivatives, and the outputs of the scene.
 
 use std::collections::{HashMap, HashSet};
-use std::sync::Arc;
 
-use cotree_fmu::program::{Source, Variable};
+use cotree_fmu::program::{self, Source};
 
 use super::dependencies::{self, Moving};
 use super::initial::{Given, settable};
+use super::variable::{Causality, ScalarVariable, Start, Variability};
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
-use crate::model::{Calculated, DisplayUnit, Mechanism, Unit};
+use crate::model::{
+    Calculated, DisplayUnit, Formula, HeldWhat, InputId, Mechanism, Output, Parameter, StateId, Unit, Variable,
+};
 
+/// A variable: what an importer sees, and where its value comes from.
 #[derive(Clone, Debug)]
 pub struct TableRow {
-    pub name: String,
-    pub description: String,
-    pub unit: Unit,
+    pub variable: ScalarVariable,
+    /// What of the mechanism it is; none for parameters, inputs and expressions.
+    pub of: Option<Of>,
     pub source: Source,
-    pub output: bool,
-    /// If it is a derivative: the place of the variable that it is the derivative of.
-    pub derivative_of: Option<usize>,
-    /// Its initial value, if that can be set.
-    pub start: Option<Start>,
-    /// Of a calculated parameter: may it change in a run?
-    pub calculated: Option<bool>,
+    /// Where its initial value is among the parameters of the program, if that can be set.
+    pub initial: Option<u32>,
     pub value: Expr,
-    /// Places of the inputs, states and parameters that it depends on; the number of rows stands for time.
-    pub dependencies: Arc<[usize]>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Start {
-    pub value: f64,
-    /// Known, or a guess?
-    pub known: bool,
-    /// Its place among the parameters of the program.
-    pub parameter: u32,
+/// What a variable is of the mechanism, by which its row is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Of {
+    Variable(Variable),
+    /// A state that no component brings.
+    State(StateId),
+    /// What ticks and events write.
+    Held(InputId),
+}
+
+impl Of {
+    fn state(mechanism: &Mechanism, index: usize) -> Of {
+        mechanism.states[index].variable.map_or(Of::State(StateId(index)), Of::Variable)
+    }
+
+    fn output(mechanism: &Mechanism, output: &Output) -> Option<Of> {
+        match output.value {
+            Formula::State(id) if output.name == mechanism.states[id.0].name => Some(Of::state(mechanism, id.0)),
+            Formula::Input(id) if output.name == mechanism.inputs[id.0].name => Some(Of::Held(id)),
+            _ => mechanism.variable_of(output).map(Of::Variable),
+        }
+    }
+}
+
+impl TableRow {
+    /// Does the scene ask for it?
+    pub fn is_output(&self) -> bool {
+        self.variable.causality == Causality::Output
+    }
 }
 
 /// All variables, and the expressions of those that need a kernel.
@@ -47,12 +65,12 @@ pub struct Table {
 }
 
 impl Table {
-    pub(crate) fn new(equations: &mut Equations, driven: bool, moving: &Moving) -> Table {
+    pub(crate) fn new(equations: &mut Equations, outputs: &[Output], driven: bool, moving: &Moving) -> Table {
         let mut table = Table::default();
         table.add_parameters_and_inputs(equations);
         let members = coordinate_members(equations);
-        table.add_outputs(equations, &members);
-        table.add_members(&members, driven);
+        table.add_outputs(equations, outputs, &members);
+        table.add_members(&members, equations, driven);
         table.add_starts(equations);
         table.add_display_units(&equations.system.mechanism);
         if table.rows.is_empty() {
@@ -62,14 +80,10 @@ impl Table {
         table
     }
 
-    pub fn variables(&self) -> Vec<Variable> {
+    pub fn variables(&self) -> Vec<program::Variable> {
         self.rows
             .iter()
-            .map(|row| Variable {
-                name: row.name.clone(),
-                source: row.source,
-                initial: row.start.map(|start| start.parameter),
-            })
+            .map(|row| program::Variable { name: row.variable.name.clone(), source: row.source, initial: row.initial })
             .collect()
     }
 
@@ -77,62 +91,98 @@ impl Table {
         let mechanism = &*equations.system.mechanism.clone();
         for (index, parameter) in mechanism.parameters.iter().enumerate() {
             let value = equations.system.arena.symbol(Symbol::Parameter(index));
-            self.push(
-                (&parameter.name, &parameter.description, &parameter.unit),
-                Source::Parameter(index as u32),
-                value,
-            );
+            let own = described("parameter", &parameter.name, &parameter.description);
+            let Parameter { value: start, min, max, tunable, .. } = *parameter;
+            let causality = Causality::Parameter { start, min, max };
+            let variable = ScalarVariable::new(parameter.name.clone(), own, parameter.unit.clone(), causality);
+            let variable = ScalarVariable { variability: Variability::of_parameter(tunable), ..variable };
+            self.push(variable, None, Source::Parameter(index as u32), value);
         }
         for Calculated { parameter, formula } in &mechanism.calculated {
             let value = equations.formula(formula);
             let source = self.computed(equations, value);
             let calculated = format!("calculated: `{}`", mechanism.written(formula));
             let own = [&parameter.description, &calculated].map(String::as_str).into_iter();
-            let description = own.filter(|text| !text.is_empty()).collect::<Vec<_>>().join("; ");
-            self.push((&parameter.name, &description, &parameter.unit), source, value);
-            if let Some(row) = self.rows.last_mut() {
-                row.calculated = Some(parameter.tunable);
-            }
+            let own = own.filter(|text| !text.is_empty()).collect::<Vec<_>>().join("; ");
+            let (name, unit) = (parameter.name.clone(), parameter.unit.clone());
+            let variable = ScalarVariable::new(name, own, unit, Causality::CalculatedParameter);
+            let variability = Variability::of_parameter(parameter.tunable);
+            self.push(ScalarVariable { variability, ..variable }, None, source, value);
         }
-        for (index, input) in mechanism.inputs.iter().enumerate() {
+        for (index, input) in mechanism.open_inputs().iter().enumerate() {
             let value = equations.system.arena.symbol(Symbol::Input(index, Order::Position));
-            self.push((&input.name, &input.description, &input.unit), Source::Input(index as u32), value);
+            let own = described("input", &input.name, &input.description);
+            let causality = Causality::Input { start: input.start, min: input.min, max: input.max };
+            let variable = ScalarVariable::new(input.name.clone(), own, input.unit.clone(), causality);
+            self.push(variable, None, Source::Input(index as u32), value);
         }
     }
 
-    fn add_outputs(&mut self, equations: &mut Equations, members: &[TableRow]) {
-        let named: HashMap<&str, &TableRow> = members.iter().map(|member| (member.name.as_str(), member)).collect();
-        for output in &equations.system.mechanism.clone().outputs {
-            if let Some(&member) = named.get(output.name.as_str()) {
-                let description = output.description.clone();
-                self.rows.push(TableRow { output: true, description, ..member.clone() });
+    /// What ticks and events write; whether a load is there shows in its forces.
+    fn add_held(&mut self, equations: &mut Equations) {
+        let mechanism = &*equations.system.mechanism.clone();
+        for (id, input, held) in mechanism.held_inputs() {
+            let what = match held.what {
+                HeldWhat::Sampled => "sampled value",
+                HeldWhat::Time => "time of an event",
+                HeldWhat::Presence(_) => continue,
+            };
+            let value = equations.system.arena.symbol(Symbol::Input(id.0, Order::Position));
+            let own = described(what, &input.name, &input.description);
+            let variable = ScalarVariable::new(input.name.clone(), own, input.unit.clone(), Causality::Local);
+            let variable = ScalarVariable { variability: Variability::Discrete, ..variable };
+            self.push(variable, Some(Of::Held(id)), Source::Input(id.0 as u32), value);
+        }
+    }
+
+    fn add_outputs(&mut self, equations: &mut Equations, outputs: &[Output], members: &[TableRow]) {
+        let mechanism = &*equations.system.mechanism.clone();
+        let known: HashMap<Of, &TableRow> = members.iter().filter_map(|member| Some((member.of?, member))).collect();
+        for output in outputs {
+            let (name, description) = (output.name.clone(), output.description.clone());
+            let of = Of::output(mechanism, output);
+            if let Some(member) = of.and_then(|of| known.get(&of)) {
+                let ScalarVariable { unit, variability, .. } = member.variable.clone();
+                let own = if description.is_empty() { member.variable.description.clone() } else { description };
+                let variable = ScalarVariable::new(name, own, unit, Causality::Output);
+                let variable = ScalarVariable { variability, ..variable };
+                self.rows.push(TableRow { variable, ..(*member).clone() });
                 continue;
             }
             let value = equations.formula(&output.value);
             let source = self.computed(equations, value);
-            self.push((&output.name, &output.description, &output.unit), source, value);
-            if let Some(row) = self.rows.last_mut() {
-                row.output = true;
-            }
+            self.push(
+                ScalarVariable::new(name, description, output.unit.clone(), Causality::Output),
+                of,
+                source,
+                value,
+            );
         }
     }
 
     /// Coordinates, rates and accelerations that are no outputs. In a dynamic model v is the derivative of q and a that of v.
-    fn add_members(&mut self, members: &[TableRow], driven: bool) {
-        let there: HashSet<String> = self.rows.iter().map(|row| row.name.clone()).collect();
-        self.rows.extend(members.iter().filter(|member| !there.contains(&member.name)).cloned());
+    fn add_members(&mut self, members: &[TableRow], equations: &Equations, driven: bool) {
+        let there: HashSet<Source> = self.rows.iter().map(|row| row.source).collect();
+        self.rows.extend(members.iter().filter(|member| !there.contains(&member.source)).cloned());
         if driven {
             return;
         }
+        let mechanical = equations.coordinates.len();
         let places: HashMap<Source, usize> =
             self.rows.iter().enumerate().map(|(place, row)| (row.source, place)).collect();
         for row in &mut self.rows {
-            let state = match row.source {
-                Source::Rate(index) => Source::Coordinate(index),
-                Source::Acceleration(index) => Source::Rate(index),
-                _ => continue,
+            // Continuous states are q and v of each coordinate in turn, then those of the scene.
+            let (of, state) = match row.source {
+                Source::Rate(index) => (Source::Coordinate(index), 2 * index as usize),
+                Source::Acceleration(index) if (index as usize) < mechanical => {
+                    (Source::Rate(index), 2 * index as usize + 1)
+                }
+                Source::Acceleration(index) => (Source::Rate(index), mechanical + index as usize),
+                Source::Time | Source::Parameter(_) | Source::Input(_) | Source::Output { .. } => continue,
+                Source::Coordinate(_) => continue,
             };
-            row.derivative_of = places.get(&state).copied();
+            row.variable.derivative_of = places.get(&of).copied();
+            row.variable.state = row.variable.derivative_of.map(|_| state);
         }
     }
 
@@ -151,10 +201,13 @@ impl Table {
     fn add_starts(&mut self, equations: &mut Equations) {
         let mechanism = &*equations.system.mechanism.clone();
         let rows = self.rows.iter().enumerate().rev();
-        let named: HashMap<String, usize> = rows.map(|(place, row)| (row.name.clone(), place)).collect();
+        let known: HashMap<Of, usize> = rows.filter_map(|(place, row)| Some((row.of?, place))).collect();
         for (index, settable) in settable(equations).into_iter().enumerate() {
-            let name = settable.given.name(mechanism);
-            let place = named.get(&name).copied().or_else(|| {
+            let of = match settable.given {
+                Given::Line(line) => Of::Variable(mechanism.initial[line].variable),
+                Given::State(state) => Of::state(mechanism, state),
+            };
+            let place = known.get(&of).copied().or_else(|| {
                 // States are all there.
                 let Given::Line(line) = settable.given else { return None };
                 let variable = mechanism.initial[line].variable;
@@ -164,13 +217,16 @@ impl Table {
                 let unit = if angular { Unit::angle() } else { Unit::length() };
                 let rate = variable.quantity.order() == Some(Order::Velocity);
                 let unit = if rate { unit.per_second() } else { unit };
-                self.push((&name, "known at the start", &unit), source, value);
+                let (name, own) = (mechanism.variable_name(variable), "known at the start".to_owned());
+                self.push(ScalarVariable::new(name, own, unit, Causality::Local), Some(of), source, value);
                 Some(self.rows.len() - 1)
             });
             let Some(place) = place else { continue };
-            let parameter = (mechanism.parameters.len() + index) as u32;
-            self.rows[place].start =
-                Some(Start { value: settable.value, known: settable.given.is_known(mechanism), parameter });
+            self.rows[place].initial = Some((mechanism.parameters.len() + index) as u32);
+            self.rows[place].variable.start = Some(match settable.given.is_known(mechanism) {
+                true => Start::Exact(settable.value),
+                false => Start::Approximate(settable.value),
+            });
         }
     }
 
@@ -178,35 +234,31 @@ impl Table {
     fn add_display_units(&mut self, mechanism: &Mechanism) {
         let written = mechanism.initial.iter().filter_map(|line| {
             let display = line.display.as_ref()?;
-            Some((mechanism.variable_name(line.variable), display))
+            Some((Of::Variable(line.variable), display))
         });
-        let written: HashMap<String, &DisplayUnit> = written.collect();
-        for row in self.rows.iter_mut().filter(|row| row.unit.display.is_none()) {
-            let asked = Some(mechanism.display.of(&row.unit)).filter(|shown| shown.name != row.unit.si);
-            row.unit.display = asked.or_else(|| written.get(&row.name).map(|&display| display.clone()));
+        let written: HashMap<Of, &DisplayUnit> = written.collect();
+        for row in self.rows.iter_mut().filter(|row| row.variable.unit.display.is_none()) {
+            let (of, variable) = (row.of, &mut row.variable);
+            let asked = Some(mechanism.display.of(&variable.unit)).filter(|shown| shown.name != variable.unit.si);
+            variable.unit.display = asked.or_else(|| written.get(&of?).map(|&display| display.clone()));
         }
     }
 
     /// A description without any variable would not be valid.
     fn add_time(&mut self, equations: &mut Equations) {
         let value = equations.system.arena.symbol(Symbol::Time);
-        self.push(("time", "time", &Unit::time()), Source::Time, value);
+        let variable = ScalarVariable::new("time".into(), "time".into(), Unit::time(), Causality::Independent);
+        self.push(variable, None, Source::Time, value);
     }
 
-    fn push(&mut self, (name, description, unit): (&str, &str, &Unit), source: Source, value: Expr) {
-        self.rows.push(TableRow {
-            name: name.to_string(),
-            description: description.to_string(),
-            unit: unit.clone(),
-            source,
-            output: false,
-            derivative_of: None,
-            start: None,
-            calculated: None,
-            value,
-            dependencies: Arc::default(),
-        });
+    fn push(&mut self, variable: ScalarVariable, of: Option<Of>, source: Source, value: Expr) {
+        self.rows.push(TableRow { variable, of, source, initial: None, value });
     }
+}
+
+/// The user's description of something that the importer sets, or else what it is.
+fn described(kind: &str, name: &str, own: &str) -> String {
+    if own.is_empty() { format!("{kind} `{name}` of the scene") } else { own.to_owned() }
 }
 
 /// q, v and a of every coordinate; every state and its rate.
@@ -218,40 +270,30 @@ fn coordinate_members(equations: &mut Equations) -> Vec<TableRow> {
         let owner = equations.system.element(coordinate.element).name.clone();
         let (name, place) = (coordinate.name, index as u32);
         let members = [
-            (name.position, "coordinate", kind, Source::Coordinate(place), Order::Position),
-            (name.rate, "rate of the coordinate", rate, Source::Rate(place), Order::Velocity),
-            (
-                name.acceleration,
-                "acceleration of the coordinate",
-                acceleration,
-                Source::Acceleration(place),
-                Order::Acceleration,
-            ),
+            (name.position, "coordinate", kind, Source::Coordinate(place)),
+            (name.rate, "rate of the coordinate", rate, Source::Rate(place)),
+            (name.acceleration, "acceleration of the coordinate", acceleration, Source::Acceleration(place)),
         ];
-        for (name, what, unit, source, order) in members {
+        let members = members.into_iter().zip(coordinate.variables).zip(Order::ALL);
+        for (((name, what, unit, source), variable), order) in members {
             let value = equations.system.arena.symbol(Symbol::Coordinate(index, order));
-            table.push((&name, &format!("{what} of `{owner}`"), &unit), source, value);
+            let described = ScalarVariable::new(name, format!("{what} of `{owner}`"), unit, Causality::Local);
+            table.push(described, Some(Of::Variable(variable)), source, value);
         }
     }
     let mechanism = equations.system.mechanism.clone();
     for (index, state) in mechanism.states.iter().enumerate() {
         let place = (equations.coordinates.len() + index) as u32;
-        let rate = format!("der({})", state.name);
+        let [value, rate] =
+            [Order::Position, Order::Velocity].map(|order| equations.system.arena.symbol(Symbol::State(index, order)));
+        let (name, unit) = (state.name.clone(), state.unit.clone());
         let description = if state.description.is_empty() { "state" } else { &state.description };
-        let members = [
-            (&state.name, description.to_owned(), state.unit.clone(), Source::Rate(place), Order::Position),
-            (
-                &rate,
-                format!("rate of `{}`", state.name),
-                state.unit.per_second(),
-                Source::Acceleration(place),
-                Order::Velocity,
-            ),
-        ];
-        for (name, description, unit, source, order) in members {
-            let value = equations.system.arena.symbol(Symbol::State(index, order));
-            table.push((name, &description, &unit), source, value);
-        }
+        let described = ScalarVariable::new(name, description.to_owned(), unit, Causality::Local);
+        table.push(described, Some(Of::state(&mechanism, index)), Source::Rate(place), value);
+        let (name, description) = (format!("der({})", state.name), format!("rate of `{}`", state.name));
+        let described = ScalarVariable::new(name, description, state.unit.per_second(), Causality::Local);
+        table.push(described, None, Source::Acceleration(place), rate);
     }
+    table.add_held(equations);
     table.rows
 }

@@ -26,9 +26,9 @@ pub fn summarise(formulated: &Formulated) -> Summary {
         drivers: mechanism.drivers.iter().map(|driver| driver.name.clone()).collect(),
         loads: mechanism.loads.iter().map(|load| load.name.clone()).collect(),
         parameters: mechanism.parameters.iter().map(|parameter| parameter.name.clone()).collect(),
-        inputs: mechanism.inputs.iter().map(|input| input.name.clone()).collect(),
+        inputs: mechanism.open_inputs().iter().map(|input| input.name.clone()).collect(),
         states: mechanism.states.iter().map(|state| state.name.clone()).collect(),
-        outputs: mechanism.outputs.iter().map(|output| output.name.clone()).collect(),
+        outputs: formulated.outputs.iter().map(|output| output.name.clone()).collect(),
         mobility: formulated.mobility(),
         kinematic: formulated.lowered.program.is_driven(),
         solver: solver(&formulated.lowered),
@@ -68,7 +68,7 @@ fn integrated(lowered: &Lowered) -> Integrated {
     let active = program.constraints.iter().filter(|constraint| constraint.is_imposed()).count();
     let needs_acceleration =
         |source: Source| matches!(source, Source::Acceleration(_) | Source::Output { accelerated: true, .. });
-    let outputs = lowered.table.rows.iter().filter(|row| row.output);
+    let outputs = lowered.table.rows.iter().filter(|row| row.is_output());
     let (accelerated, state): (Vec<_>, Vec<_>) = outputs.partition(|row| needs_acceleration(row.source));
     Integrated {
         series: program.arms.as_ref().filter(|_| program.engine == Engine::Taylor).map(series_system),

@@ -16,6 +16,7 @@ use zip::result::ZipError;
 use crate::cells;
 use crate::diagnostic::visible::on_one_line;
 use crate::model::{CREDITS, Credits};
+use crate::program::Type;
 use crate::typeset::{aligned, between, short};
 
 /// No file inside an FMU of cotree is larger than this [bytes].
@@ -63,8 +64,8 @@ pub struct Variable {
     pub start: Option<String>,
     /// Is that a guess, which picks the assembly?
     pub guess: bool,
-    /// May it be set at any communication point?
-    pub tunable: bool,
+    /// When its value may change: `fixed`, `tunable`, `discrete` or `continuous`.
+    pub variability: String,
     /// Smallest permitted value.
     pub min: Option<String>,
     /// Largest permitted value.
@@ -240,7 +241,10 @@ impl Header {
             Ok(Some(quick_xml::escape::unescape(&attribute.value)?.into_owned()))
         };
         let text = |key: &str| get(key).map(Option::unwrap_or_default);
-        match tag.name().as_ref() {
+        let name = tag.name();
+        let name = name.as_ref();
+        let is_type = |version: usize| Type::ALL.iter().any(|kind| kind.elements()[version] == name);
+        match name {
             "fmiModelDescription" => {
                 (self.name, self.description) = (text("modelName")?, text("description")?);
                 for key in CREDITS {
@@ -251,19 +255,10 @@ impl Header {
             }
             "CoSimulation" => self.interfaces.push("Co-Simulation"),
             "ModelExchange" => self.interfaces.push("Model Exchange"),
-            "ScalarVariable" | "Float64" => {
-                self.variables.push(Variable {
-                    name: text("name")?,
-                    causality: get("causality")?.unwrap_or_else(|| "local".into()),
-                    description: text("description")?,
-                    tunable: text("variability")? == "tunable",
-                    guess: text("initial")? == "approx",
-                    ..Variable::default()
-                });
-                self.add_values(&get)?;
-            }
+            "ScalarVariable" => self.add_variable(&get)?,
             // FMI 2.0 writes the values of a variable in an element of their own.
-            "Real" => self.add_values(&get)?,
+            _ if self.version.starts_with('2') && is_type(0) => self.add_values(&get)?,
+            _ if is_type(1) => self.add_variable(&get)?,
             _ => {}
         }
         Ok(())
@@ -271,6 +266,19 @@ impl Header {
 }
 
 impl Header {
+    fn add_variable<E>(&mut self, get: &impl Fn(&str) -> Result<Option<String>, E>) -> Result<(), E> {
+        let text = |key: &str| get(key).map(Option::unwrap_or_default);
+        self.variables.push(Variable {
+            name: text("name")?,
+            causality: get("causality")?.unwrap_or_else(|| "local".into()),
+            description: text("description")?,
+            variability: text("variability")?,
+            guess: text("initial")? == "approx",
+            ..Variable::default()
+        });
+        self.add_values(get)
+    }
+
     fn add_values<E>(&mut self, get: &impl Fn(&str) -> Result<Option<String>, E>) -> Result<(), E> {
         if let Some(variable) = self.variables.last_mut() {
             (variable.unit, variable.start) = (get("unit")?.unwrap_or_default(), get("start")?);
@@ -288,7 +296,8 @@ impl Variable {
 
     /// What values it may have, and when it may change.
     fn remark(&self) -> String {
-        let parts = [self.tunable.then(|| "tunable".to_owned()), between([self.min.clone(), self.max.clone()])];
+        let changes = Some(&self.variability).filter(|own| ["tunable", "discrete"].contains(&own.as_str()));
+        let parts = [changes.cloned(), between([self.min.clone(), self.max.clone()])];
         parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
     }
 }

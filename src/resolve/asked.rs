@@ -61,6 +61,7 @@ impl Scene {
             known.map(|quantity| quantity.of(&owner)).collect::<Vec<_>>()
         };
         let states = self.states.iter().map(|own| own.name.text.clone());
+        let states = states.chain(self.held_names());
         states.chain(self.owners().into_iter().flat_map(of)).collect()
     }
 
@@ -70,12 +71,20 @@ impl Scene {
     /// Everything that is wrong with the scene.
     pub fn variables(&self) -> Result<HashMap<String, Unit>, Faults> {
         let laws = self.outputs.expressions.iter().chain(&self.signals).map(|own| own.name.text.as_str());
+        let held = self.held_names();
         let named = laws.chain(self.states.iter().map(|own| own.name.text.as_str()));
-        let own = self.resolve_asking(&Asked::these(named))?.mechanism.outputs;
+        let named = named.chain(held.iter().map(String::as_str));
+        let own = self.resolve_asking(&Asked::these(named))?.outputs;
         let of_parts = self.owners().into_iter().flat_map(|(owner, has)| {
             has.into_iter().map(move |quantity| (quantity.of(&owner), Unit::of(&quantity.measure(), None)))
         });
         Ok(of_parts.chain(own.into_iter().map(|output| (output.name, output.unit))).collect())
+    }
+
+    /// Sampled values, and when events happened.
+    fn held_names(&self) -> Vec<String> {
+        let sampled = self.sampled_values().map(|(_, own)| own.name.text.clone());
+        sampled.chain(self.events.iter().map(|own| format!("events.{}.time", own.name.text))).collect()
     }
 
     fn owners(&self) -> Vec<(String, Vec<Quantity>)> {

@@ -12,7 +12,7 @@ use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
 use crate::diagnostic::suggest;
 use crate::expr::{Binary, Function, Unary};
-use crate::model::{Class, Exponents, Formula, JointId, LoadId, Owner, Quantity, StateId, Variable};
+use crate::model::{Class, Exponents, Formula, InputId, JointId, LoadId, Owner, Quantity, StateId, Variable};
 use crate::scene::constant;
 use crate::scene::dimension::{self, Known};
 use crate::scene::expression::{self, Tree, TreeKind};
@@ -29,6 +29,10 @@ pub(super) enum Context {
     /// Numbers, parameters and the own variables of this joint.
     Curve(JointId),
     Output,
+    /// What happens at an instant, seen from just before it; in the next value of a value of this sampler, new ones of the others.
+    Instant(Option<usize>),
+    /// What a sampled value begins with.
+    Start,
 }
 
 impl Context {
@@ -75,6 +79,11 @@ impl Resolver<'_> {
                 Some((Formula::Number(*value), Known::written(unit.exponents).in_hertz(hertz)))
             }
             TreeKind::Name(name) => self.lower_name(name, tree, site),
+            TreeKind::New(name) => {
+                let sampler = if let Context::Instant(sampler) = site.context { sampler } else { None };
+                let name = Text::new(name.as_str(), site.text.part(tree.start, tree.end));
+                self.new_value(&name, sampler, site.what)
+            }
             TreeKind::Call(function, arguments) => self.lower_call(*function, arguments, tree, site),
             TreeKind::Table(lookup, file, argument) => {
                 let argument = self.lower(argument, site)?;
@@ -213,6 +222,14 @@ impl Resolver<'_> {
                 let (exponents, hertz) = unit.unzip();
                 Some((Formula::State(id), Known::moving(exponents).in_hertz(hertz.unwrap_or(0))))
             }
+            Some(Named::Held(_)) if site.context.is_constant() => {
+                self.not_constant(&format!("the sampled value `{name}`"), tree, site)
+            }
+            Some(Named::Held(_)) if site.context == Context::Driver => {
+                self.refuse_state(&format!("the sampled value `{name}`"), tree, site)
+            }
+            Some(Named::Held(_)) if site.context == Context::Start => self.refuse_held(name, tree, site),
+            Some(Named::Held(id)) => Some(self.held_value(id)),
             Some(Named::Signal(index)) => self.lower_signal(index, name, tree, site),
             _ => match (name, own) {
                 ("pi", _) => Some((Formula::Number(PI), Known::Number)),
@@ -221,9 +238,48 @@ impl Resolver<'_> {
                 }
                 ("t" | "time", _) => Some((Formula::Time, Known::moving(Some(Exponents::SECOND)))),
                 (_, Some(own)) => self.seen_there(own, tree, site),
+                _ if self.scene.event_of_time(name).is_some() => self.lower_event_time(name, tree, site),
                 _ if name.contains('.') => self.lower_variable(name, tree, site),
                 _ => self.unknown_name(name, tree, site),
             },
+        }
+    }
+
+    fn held_value(&mut self, id: InputId) -> (Formula, Known) {
+        self.used_inputs.insert(id);
+        let (exponents, hertz) = self.input_units.get(id.0).copied().flatten().unzip();
+        (Formula::Input(id), Known::moving(exponents).in_hertz(hertz.unwrap_or(0)))
+    }
+
+    /// When an event happened last.
+    fn lower_event_time(&mut self, name: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
+        let (_, id) = self.scene.event_of_time(name)?;
+        match site.context {
+            _ if site.context.is_constant() => self.not_constant(&format!("`{name}`"), tree, site),
+            Context::Driver => self.refuse_state(&format!("`{name}`"), tree, site),
+            Context::Start => self.refuse_held(name, tree, site),
+            _ => Some(self.held_value(id)),
+        }
+    }
+
+    fn refuse_held(&mut self, name: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
+        let message = format!("{} depends on `{name}`, which begins at the same time", site.what);
+        let help = "use parameters, inputs, and positions, velocities and states at the start";
+        self.refuse("scene::begin_depends", message, help, (tree, site))
+    }
+
+    /// One side of a comparison of an event.
+    pub(super) fn instant_tree(&mut self, tree: &Tree, text: &Text, what: &str) -> Option<(Formula, Known)> {
+        self.lower(tree, Site { text, what, context: Context::Instant(None) })
+    }
+
+    /// The two sides of a comparison must have the same unit.
+    pub(super) fn must_compare(&mut self, left: Known, right: Known, text: &Text, what: &str) {
+        if let Err((a, b)) = dimension::join(left, right) {
+            let message =
+                format!("in {what}, a value in {} is compared with a value in {}", unit_name(a), unit_name(b));
+            let fault = Fault::new("scene::wrong_unit", message, text.span);
+            self.faults.push(fault.label(format!("{} and {}", unit_name(a), unit_name(b))));
         }
     }
 
@@ -359,7 +415,7 @@ impl Resolver<'_> {
 fn refusal(variable: Variable, site: Site<'_>, called: &str) -> Option<(&'static str, String, &'static str)> {
     let what = site.what;
     let (code, help) = match site.context {
-        Context::Output => return None,
+        Context::Output | Context::Instant(_) => return None,
         Context::Constant | Context::Curve(_) | Context::Driver => {
             let message = format!("{what} depends on {called}, but a prescribed motion cannot depend on the motion");
             return Some(("scene::driver_depends", message, "a driver may use the time `t`, parameters and inputs"));
@@ -367,6 +423,10 @@ fn refusal(variable: Variable, site: Site<'_>, called: &str) -> Option<(&'static
         Context::Law(_) => (
             "scene::load_depends",
             "a load may use positions and velocities of the scene, forces along springs and actuators, torques of loads, states, the time `t`, parameters and inputs",
+        ),
+        Context::Start => (
+            "scene::begin_depends",
+            "what a sampled value begins with may use positions, velocities and states at the start, the time `t`, parameters and inputs",
         ),
         Context::Rate => (
             "scene::rate_depends",
@@ -381,6 +441,7 @@ fn refusal(variable: Variable, site: Site<'_>, called: &str) -> Option<(&'static
             return Some(("scene::cycle", message, "a load may use positions and velocities of the scene"));
         }
         (Class::Acceleration, ..) => "an acceleration",
+        (Class::Effort, ..) if site.context == Context::Start => "a force or torque, which may depend on it",
         // Their laws are written out in its place.
         (Class::Effort, Owner::Load(_), Quantity::Force | Quantity::Torque) => return None,
         (Class::Effort, Owner::Load(_), _) => "a component or the power of another load",

@@ -24,7 +24,9 @@ impl Resolver<'_> {
         self.refuse_circle(&circle, "loads", "let one of them depend on positions and velocities only");
         for index in order.into_iter().filter(|index| !uses[index].is_empty()) {
             let mut load = loads[index].clone();
-            laws_mut(&mut load).for_each(|law| write_out(law, &loads, self.scene.dimension));
+            let scene = self.scene;
+            let presence = |load| scene.presence(load).map(Formula::Input);
+            laws_mut(&mut load).for_each(|law| write_out(law, &loads, (scene.dimension, &presence)));
             if laws(&load).into_iter().any(is_too_long) {
                 self.faults.push(too_long(&format!("load `{}`", load.name), "loads", load.span));
                 break;
@@ -62,16 +64,21 @@ fn laws_mut(load: &mut Part) -> impl Iterator<Item = &mut Formula> {
     formulas.flatten()
 }
 
-fn write_out(formula: &mut Formula, loads: &[Part], dimension: Dimension) {
+fn write_out(
+    formula: &mut Formula,
+    loads: &[Part],
+    (dimension, presence): (Dimension, &dyn Fn(LoadId) -> Option<Formula>),
+) {
     match formula {
         Formula::Variable(variable) => {
-            let Some((load, law)) = effort_of(*variable).and_then(|id| Some((&loads[id.0], loads[id.0].law()?))) else {
-                return;
-            };
+            let Some(id) = effort_of(*variable) else { return };
+            let load = &loads[id.0];
+            let Some(law) = load.law() else { return };
+            let law = presence(id).into_iter().fold(law, |law, presence| law * presence);
             // On a line the force of a spring is its tension.
             let pulls = dimension == Dimension::One && load.component().pulls;
             *formula = if pulls { negate(law) } else { law };
         }
-        other => other.parts_mut().iter_mut().for_each(|part| write_out(part, loads, dimension)),
+        other => other.parts_mut().iter_mut().for_each(|part| write_out(part, loads, (dimension, presence))),
     }
 }

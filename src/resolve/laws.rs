@@ -19,7 +19,7 @@ use crate::scene::unit::from_exponents;
 impl Resolver<'_> {
     pub(super) fn axis(&mut self, axis: &Vector, what: &str) -> [Formula; 2] {
         let [x, y] = self.vector(axis, what, &ANYTHING, Context::Constant);
-        let length = self.value(&x).hypot(self.value(&y));
+        let length = libm::hypot(self.value(&x), self.value(&y));
         if length == 0.0 {
             self.faults.push(
                 Fault::new("scene::zero_axis", format!("{what} has no length, so it has no direction"), axis.span)

@@ -10,6 +10,7 @@ mod context;
 mod efforts;
 mod formulas;
 mod initial;
+mod instants;
 mod islands;
 mod laws;
 pub mod loosened;
@@ -38,7 +39,9 @@ use crate::component::{ALL, Room, Section};
 use crate::diagnostic::fault::{Fault, Faults, Sink};
 use crate::diagnostic::span::{Source, Span, Text};
 use crate::diagnostic::suggest;
-use crate::model::{Bound, Dimension, Exponents, Formula, InputId, Mechanism, Owner, Place, StateId, Units, Variable};
+use crate::model::{
+    Bound, Dimension, Exponents, Formula, InputId, Mechanism, Output, Owner, Place, StateId, Units, Variable,
+};
 use crate::scene::Asked;
 use crate::scene::model::Within;
 use crate::scene::{Resolved, Scene};
@@ -87,24 +90,26 @@ impl Scene {
     /// All faults; an output that there is not among them.
     pub fn resolve_asking(&self, asked: &Asked) -> Result<Resolved, Faults> {
         let mut faults = Sink::default();
-        let mechanism = self.resolve_into(asked, &mut faults);
+        let (mechanism, outputs) = self.resolve_into(asked, &mut faults);
         if faults.has_errors() {
             return Err(faults.into_faults(self.source.clone()));
         }
-        Ok(Resolved { mechanism, warnings: faults.into_list() })
+        Ok(Resolved { mechanism, outputs, warnings: faults.into_list() })
     }
 
-    /// The mechanism as far as it can be resolved; complete if there are no errors.
-    fn resolve_into(&self, asked: &Asked, faults: &mut Sink) -> Mechanism {
+    /// The mechanism and what is asked of it, as far as they can be resolved; complete if there are no errors.
+    fn resolve_into(&self, asked: &Asked, faults: &mut Sink) -> (Mechanism, Vec<Output>) {
         let names = Names::collect(self, faults);
         let mut resolver = Resolver::new(self, names, faults);
         resolver.name();
         let display = resolver.display();
         let (parameters, calculated) = resolver.parameters();
-        let inputs = resolver.inputs();
+        let mut inputs = resolver.inputs();
+        resolver.declare_held(&mut inputs);
         let states = resolver.declare_states();
         resolver.place_parts();
         resolver.signals();
+        let (held, samplers) = resolver.held(&mut inputs);
         let mut mechanism = Mechanism {
             name: self.name.text.clone(),
             description: self.description.as_ref().map(|text| text.text.clone()).unwrap_or_default(),
@@ -119,10 +124,12 @@ impl Scene {
             joints: resolver.parts(Section::Joints),
             drivers: resolver.parts(Section::Drivers),
             loads: resolver.loads(),
+            held,
             states: resolver.states(states),
+            samplers,
+            events: resolver.events(),
             initial: resolver.initial(),
             begins: resolver.begins(),
-            outputs: resolver.outputs(asked),
             experiment: resolver.experiment(),
             solver: resolver.solver(),
             coordinates: resolver.coordinates(),
@@ -131,6 +138,7 @@ impl Scene {
             units: Units::default(),
             display,
         };
+        let outputs = resolver.outputs(asked);
         mechanism.add_own_states();
         mechanism.units = mechanism.display.clone().before(&resolver.written_in);
         resolver.islands(&mechanism.bodies);
@@ -141,7 +149,7 @@ impl Scene {
             }
             mechanism.check().into_iter().for_each(|fault| resolver.faults.push(fault));
         }
-        mechanism
+        (mechanism, outputs)
     }
 }
 
@@ -161,6 +169,8 @@ struct Resolver<'s> {
     input_units: Vec<Option<(Exponents, i8)>>,
     /// The units of the states, in the same way.
     state_units: Vec<Option<(Exponents, i8)>>,
+    /// Next values of sampled values.
+    nexts: instants::Nexts,
     /// What the names of the signals stand for; none if one is at fault.
     signals: Vec<Option<signals::Signal>>,
     /// The inputs that something follows or depends on.
@@ -199,6 +209,7 @@ impl<'s> Resolver<'s> {
             parameters: Vec::new(),
             input_units: Vec::new(),
             state_units: Vec::new(),
+            nexts: instants::Nexts::default(),
             signals: Vec::new(),
             used_inputs: HashSet::new(),
             used_states: HashSet::new(),
@@ -235,6 +246,7 @@ impl Resolver<'_> {
         let scene = self.scene;
         let inputs = scene.inputs.iter().enumerate().filter(|(index, _)| !self.used_inputs.contains(&InputId(*index)));
         let states = scene.states.iter().enumerate().filter(|(index, _)| !self.used_states.contains(&StateId(*index)));
+        let sampled = scene.sampled_values().filter(|(id, _)| !self.used_inputs.contains(id));
         let signals = scene.signals.iter().enumerate().filter(|(index, _)| !self.used_signals.contains(index));
         // What a part does not use here may be for its own outputs and its own experiment.
         let is_own = |name: &Text| name.span.end <= scene.source.own_text().len();
@@ -251,6 +263,7 @@ impl Resolver<'_> {
         let unused: Vec<(String, Span, &str)> = inputs
             .map(|(_, own)| (format!("input `{}`", own.name.text), own.name.span, LAW))
             .chain(states.map(|(_, own)| (format!("state `{}`", own.name.text), own.name.span, LAW)))
+            .chain(sampled.map(|(_, own)| (format!("sampled value `{}`", own.name.text), own.name.span, LAW)))
             .chain(signals.map(|(_, own)| (format!("signal `{}`", own.name.text), own.name.span, LAW)))
             .chain(parameters.map(|(_, own)| (format!("parameter `{}`", own.name.text), own.name.span, VALUE)))
             .chain(points.map(|(_, own)| (format!("point `ground.{}`", own.name.text), own.name.span, POINT)))

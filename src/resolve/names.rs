@@ -16,6 +16,8 @@ pub(super) enum Named {
     Parameter(usize),
     Input(InputId),
     State(StateId),
+    /// A sampled value.
+    Held(InputId),
     /// Its place in the scene.
     Signal(usize),
     Body(BodyId),
@@ -30,6 +32,7 @@ impl Named {
             Named::Parameter(_) => "parameter",
             Named::Input(_) => "input",
             Named::State(_) => "state",
+            Named::Held(_) => "sampled value",
             Named::Signal(_) => "signal",
             Named::Body(_) => "body",
             Named::Joint(_) => "joint",
@@ -40,7 +43,7 @@ impl Named {
 
     /// Does the name alone stand for a number?
     pub fn is_number(self) -> bool {
-        matches!(self, Named::Parameter(_) | Named::Input(_) | Named::State(_) | Named::Signal(_))
+        matches!(self, Named::Parameter(_) | Named::Input(_) | Named::State(_) | Named::Held(_) | Named::Signal(_))
     }
 }
 
@@ -74,6 +77,7 @@ impl<'s> Names<'s> {
         let all = (scene.parameters.iter().enumerate().map(|(i, item)| (&item.name, Named::Parameter(i))))
             .chain(scene.inputs.iter().enumerate().map(|(i, item)| (&item.name, Named::Input(InputId(i)))))
             .chain(scene.states.iter().enumerate().map(|(i, item)| (&item.name, Named::State(StateId(i)))))
+            .chain(scene.sampled_values().map(|(id, value)| (&value.name, Named::Held(id))))
             .chain(scene.signals.iter().enumerate().map(|(i, item)| (&item.name, Named::Signal(i))))
             .chain(scene.bodies.iter().enumerate().map(|(i, item)| (&item.name, Named::Body(BodyId(i)))))
             .chain(scene.joints.iter().enumerate().map(|(i, item)| (&item.name, Named::Joint(JointId(i)))))
@@ -82,6 +86,8 @@ impl<'s> Names<'s> {
         for (name, named) in all {
             names.add(name, named, faults);
         }
+        points(scene.sampled.iter().map(|sampler| &sampler.name), "`[sampled]`", faults);
+        points(scene.events.iter().map(|event| &event.name), "`[events]`", faults);
         names
     }
 
@@ -94,7 +100,7 @@ impl<'s> Names<'s> {
                 name.span,
             )
             .label("second time")
-            .help("each parameter, input, state, signal, body, joint, driver and load needs its own name, because the FMU's variables are named after them");
+            .help("each parameter, input, state, sampled value, signal, body, joint, driver and load needs its own name, because the FMU's variables are named after them");
             if !first_name.span.is_nowhere() {
                 fault.also.push(first_name.span);
             }

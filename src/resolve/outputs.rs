@@ -9,7 +9,7 @@ use super::signals::Signal;
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
 use crate::model::measure::ANYTHING;
-use crate::model::{Formula, Output, StateId, Unit};
+use crate::model::{Formula, InputId, Output, StateId, Unit};
 use crate::scene::dimension::Known;
 use crate::scene::quantity::Quantity;
 use crate::scene::{Asked, model};
@@ -49,6 +49,12 @@ impl Resolver<'_> {
         if let Some(Named::State(id)) = self.names.get(&name.text) {
             return Some(self.state_output(id, name.span));
         }
+        if let Some(Named::Held(id)) = self.names.get(&name.text) {
+            return Some(self.held_output(id, name));
+        }
+        if let Some((_, id)) = self.scene.event_of_time(&name.text) {
+            return Some(self.held_output(id, name));
+        }
         let variable = self.variable(name, user, "scene::unknown_output")?;
         Some(Output {
             name: name.text.clone(),
@@ -71,6 +77,19 @@ impl Resolver<'_> {
             unit: unit.unwrap_or_default(),
             value: Formula::State(id),
             span,
+        }
+    }
+
+    fn held_output(&mut self, id: InputId, name: &Text) -> Output {
+        self.used_inputs.insert(id);
+        let unit = self.input_units[id.0].map(|(exponents, _)| crate::scene::unit::from_exponents(exponents));
+        Output {
+            name: name.text.clone(),
+            description: String::new(),
+            is_open: unit.is_none(),
+            unit: unit.unwrap_or_default(),
+            value: Formula::Input(id),
+            span: name.span,
         }
     }
 

@@ -29,7 +29,7 @@ impl Resolver<'_> {
         let declared = self.unit(state.unit.as_ref());
         let zero = Quantity::from(0.0);
         let start = state.start.as_ref().unwrap_or(&zero);
-        let (formula, own) = self.in_unit(start, declared.as_ref(), &format!("`start` of {what}"));
+        let (formula, own) = self.in_unit(start, declared.as_ref(), &format!("`start` of {what}"), Context::Constant);
         let unit = declared.clone().or(own);
         let hertz = hertz(unit.as_ref(), state.start.as_ref(), state.unit.as_ref());
         self.state_units.push(unit.as_ref().map(|unit| (unit.exponents, hertz)));
@@ -46,17 +46,23 @@ impl Resolver<'_> {
         }
     }
 
-    /// A constant in a declared unit: a bare number is in that unit.
-    fn in_unit(&mut self, quantity: &Quantity, declared: Option<&Unit>, what: &str) -> (Formula, Option<Unit>) {
-        let (formula, own) = self.formula_and_unit(quantity, what, &ANYTHING, Context::Constant);
+    /// A value in a declared unit: a bare number is in that unit.
+    pub(super) fn in_unit(
+        &mut self,
+        quantity: &Quantity,
+        declared: Option<&Unit>,
+        what: &str,
+        context: Context,
+    ) -> (Formula, Option<Unit>) {
+        let (formula, own) = self.formula_and_unit(quantity, what, &ANYTHING, context);
         self.must_agree(what, declared, own.as_ref(), quantity.span);
         let display = declared.and_then(|unit| unit.display.as_ref()).filter(|_| is_bare(quantity));
-        let formula = self.check_finite(formula, quantity, what);
+        let formula = if context == Context::Constant { self.check_finite(formula, quantity, what) } else { formula };
         let factor = display.map_or(1.0, |display| display.factor);
         (formula * Formula::Number(factor), own)
     }
 
-    fn must_agree(&mut self, what: &str, declared: Option<&Unit>, own: Option<&Unit>, span: Span) {
+    pub(super) fn must_agree(&mut self, what: &str, declared: Option<&Unit>, own: Option<&Unit>, span: Span) {
         if let (Some(declared), Some(own)) = (declared, own)
             && !declared.exponents.is_compatible(own.exponents)
         {
@@ -76,7 +82,7 @@ impl Resolver<'_> {
             return if size > 0.0 && size.is_finite() { size } else { 1.0 };
         };
         let what = format!("`nominal` of {what}");
-        let (formula, own) = self.in_unit(nominal, declared, &what);
+        let (formula, own) = self.in_unit(nominal, declared, &what, Context::Constant);
         self.must_agree(&what, unit, own.as_ref().filter(|_| declared.is_none()), nominal.span);
         let formula = self.check_positive(formula, nominal, &what, &ANYTHING);
         self.value(&formula)

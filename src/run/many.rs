@@ -4,12 +4,12 @@ use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use cotree_fmu::instance::Inaccuracy;
+use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
-use super::{Run, RunError};
+use super::{Finish, Run, RunError, points};
 
 /// More threads than this only cost memory.
 const MOST_THREADS: usize = 256;
@@ -19,6 +19,8 @@ const MOST_THREADS: usize = 256;
 #[derive(Debug)]
 pub struct Ensemble<'a> {
     run: Run<'a>,
+    /// Communication points, if not those of the experiment \[s\].
+    times: Option<&'a [f64]>,
     model: Arc<Model>,
     /// None for the calling thread.
     threads: Option<ThreadPool>,
@@ -28,8 +30,8 @@ pub struct Ensemble<'a> {
 /// The settings of a member: variables and their values, SI.
 pub type Settings = Vec<(usize, f64)>;
 
-/// Why a member ended early, or whether rounding errors are larger than its tolerance.
-pub type Ended = Result<Option<Inaccuracy>, RunError>;
+/// How a member ended, or why it failed.
+pub type Ended = Result<Finish, RunError>;
 
 impl<'a> Ensemble<'a> {
     /// `threads`: 0 for one a processor, 1 for the calling one; 256 at most. Once `stop` is set, members end at their next communication point.
@@ -44,7 +46,13 @@ impl<'a> Ensemble<'a> {
     ) -> Result<Self, ThreadPoolBuildError> {
         let pool = || ThreadPoolBuilder::new().num_threads(threads.min(MOST_THREADS)).build();
         let threads = (threads != 1).then(pool).transpose()?;
-        Ok(Self { run, model, threads, stop })
+        Ok(Self { run, times: None, model, threads, stop })
+    }
+
+    /// The same with other communication points: ascending times within the experiment \[s\].
+    #[must_use]
+    pub fn at(self, times: &'a [f64]) -> Self {
+        Self { times: Some(times), ..self }
     }
 
     /// How many threads run.
@@ -78,13 +86,18 @@ impl<'a> Ensemble<'a> {
         }
         let mut run = self.run.clone();
         run.settings.extend_from_slice(settings);
-        let ended = run.start(Arc::clone(&self.model), |time, values| {
+        let report = |time, values: &[f64]| {
             if self.is_stopped() {
                 return Err(io::ErrorKind::Interrupted.into());
             }
             point(&mut collected, time, values);
             Ok(())
-        });
+        };
+        let mut instance = Instance::new(Arc::clone(&self.model));
+        let ended = match self.times {
+            Some(times) => run.start_at(&mut instance, times.iter().copied(), report),
+            None => run.start_at(&mut instance, points(run.experiment), report),
+        };
         (collected, ended)
     }
 }

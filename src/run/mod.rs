@@ -35,6 +35,17 @@ pub struct Run<'a> {
     pub reported: Vec<usize>,
 }
 
+/// How a run ended.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Finish {
+    /// That rounding errors are larger than the tolerance, if they are.
+    pub inaccuracy: Option<Inaccuracy>,
+    /// Events of the scene, and how often each has happened.
+    pub events: Vec<(String, u32)>,
+    /// The event that has ended the run before its stop time, and when \[s\].
+    pub ended: Option<(String, f64)>,
+}
+
 /// Why a simulation ended early.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
@@ -50,7 +61,7 @@ pub enum RunError {
 }
 
 impl Run<'_> {
-    /// Simulates, and hands over the reported values at every communication point; one that has none there is NaN. Says if rounding errors are larger than the tolerance.
+    /// Simulates, and hands over the reported values at every communication point; one that has none there is NaN. An event of the scene may end the run: the values there are the last ones.
     ///
     /// # Errors
     /// Values that cannot be set, a motion that cannot be continued, or `report` fails.
@@ -58,7 +69,7 @@ impl Run<'_> {
         &self,
         model: Arc<Model>,
         report: impl FnMut(f64, &[f64]) -> std::io::Result<()>,
-    ) -> Result<Option<Inaccuracy>, RunError> {
+    ) -> Result<Finish, RunError> {
         self.start_in(&mut Instance::new(model), report)
     }
 
@@ -69,26 +80,46 @@ impl Run<'_> {
     pub fn start_in(
         &self,
         instance: &mut Instance,
+        report: impl FnMut(f64, &[f64]) -> std::io::Result<()>,
+    ) -> Result<Finish, RunError> {
+        self.start_at(instance, points(self.experiment), report)
+    }
+
+    /// The same with other communication points: ascending times within the experiment \[s\].
+    ///
+    /// # Errors
+    /// As of [`Run::start`].
+    pub fn start_at(
+        &self,
+        instance: &mut Instance,
+        times: impl IntoIterator<Item = f64>,
         mut report: impl FnMut(f64, &[f64]) -> std::io::Result<()>,
-    ) -> Result<Option<Inaccuracy>, RunError> {
+    ) -> Result<Finish, RunError> {
         self.begin(instance)?;
         let Experiment { start, stop, .. } = self.experiment;
         let knots = self.inputs.iter().flat_map(|(table, _)| knots(table, [start, stop]));
         let (mut knots, mut values) = (knots.peekable(), vec![0.0; self.reported.len()]);
-        for time in points(self.experiment) {
-            while let Some(knot) = knots.next_if(|knot| *knot <= time) {
-                instance.step_to(knot)?;
+        for time in times {
+            let mut ended = None;
+            while ended.is_none()
+                && let Some(knot) = knots.next_if(|knot| *knot <= time)
+            {
+                ended = reach(instance, knot)?;
                 self.set_inputs(instance, knot)?;
             }
-            if time > instance.time() {
-                instance.step_to(time)?;
+            if ended.is_none() {
+                ended = reach(instance, time)?;
             }
+            let time = ended.as_ref().map_or(time, |(_, time)| *time);
             for (value, &variable) in values.iter_mut().zip(&self.reported) {
                 *value = instance.reading(variable)?;
             }
             report(time, &values)?;
+            if ended.is_some() {
+                return Ok(finish(instance, ended));
+            }
         }
-        Ok(instance.take_inaccuracy())
+        Ok(finish(instance, None))
     }
 
     /// The initial state.
@@ -109,6 +140,22 @@ impl Run<'_> {
         let Some((table, variables)) = &self.inputs else { return Ok(()) };
         Ok(set_inputs(instance, (table, variables), time, time > start && time == stop)?)
     }
+}
+
+/// Moves on to a time; the event that ends the run before it, and when.
+fn reach(instance: &mut Instance, time: f64) -> Result<Option<(String, f64)>, InstanceError> {
+    if time <= instance.time() {
+        return Ok(None);
+    }
+    match instance.step_to(time) {
+        Err(InstanceError::Ended { event, time }) => Ok(Some((event, time))),
+        done => done.map(|()| None),
+    }
+}
+
+fn finish(instance: &mut Instance, ended: Option<(String, f64)>) -> Finish {
+    let events = instance.events().map(|(name, count)| (name.to_owned(), count)).collect();
+    Finish { inaccuracy: instance.take_inaccuracy(), events, ended }
 }
 
 /// Sets inputs and their rates to the table's: of each column one variable. They are constant until the next row, so this is done at the rows only

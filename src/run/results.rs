@@ -6,7 +6,7 @@ use std::sync::Arc;
 use cotree_fmu::instance::{Inaccuracy, Instance};
 use cotree_fmu::model::Model;
 
-use super::{Run, RunError};
+use super::{Finish, Run, RunError};
 use crate::compile::{Compiled, compile};
 use crate::diagnostic::Faults;
 use crate::report::csv::Writer;
@@ -17,7 +17,7 @@ use crate::scene::Scene;
 pub struct Results {
     times: Vec<f64>,
     columns: Vec<Column>,
-    inaccuracy: Option<Inaccuracy>,
+    finish: Finish,
 }
 
 /// One variable over time.
@@ -51,7 +51,7 @@ impl Results {
         let variables = compiled.reported().into_iter().map(|index| &compiled.description.variables[index]);
         let column = |name: &str, unit: &str| Column { name: name.into(), unit: unit.into(), values: Vec::new() };
         let columns = variables.map(|variable| column(&variable.name, &variable.unit.si)).collect();
-        Results { times: Vec::new(), columns, inaccuracy: None }
+        Results { times: Vec::new(), columns, finish: Finish::default() }
     }
 
     /// Adds a communication point.
@@ -60,9 +60,9 @@ impl Results {
         self.columns.iter_mut().zip(values).for_each(|(column, &value)| column.values.push(value));
     }
 
-    /// The same with what is known of their accuracy.
-    pub(super) fn with(self, inaccuracy: Option<Inaccuracy>) -> Self {
-        Results { inaccuracy, ..self }
+    /// The same with how the run ended.
+    pub(super) fn with(self, finish: Finish) -> Self {
+        Results { finish, ..self }
     }
 
     /// Communication points \[s\]: start, every full step, and stop.
@@ -87,7 +87,12 @@ impl Results {
 
     /// That rounding errors are larger than the tolerance, if they are.
     pub fn inaccuracy(&self) -> Option<&Inaccuracy> {
-        self.inaccuracy.as_ref()
+        self.finish.inaccuracy.as_ref()
+    }
+
+    /// How often the events of the scene have happened, and whether one has ended the run.
+    pub fn finish(&self) -> &Finish {
+        &self.finish
     }
 
     /// Writes a table as `cotree simulate` does: CSV, `time` first.
@@ -127,19 +132,18 @@ impl Compiled {
     /// The motion cannot be found or continued.
     pub fn simulate(&self) -> Result<Results, RunError> {
         let mut results = Results::of(self);
-        let inaccuracy = self.run(|time, values| {
+        let finish = self.run(|time, values| {
             results.push(time, values);
             Ok(())
         })?;
-        Ok(results.with(inaccuracy))
+        Ok(results.with(finish))
     }
 
-    /// The same, handing over time and the values of [`Compiled::reported`] at every communication point as they come. Says if
-    /// rounding errors are larger than the tolerance.
+    /// The same, handing over time and the values of [`Compiled::reported`] at every communication point as they come.
     ///
     /// # Errors
     /// The motion cannot be found or continued, or `report` fails.
-    pub fn run(&self, report: impl FnMut(f64, &[f64]) -> io::Result<()>) -> Result<Option<Inaccuracy>, RunError> {
+    pub fn run(&self, report: impl FnMut(f64, &[f64]) -> io::Result<()>) -> Result<Finish, RunError> {
         let model = Arc::new(Model::new(self.program.clone())?);
         let (experiment, reported) = (self.description.experiment, self.reported());
         Run { description: &self.description, experiment, settings: Vec::new(), inputs: None, reported }

@@ -37,9 +37,8 @@ pub fn settable(description: &Description, name: &str) -> Result<usize, String> 
     let can_be_set = |variable: &&ScalarVariable| variable.causality.range().is_some() || variable.start.is_some();
     let found = description.variables.iter().position(|variable| variable.name == name && can_be_set(&variable));
     found.ok_or_else(|| {
-        let is_calculated = |variable: &&ScalarVariable| {
-            variable.name == name && matches!(variable.causality, Causality::CalculatedParameter { .. })
-        };
+        let is_calculated =
+            |variable: &&ScalarVariable| variable.name == name && variable.causality == Causality::CalculatedParameter;
         if let Some(variable) = description.variables.iter().find(is_calculated) {
             let about = &variable.description;
             return format!(

@@ -1,8 +1,8 @@
 //! Builds scenes in Rust, with the words of the scene file.
 
 use super::model::{
-    Coordinates, Experiment, Initial, Input, InputAs, Motion, Outputs, Parameter, Point, Scene, Signal, Solver, State,
-    Vector,
+    Coordinates, Event, Experiment, Initial, Input, InputAs, Motion, Outputs, Parameter, Point, Sampled, SampledValue,
+    Scene, Signal, Solver, State, Vector,
 };
 use super::part::{Body, Driver, Joint, Load};
 use super::quantity::Quantity;
@@ -21,6 +21,8 @@ impl Scene {
             parameters: Vec::new(),
             inputs: Vec::new(),
             states: Vec::new(),
+            sampled: Vec::new(),
+            events: Vec::new(),
             signals: Vec::new(),
             ground: Vec::new(),
             bodies: Vec::new(),
@@ -108,6 +110,20 @@ impl Scene {
     #[must_use]
     pub fn input(mut self, name: &str, input: impl Into<Input>) -> Scene {
         self.inputs.push(Input { name: Text::from(name), ..input.into() });
+        self
+    }
+
+    /// Adds values that change at ticks only.
+    #[must_use]
+    pub fn sampled(mut self, name: &str, sampled: Sampled) -> Scene {
+        self.sampled.push(Sampled { name: Text::from(name), ..sampled });
+        self
+    }
+
+    /// Adds what happens when a comparison begins to hold.
+    #[must_use]
+    pub fn event(mut self, name: &str, event: Event) -> Scene {
+        self.events.push(Event { name: Text::from(name), ..event });
         self
     }
 
@@ -366,6 +382,70 @@ impl Input {
     #[must_use]
     pub fn max(mut self, max: impl Into<Quantity>) -> Input {
         self.max = Some(max.into());
+        self
+    }
+}
+
+impl Sampled {
+    /// Values that change from tick to tick, so long apart.
+    pub fn every(period: impl Into<Quantity>) -> Sampled {
+        Sampled { period: period.into(), ..Sampled::default() }
+    }
+
+    /// The time of the first tick.
+    #[must_use]
+    pub fn offset(mut self, offset: impl Into<Quantity>) -> Sampled {
+        self.offset = Some(offset.into());
+        self
+    }
+
+    /// Adds a value with what it begins with, and what it is from a tick on.
+    #[must_use]
+    pub fn value(self, name: &str, start: impl Into<Quantity>, next: impl Into<Quantity>) -> Sampled {
+        let (start, next) = (Some(start.into()), Some(next.into()));
+        self.with(SampledValue { name: Text::from(name), start, next, ..SampledValue::default() })
+    }
+
+    /// Adds a value.
+    #[must_use]
+    pub fn with(mut self, value: SampledValue) -> Sampled {
+        self.values.push(value);
+        self
+    }
+}
+
+impl Event {
+    /// What happens when this comparison begins to hold.
+    pub fn when(comparison: &str) -> Event {
+        Event { when: Text::from(comparison), ..Event::default() }
+    }
+
+    /// A load is there no longer; it then happens once only.
+    #[must_use]
+    pub fn remove(mut self, load: &str) -> Event {
+        self.remove.push(Text::from(load));
+        self.once = true;
+        self
+    }
+
+    /// A sampled value gets another value.
+    #[must_use]
+    pub fn set(mut self, name: &str, value: impl Into<Quantity>) -> Event {
+        self.set.push((Text::from(name), value.into()));
+        self
+    }
+
+    /// It ends the run.
+    #[must_use]
+    pub fn stop(mut self) -> Event {
+        self.stop = true;
+        self
+    }
+
+    /// It happens once only.
+    #[must_use]
+    pub fn once(mut self) -> Event {
+        self.once = true;
         self
     }
 }

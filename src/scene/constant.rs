@@ -10,8 +10,8 @@ pub fn evaluate(formula: &Formula, parameters: &[f64]) -> f64 {
         Formula::Number(number) => *number,
         Formula::Parameter(id) => parameters.get(id.0).copied().unwrap_or(f64::NAN),
         Formula::Time | Formula::Input(_) | Formula::State(_) | Formula::Variable(_) => f64::NAN,
-        // The platform's power: that of the runtime may differ in the last digit.
-        Formula::Call(Function::Two(Binary::Power), sides) => value(&sides[0]).powf(value(&sides[1])),
+        // The same on every platform; that of the runtime may differ in the last digit.
+        Formula::Call(Function::Two(Binary::Power), sides) => libm::pow(value(&sides[0]), value(&sides[1])),
         Formula::Call(function, arguments) => function.value(&arguments.iter().map(value).collect::<Vec<f64>>()),
         Formula::If(comparison, parts) => {
             let holds = compare(*comparison, value(&parts[0]), value(&parts[1]));

@@ -5,7 +5,7 @@
 //! product = sign (('*' | '/') sign)*
 //! sign    = ('-' | '+') sign | power
 //! power   = primary ('^' sign)?                      2^3^2 = 2^(3^2), -2^2 = -(2^2)
-//! primary = number ['[' unit ']'] | name | function '(' sum, ... ')' | 'if' '(' sum compare sum ',' sum ',' sum ')' | table '(' text ',' sum ')' | '(' sum ')'
+//! primary = number ['[' unit ']'] | name | 'new' '(' name ')' | function '(' sum, ... ')' | 'if' '(' sum compare sum ',' sum ',' sum ')' | table '(' text ',' sum ')' | '(' sum ')'
 //! name    = identifier ('.' identifier)*
 //! ```
 
@@ -16,6 +16,9 @@ use crate::diagnostic::span::Text;
 use crate::diagnostic::suggest;
 use crate::expr::{Binary, Function, Unary};
 use crate::model::{Comparison, Unit};
+
+/// Stands before the name of a sampled value.
+pub(crate) const NEW: &str = "new";
 
 /// Deeper trees are refused, so that no expression can exhaust the stack, here or later.
 const DEEPEST: usize = 250;
@@ -40,6 +43,8 @@ pub(crate) enum TreeKind {
     /// Operators too.
     Call(Function, Vec<Tree>),
     If(Comparison, Box<[Tree; 4]>),
+    /// What a sampled value gets at the same tick.
+    New(String),
     /// A file's table at a value.
     Table(Lookup, String, Box<Tree>),
 }
@@ -48,7 +53,7 @@ impl TreeKind {
     /// What it is made of, from left to right.
     pub fn parts(&self) -> &[Tree] {
         match self {
-            TreeKind::Number(_) | TreeKind::Measure(..) | TreeKind::Name(_) => &[],
+            TreeKind::Number(_) | TreeKind::Measure(..) | TreeKind::Name(_) | TreeKind::New(_) => &[],
             TreeKind::Call(_, arguments) => arguments,
             TreeKind::If(_, parts) => &parts[..],
             TreeKind::Table(_, _, argument) => std::slice::from_ref(&**argument),
@@ -90,6 +95,23 @@ pub(crate) fn parse(text: &Text) -> Result<Tree, Fault> {
             .label("not here")
             .help("write `if(a < b, value, otherwise)`")),
         _ => Err(parser.expected("an operator (+ - * / ^) or the end")),
+    }
+}
+
+/// A comparison of two expressions.
+pub(crate) fn comparison(text: &Text) -> Result<(Comparison, [Tree; 2]), Fault> {
+    const HELP: &str = "write one comparison, such as `beam.angle > 0.7`";
+    let tokens = tokens(text)?;
+    let mut parser = Parser { text, tokens, at: 0, nesting: 0 };
+    let left = parser.sum()?;
+    let Token::Compare(comparison) = parser.peek() else {
+        return Err(parser.expected("`<`, `<=`, `>` or `>=`").help(HELP));
+    };
+    parser.at += 1;
+    let right = parser.sum()?;
+    match parser.peek() {
+        Token::End => Ok((comparison, [left, right])),
+        _ => Err(parser.expected("an operator (+ - * / ^) or the end").help(HELP)),
     }
 }
 
@@ -283,6 +305,7 @@ impl<'t> Parser<'t> {
                 self.at += 1;
                 match self.peek() {
                     Token::Open if name == "if" => self.conditional(start),
+                    Token::Open if name == NEW => self.newer(start),
                     Token::Open if Lookup::named(name).is_some() => self.lookup(name, start),
                     Token::Open => self.call(name, start, end),
                     _ => self.tree(TreeKind::Name(name.to_string()), start, end),
@@ -330,6 +353,19 @@ impl<'t> Parser<'t> {
         let otherwise = self.sum()?;
         let end = self.close()?;
         self.tree(TreeKind::If(comparison, Box::new([left, right, then, otherwise])), start, end)
+    }
+
+    /// `new` has been read, `(` is next.
+    fn newer(&mut self, start: usize) -> Result<Tree, Fault> {
+        self.at += 1;
+        let Token::Name(name) = self.peek() else {
+            let fault = self.fault("in `new(...)` stands the name of a sampled value").label("expected a name");
+            return Err(fault.help("write `new(x)` for what the sampled value `x` gets at the same tick"));
+        };
+        let name = name.to_owned();
+        self.at += 1;
+        let end = self.close()?;
+        self.tree(TreeKind::New(name), start, end)
     }
 
     /// The name of a way to read a table has been read, `(` is next.

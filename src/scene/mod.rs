@@ -26,8 +26,8 @@ pub use crate::diagnostic::{Fault, Faults, Severity, Source, Span, Text};
 pub use asked::Asked;
 pub use edit::{EditError, spliced};
 pub use model::{
-    Coordinates, Experiment, Initial, Input, InputAs, Motion, Outputs, Parameter, Point, Scene, Signal, Solver, State,
-    Vector,
+    Coordinates, Event, Experiment, Initial, Input, InputAs, Motion, Outputs, Parameter, Point, Sampled, SampledValue,
+    Scene, Signal, Solver, State, Vector,
 };
 pub use part::{Body, Corner, Driver, Joint, Load, Part, Shape, Side};
 pub use quantity::{Quantity, Value};
@@ -38,6 +38,8 @@ pub(crate) use quantity::{Reading, read};
 pub struct Resolved {
     /// The mechanism.
     pub mechanism: crate::model::Mechanism,
+    /// What is asked of it.
+    pub outputs: Vec<crate::model::Output>,
     /// What is worth a look all the same.
     pub warnings: Vec<Fault>,
 }

@@ -58,6 +58,10 @@ pub struct Scene {
     pub inputs: Vec<Input>,
     /// Quantities whose rates are given.
     pub states: Vec<State>,
+    /// Values that change at ticks only.
+    pub sampled: Vec<Sampled>,
+    /// What happens when a comparison begins to hold.
+    pub events: Vec<Event>,
     /// Laws that others use by their names.
     pub signals: Vec<Signal>,
     /// Points of the ground.
@@ -174,6 +178,57 @@ pub struct State {
     pub nominal: Option<Quantity>,
     /// Unit of bare numbers.
     pub unit: Option<Text>,
+    /// One line.
+    pub description: Option<Text>,
+    /// Whose it is.
+    pub(crate) within: Within,
+}
+
+/// Values that are sampled together: they change at ticks and are constant in between.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Sampled {
+    /// The name.
+    pub name: Text,
+    /// From tick to tick \[s\].
+    pub period: Quantity,
+    /// The first tick \[s\]; zero if absent.
+    pub offset: Option<Quantity>,
+    /// What is sampled.
+    pub values: Vec<SampledValue>,
+    /// Whose it is.
+    pub(crate) within: Within,
+}
+
+/// A value that changes at ticks only.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SampledValue {
+    /// The name.
+    pub name: Text,
+    /// Its value at the start, before the first tick; zero if absent.
+    pub start: Option<Quantity>,
+    /// Its value from a tick on, seen from just before it; as it was if absent.
+    pub next: Option<Quantity>,
+    /// Its unit, that of bare numbers.
+    pub unit: Option<Text>,
+    /// One line.
+    pub description: Option<Text>,
+}
+
+/// What happens when a comparison begins to hold.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Event {
+    /// The name.
+    pub name: Text,
+    /// The comparison, such as `beam.angle > 0.7`.
+    pub when: Text,
+    /// Loads that are there no longer.
+    pub remove: Vec<Text>,
+    /// New values of sampled values.
+    pub set: Vec<(Text, Quantity)>,
+    /// Does it end the run?
+    pub stop: bool,
+    /// Does it happen once only?
+    pub once: bool,
     /// One line.
     pub description: Option<Text>,
     /// Whose it is.

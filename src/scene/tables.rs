@@ -31,6 +31,8 @@ pub(crate) const SCENE: &[Key] = &[
         "[quantities whose rates are given](#states): currents, pressures, integrals",
         "none",
     ),
+    Key::default("sampled", Form::Table, "[values that change at ticks only](#sampled): controllers, counters", "none"),
+    Key::default("events", Form::Table, "[what happens when a comparison begins to hold](#events)", "none"),
     Key::default("signals", Form::Table, "[laws that others use by name](#signals)", "none"),
     Key::default("ground", Form::Table, "[points of the ground](#ground)", "none"),
     Key::default("bodies", Form::Table, "the [bodies](#bodies)", "none"),
@@ -93,6 +95,66 @@ pub(crate) const STATE: &[Key] = &[
         "the size of its start, or 1",
     ),
     Key::default("unit", Form::Text, "its unit, that of numbers without one", "that of its start"),
+    DESCRIPTION,
+];
+
+/// Values that are sampled together.
+pub(crate) const SAMPLED: &[Key] = &[
+    Key::required(
+        "period",
+        Form::Constant(TIME, Range::Positive),
+        "the time from tick to tick: the k-th is at `offset` + k `period`, k = 0, 1, ...",
+        "give the time from tick to tick: `period = \"10 ms\"`",
+    ),
+    Key::default("offset", Form::Constant(TIME, Range::Any), "the time of the first tick", "0"),
+    Key::required(
+        "values",
+        Form::Table,
+        "the values, each a table with the keys below",
+        "give the values: `values.x = { start = 0, next = \"x + 1\" }`",
+    ),
+];
+
+/// A value that changes at ticks only.
+pub(crate) const SAMPLED_VALUE: &[Key] = &[
+    Key::default(
+        "start",
+        Form::Law(ANYTHING),
+        "its value before the first tick: an expression of parameters, inputs, and positions, velocities and states at the start",
+        "0",
+    ),
+    Key::default(
+        "next",
+        Form::Law(ANYTHING),
+        "its value from a tick on: an expression of everything just before the tick; `new(x)` is what the value `x` of the same sampler gets at this tick",
+        "as it was; events may set it",
+    ),
+    Key::default("unit", Form::Text, "its unit, that of numbers without one", "that of its start"),
+    DESCRIPTION,
+];
+
+/// What happens when a comparison begins to hold.
+pub(crate) const EVENT: &[Key] = &[
+    Key::required(
+        "when",
+        Form::Text,
+        "a comparison of two expressions, in which everything may occur; the event happens when it begins to hold",
+        "give a comparison: `when = \"beam.angle > 0.7\"`",
+    ),
+    Key::default("remove", Form::Names, "names of loads that are there no longer", "none"),
+    Key::default(
+        "set",
+        Form::Table,
+        "new values of [sampled values](#sampled), expressions of everything just before the event",
+        "none",
+    ),
+    Key::default("stop", Form::Switch, "whether it ends the run", "`false`"),
+    Key::default(
+        "once",
+        Form::Switch,
+        "whether it happens once only",
+        "`false`, but `true` where it removes something",
+    ),
     DESCRIPTION,
 ];
 

@@ -11,7 +11,7 @@ use super::eliminate::{Factor, Obstacle, System};
 use super::motion::{scales, typical, unit_masses};
 use crate::equations::Equations;
 use crate::expr::{Arena, Expr};
-use crate::solve::Pose;
+use cotree_fmu::model::State;
 
 /// Loop equations that determine as many coordinates, given those of the blocks before; more equations than coordinates if some repeat others.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -89,7 +89,7 @@ struct Factorised {
 impl Loops {
     /// # Errors
     /// The loop equations do not determine a coordinate, or the elimination takes too many operations.
-    pub fn new(equations: &mut Equations, blocks: &[Block], length: f64, pose: &Pose) -> Result<Self, Obstacle> {
+    pub fn new(equations: &mut Equations, blocks: &[Block], length: f64, pose: &State) -> Result<Self, Obstacle> {
         let scales = scales(equations, length);
         let blocks = blocks.iter().map(|block| Factorised::new(equations, block, (&scales, length), pose));
         Ok(Loops { blocks: blocks.collect::<Result<_, _>>()?, coordinates: scales.len() })
@@ -140,9 +140,9 @@ impl Factorised {
         equations: &mut Equations,
         block: &Block,
         (scales, length): (&[f64], f64),
-        pose: &Pose,
+        pose: &State,
     ) -> Result<Self, Obstacle> {
-        let values = typical(&equations.system.mechanism, pose);
+        let values = typical(pose);
         let place = |column: usize| block.columns.iter().position(|&own| own as usize == column);
         let (mut jacobian, mut before) = (Vec::new(), Vec::new());
         for (place_of_row, &row) in block.rows.iter().enumerate() {

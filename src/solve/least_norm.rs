@@ -15,7 +15,7 @@ use super::motion::{scales, typical, unit_masses};
 use crate::equations::{Constraint, Equations, Standing};
 use crate::expr::{Arena, Expr, Symbol};
 use crate::model::{Owner, Quantity, Variable};
-use crate::solve::Pose;
+use cotree_fmu::model::State;
 
 /// A share of the largest stress below which there is none: rounding errors of the elimination.
 const NONE: f64 = 1e-9;
@@ -41,7 +41,7 @@ pub struct Shared {
 ///
 /// # Errors
 /// The elimination takes too many operations.
-pub fn impose(equations: &mut Equations, length: f64, [pose, generic]: [&Pose; 2]) -> Result<Shared, Obstacle> {
+pub fn impose(equations: &mut Equations, length: f64, [pose, generic]: [&State; 2]) -> Result<Shared, Obstacle> {
     if equations.constraints.iter().all(Constraint::is_imposed) {
         return Ok(Shared::default());
     }
@@ -87,7 +87,7 @@ pub fn impose_in_every_pose(
     equations: &mut Equations,
     block: &Block,
     length: f64,
-    generic: &Pose,
+    generic: &State,
 ) -> Result<Option<Shared>, Obstacle> {
     let trivial = (0..equations.constraints.len()).filter(|&row| equations.constraints[row].is_trivial());
     let rows: Vec<usize> = block.rows.iter().map(|&row| row as usize).chain(trivial).collect();
@@ -125,9 +125,9 @@ pub fn impose_in_every_pose(
 }
 
 /// Self-stresses of loop equations, given by columns, as numbers in a pose: a column for each. None if they have no values there.
-fn states(equations: &Equations, jacobian: &[Vec<(usize, Expr)>], rows: usize, pose: &Pose) -> Option<DMatrix<f64>> {
+fn states(equations: &Equations, jacobian: &[Vec<(usize, Expr)>], rows: usize, pose: &State) -> Option<DMatrix<f64>> {
     let exprs: Vec<Expr> = jacobian.iter().flatten().map(|(_, entry)| *entry).collect();
-    let numbers = equations.system.arena.evaluate(&exprs, &typical(&equations.system.mechanism, pose));
+    let numbers = equations.system.arena.evaluate(&exprs, &typical(pose));
     if !numbers.iter().all(|number| number.is_finite()) {
         return None;
     }
@@ -159,9 +159,9 @@ fn least_change(
     equations: &mut Equations,
     (rows, jacobian): (&[usize], &[SparseRow]),
     reactions: &[Reaction],
-    (length, pose): (f64, &Pose),
+    (length, pose): (f64, &State),
 ) -> Result<Vec<Expr>, Obstacle> {
-    let values = typical(&equations.system.mechanism, pose);
+    let values = typical(pose);
     // A force by itself, a torque by the force at the typical length.
     let scales: Vec<f64> = rows.iter().map(|&row| length / equations.constraints[row].scale(length)).collect();
     let arena = &mut equations.system.arena;
@@ -182,9 +182,9 @@ fn least_change(
 
 /// For each redundant loop equation, multipliers of it and of the independent ones in equilibrium: J_a^T y = J_d^T. A diagonal matrix
 /// replaces the masses, which do not matter.
-fn self_stresses(equations: &mut Equations, length: f64, pose: &Pose) -> Result<Vec<BTreeMap<usize, Expr>>, Obstacle> {
+fn self_stresses(equations: &mut Equations, length: f64, pose: &State) -> Result<Vec<BTreeMap<usize, Expr>>, Obstacle> {
     let scales = scales(equations, length);
-    let values = typical(&equations.system.mechanism, pose);
+    let values = typical(pose);
     let (rows, dropped): (Vec<usize>, Vec<usize>) =
         (0..equations.constraints.len()).partition(|&row| equations.constraints[row].is_imposed());
     let jacobian: Vec<_> = rows.iter().map(|&row| equations.constraints[row].jacobian.clone()).collect();
@@ -234,12 +234,12 @@ fn reactions(equations: &mut Equations, stresses: &[BTreeMap<usize, Expr>], leng
 }
 
 /// The stresses as numbers in a typical pose, torques as forces: a row for each reaction.
-fn stress_values(equations: &Equations, reactions: &[Reaction], states: usize, pose: &Pose) -> Vec<Vec<f64>> {
+fn stress_values(equations: &Equations, reactions: &[Reaction], states: usize, pose: &State) -> Vec<Vec<f64>> {
     if states == 0 {
         return vec![Vec::new(); reactions.len()];
     }
     let exprs: Vec<Expr> = reactions.iter().flat_map(|reaction| reaction.stress.iter().copied()).collect();
-    let numbers = equations.system.arena.evaluate(&exprs, &typical(&equations.system.mechanism, pose));
+    let numbers = equations.system.arena.evaluate(&exprs, &typical(pose));
     let scaled =
         |(row, reaction): (&[f64], &Reaction)| row.iter().map(|value| value * reaction.weight.sqrt()).collect();
     numbers.chunks(states).zip(reactions).map(scaled).collect()

@@ -5,7 +5,6 @@ mod blocks;
 mod eliminate;
 pub(crate) mod least_norm;
 mod motion;
-mod pose;
 pub(crate) mod solve_tree;
 
 pub use blocks::{Block, Incidence};
@@ -14,5 +13,4 @@ pub use eliminate::{Factor, Obstacle, System};
 pub use least_norm::Shared;
 pub(crate) use motion::typical;
 pub use motion::{MotionSystem, Solver};
-pub use pose::Pose;
 pub use solve_tree::{SolveTree, in_solve_tree};

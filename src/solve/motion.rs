@@ -1,13 +1,11 @@
 //! The linear system whose solution is the motion: \[M J^T; J 0\] {a; lambda} = {Q; gamma}, in the branch coordinates or in those of
 //! a second pair of trees.
 
-use std::sync::Arc;
+use cotree_fmu::model::State;
 
 use super::eliminate::{self, Factor, Obstacle};
 use crate::equations::Equations;
-use crate::expr::{Arena, Expr, Order, Symbol};
-use crate::model::Mechanism;
-use crate::solve::Pose;
+use crate::expr::{Arena, Expr, Order, Symbol, Values};
 
 /// A system of equations of motion in some coordinates, and how the branch coordinates follow from its solution.
 #[derive(Clone, Debug)]
@@ -70,8 +68,8 @@ impl MotionSystem {
     ///
     /// # Errors
     /// A coordinate of the system moves no mass and is not constrained.
-    pub fn factorise(self, equations: &mut Equations, pose: &Pose) -> Result<Solver, Obstacle> {
-        let values = typical(&equations.system.mechanism, pose);
+    pub fn factorise(self, equations: &mut Equations, pose: &State) -> Result<Solver, Obstacle> {
+        let values = typical(pose);
         let jacobian: Vec<Vec<(usize, Expr)>> = self.rows.iter().map(|row| row.jacobian.clone()).collect();
         let matrix = eliminate::System { mass: &self.mass, jacobian: &jacobian, scales: &self.scales, values: &values };
         let factor = Factor::new(&mut equations.system.arena, &matrix)?;
@@ -79,19 +77,20 @@ impl MotionSystem {
     }
 }
 
-/// Values of symbols at a pose and at rest. Missing masses count as 1: whether they are needed is checked later.
-pub(crate) fn typical<'a>(mechanism: &Arc<Mechanism>, pose: &'a Pose) -> impl Fn(Symbol) -> f64 + use<'a> {
-    let mechanism = Arc::clone(mechanism);
+/// Values of symbols in the pose of a state and at rest. Missing masses count as 1: whether they are needed is checked later.
+pub(crate) fn typical(pose: &State) -> impl Fn(Symbol) -> f64 + '_ {
     move |symbol| match symbol {
-        Symbol::Time => pose.time,
-        Symbol::Parameter(i) => mechanism.parameters.get(i).map_or(0.0, |parameter| parameter.value),
-        Symbol::Input(i, Order::Position) => mechanism.inputs[i].start,
-        Symbol::Coordinate(i, Order::Position) => pose.positions.get(i).copied().unwrap_or_default(),
-        Symbol::Follower(i, Order::Position) => pose.followers.get(i).copied().unwrap_or_default(),
         Symbol::Missing(..) => 1.0,
-        Symbol::State(i, Order::Position) => pose.states.get(i).copied().unwrap_or_default(),
-        Symbol::Input(..) | Symbol::Coordinate(..) | Symbol::Follower(..) | Symbol::State(..) => 0.0,
-        Symbol::Reaction(_) | Symbol::Argument => 0.0,
+        Symbol::Coordinate(_, Order::Velocity) | Symbol::Follower(_, Order::Velocity) => 0.0,
+        Symbol::Input(_, Order::Velocity | Order::Acceleration) => 0.0,
+        Symbol::Time
+        | Symbol::Parameter(_)
+        | Symbol::Input(..)
+        | Symbol::Coordinate(..)
+        | Symbol::Follower(..)
+        | Symbol::State(..)
+        | Symbol::Reaction(_)
+        | Symbol::Argument => pose.value(symbol),
     }
 }
 

@@ -17,8 +17,8 @@ use crate::equations::{Constraint, Coordinate, Equations};
 use crate::expr::{Expr, Order, Symbol};
 use crate::model::BodyId;
 use crate::network::{ElementId, Held, Trees};
-use crate::solve::Pose;
 use crate::tape::{Cost, kernel_cost};
+use cotree_fmu::model::State;
 
 /// From so many angles on one path on, a solve tree is tried.
 const DEEP: usize = 8;
@@ -44,7 +44,7 @@ pub struct SolveTree {
 ///
 /// # Errors
 /// A branch coordinate that moves no mass and is not constrained.
-pub fn solver(equations: &mut Equations, length: f64, pose: &Pose) -> Result<(Solver, Option<SolveTree>), Obstacle> {
+pub fn solver(equations: &mut Equations, length: f64, pose: &State) -> Result<(Solver, Option<SolveTree>), Obstacle> {
     let bodies = equations.system.mechanism.bodies.len();
     let deepest = (0..bodies).map(|body| equations.depth(BodyId(body))).max().unwrap_or(0);
     let many = bodies > COUNTED && (0..bodies).any(|body| equations.moving(BodyId(body)) >= DEEP);
@@ -77,11 +77,11 @@ pub fn solver(equations: &mut Equations, length: f64, pose: &Pose) -> Result<(So
 
 /// The longest arm of a body: the length by which masses and inertias compare in a large mechanism, whose ground is much larger than its bodies. The
 /// length of the mechanism if no body has an arm.
-fn longest_arm(equations: &mut Equations, length: f64, pose: &Pose) -> f64 {
+fn longest_arm(equations: &mut Equations, length: f64, pose: &State) -> f64 {
     let mechanism = &*equations.system.mechanism.clone();
     let components = mechanism.bodies.iter().flat_map(|body| &body.points).flat_map(|point| &point.at);
     let exprs: Vec<Expr> = components.map(|formula| equations.system.value(formula)).collect();
-    let values = equations.system.arena.evaluate(&exprs, &typical(&equations.system.mechanism, pose));
+    let values = equations.system.arena.evaluate(&exprs, &typical(pose));
     let longest = values.chunks(2).map(|at| at.iter().map(|x| x * x).sum::<f64>().sqrt()).fold(0.0, f64::max);
     if longest > 0.0 && longest.is_finite() { longest } else { length }
 }
@@ -91,7 +91,7 @@ fn with_stride(
     equations: &mut Equations,
     stride: usize,
     length: f64,
-    pose: &Pose,
+    pose: &State,
 ) -> Result<(Solver, SolveTree), Obstacle> {
     let chosen = |body: BodyId| equations.depth(body).is_multiple_of(stride);
     let trees = equations.trees.with_bodies(&equations.system, chosen);

@@ -765,7 +765,7 @@ fn formula(tree: &Tree) -> Option<Formula> {
         TreeKind::Number(number) | TreeKind::Measure(number, _) => Some(Formula::Number(*number)),
         TreeKind::Name(name) if name == "x" => Some(Formula::Parameter(ParameterId(0))),
         TreeKind::Name(name) if name == "pi" => Some(Formula::Number(std::f64::consts::PI)),
-        TreeKind::Name(_) | TreeKind::Table(..) => None,
+        TreeKind::Name(_) | TreeKind::New(_) | TreeKind::Table(..) => None,
         TreeKind::Call(function, arguments) => Some(Formula::Call(*function, all(arguments)?)),
         TreeKind::If(comparison, parts) => {
             let parts: [Formula; 4] = all(&parts[..])?.try_into().ok()?;

@@ -1,11 +1,12 @@
 //! What the tests of the analysis share.
 
 use cotree::formulate::{Formulated, formulate};
+use cotree::scene::Resolved;
 use cotree_fmu::model::Model;
 use cotree_study::analysis::{Equilibrium, Failure, Point, StateSpace, Variation, at_rest};
 
-use super::run::mechanism;
 pub use super::run::scene_of;
+use super::run::{formulated, resolved};
 
 /// A compound pendulum; `GUESS` is to be replaced.
 pub const PENDULUM: &str = r#"
@@ -25,13 +26,13 @@ pub const PENDULUM: &str = r#"
 
 /// Formulates a scene.
 pub fn with<T>(text: &str, then: impl FnOnce(&mut Formulated) -> T) -> T {
-    then(&mut formulate(&mechanism(text)).unwrap())
+    then(&mut formulated(&resolved(text)))
 }
 
 /// The equilibrium of a scene.
 pub fn resting<T>(text: &str, then: impl FnOnce(&mut Formulated, &Variation, Result<Equilibrium, Failure>) -> T) -> T {
-    let mechanism = at_rest(&mechanism(text));
-    let mut formulated = formulate(&mechanism).unwrap();
+    let Resolved { mechanism, outputs, .. } = resolved(text);
+    let mut formulated = formulate(&at_rest(&mechanism), &outputs).unwrap();
     let variation = Variation::new(&mut formulated);
     let equilibrium = Equilibrium::find(&formulated, &variation);
     then(&mut formulated, &variation, equilibrium)

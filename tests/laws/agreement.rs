@@ -5,14 +5,14 @@ use std::sync::Arc;
 use cotree::equations::Equations;
 use cotree::expr::{Order, Symbol};
 use cotree::formulate::{Formulated, formulate};
-use cotree::model::Mechanism;
+use cotree::scene::Resolved;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 use nalgebra::DMatrix;
 
 use super::redundant::{double_guides, parallel_cranks};
 use super::trees::light_case;
-use super::{cases, choices, mechanism};
+use super::{cases, choices, resolved};
 use crate::support::random::{Case, Family};
 
 /// Random trees for each mechanism, besides the presets.
@@ -61,18 +61,18 @@ const ASSEMBLED: f64 = 1e-10;
 
 fn agree(family: Family, cases: impl Iterator<Item = (u64, Case)>) {
     for (seed, case) in cases {
-        let mut mechanism = mechanism(&case.scene);
-        for choice in choices(&mechanism, seed, RANDOM_TREES) {
-            mechanism.coordinates = choice;
-            agrees(&case, &mechanism)
-                .unwrap_or_else(|error| panic!("{family:?} {seed}, {:?}: {error}", mechanism.coordinates));
+        let mut resolved = resolved(&case.scene);
+        for choice in choices(&resolved.mechanism, seed, RANDOM_TREES) {
+            resolved.mechanism.coordinates = choice;
+            agrees(&case, &resolved)
+                .unwrap_or_else(|error| panic!("{family:?} {seed}, {:?}: {error}", resolved.mechanism.coordinates));
         }
     }
 }
 
 /// Compares all variables at the start.
-fn agrees(case: &Case, mechanism: &Mechanism) -> Result<(), String> {
-    let formulated = formulate(mechanism).map_err(|faults| faults[0].message.clone())?;
+fn agrees(case: &Case, resolved: &Resolved) -> Result<(), String> {
+    let formulated = formulate(&resolved.mechanism, &resolved.outputs).map_err(|faults| faults[0].message.clone())?;
     let model = Arc::new(Model::new(formulated.lowered.program.clone()).map_err(|fault| fault.to_string())?);
     let mut instance = Instance::new(model);
     instance.initialise().map_err(|error| error.to_string())?;

@@ -6,11 +6,12 @@ use cotree::formulate::formulate;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 
-use super::{cases, choices, mechanism};
+use super::{cases, choices, resolved};
 use crate::support::absolute::Load;
 use crate::support::random::{Case, Family};
 use crate::support::scene_text::scene_text;
 use crate::support::variables::variables;
+use cotree::scene::Resolved;
 
 /// Of the solver's tolerance, 1e-10 for each step; thousands of steps add up.
 const DRIFT: f64 = 1e-7;
@@ -19,11 +20,11 @@ const DRIFT: f64 = 1e-7;
 fn conservative_mechanisms_keep_their_energy() {
     for family in [Family::Chain, Family::Tree, Family::Loops] {
         for (seed, case) in cases(family, 16) {
-            let mut mechanism = mechanism(&conservative(case));
+            let mut resolved = resolved(&conservative(case));
             // Every fourth tree pair: the presets and a random one take turns.
-            let choice = choices(&mechanism, seed, 1).swap_remove(seed as usize % 4);
-            mechanism.coordinates = choice;
-            let drift = drift(&mechanism).unwrap_or_else(|error| panic!("{family:?} {seed}: {error}"));
+            let choice = choices(&resolved.mechanism, seed, 1).swap_remove(seed as usize % 4);
+            resolved.mechanism.coordinates = choice;
+            let drift = drift(&resolved).unwrap_or_else(|error| panic!("{family:?} {seed}: {error}"));
             assert!(drift <= DRIFT, "{family:?} {seed}: the energy drifts by {drift:e}");
         }
     }
@@ -43,8 +44,8 @@ fn conservative(mut case: Case) -> String {
 }
 
 /// Largest change of the energy in one second, relative to the largest kinetic or potential energy.
-fn drift(mechanism: &cotree::model::Mechanism) -> Result<f64, String> {
-    let formulated = formulate(mechanism).map_err(|faults| faults[0].message.clone())?;
+fn drift(resolved: &Resolved) -> Result<f64, String> {
+    let formulated = formulate(&resolved.mechanism, &resolved.outputs).map_err(|faults| faults[0].message.clone())?;
     let model = Model::new(formulated.lowered.program).map_err(|fault| fault.to_string())?;
     let mut instance = Instance::new(Arc::new(model));
     let names = ["energy.total", "energy.kinetic", "energy.potential"];

@@ -8,7 +8,7 @@ mod structure;
 mod trees;
 
 use crate::support::random::{Case, Family, Random, random_case};
-use crate::support::run::mechanism;
+use crate::support::run::{mechanism, resolved};
 use cotree::model::{Coordinates, Mechanism};
 use trees::random_trees;
 

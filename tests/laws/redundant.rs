@@ -72,7 +72,7 @@ fn case(seed: u64, system: System, state: State) -> Case {
 fn parallel_cranks_move_whatever_other_assemblies_they_have() {
     for seed in 100..260 {
         let mechanism = mechanism(&parallel_cranks(seed).scene);
-        let formulated = formulate(&mechanism).unwrap_or_else(|faults| panic!("{seed}: {}", faults[0].message));
+        let formulated = formulate(&mechanism, &[]).unwrap_or_else(|faults| panic!("{seed}: {}", faults[0].message));
         assert_eq!(formulated.mobility(), 1, "{seed}");
     }
 }

@@ -9,9 +9,10 @@ use cotree_fmu::model::{Model, State};
 use cotree_fmu::tape::Tape;
 use nalgebra::DMatrix;
 
-use super::{cases, choices, mechanism};
+use super::{cases, choices, resolved};
 use crate::support::point::value;
 use crate::support::random::{Family, Random};
+use cotree::scene::Resolved;
 
 #[test]
 fn chains_and_trees() {
@@ -32,10 +33,10 @@ fn driven() {
 
 fn check(family: Family, count: u64) {
     for (seed, case) in cases(family, count) {
-        let mut mechanism = mechanism(&case.scene);
+        let Resolved { mut mechanism, outputs, .. } = resolved(&case.scene);
         for choice in choices(&mechanism, seed, 2) {
             mechanism.coordinates = choice;
-            let mut formulated = formulate(&mechanism).unwrap();
+            let mut formulated = formulate(&mechanism, &outputs).unwrap();
             let model = Model::new(formulated.lowered.program.clone()).unwrap();
             let dynamics = formulated.equations.dynamics().clone();
             for state in [formulated.state.clone(), elsewhere(&formulated.state, seed)] {

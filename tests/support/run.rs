@@ -6,8 +6,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use cotree::compile::{Compiled, compile};
+use cotree::formulate::{Formulated, formulate};
 use cotree::model::Mechanism;
-use cotree::scene::{Faults, Scene};
+use cotree::scene::{Faults, Resolved, Scene};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::Engine;
@@ -51,7 +52,18 @@ pub fn models() -> Vec<String> {
 
 /// A scene with its names resolved.
 pub fn mechanism(text: &str) -> Mechanism {
-    sound(Scene::from_toml(text).and_then(|scene| scene.resolve())).mechanism
+    resolved(text).mechanism
+}
+
+/// As [`mechanism`], with the outputs of the scene.
+pub fn resolved(text: &str) -> Resolved {
+    sound(Scene::from_toml(text).and_then(|scene| scene.resolve()))
+}
+
+/// The equations and the program of a scene with its names resolved.
+pub fn formulated(resolved: &Resolved) -> Formulated {
+    let found = formulate(&resolved.mechanism, &resolved.outputs);
+    found.unwrap_or_else(|faults| panic!("{}: {}", resolved.mechanism.name, faults[0].message))
 }
 
 /// A compiled scene.

@@ -135,8 +135,9 @@ fn answer(stream: TcpStream, source: &Source, frame: &str) -> Option<serde_json:
         "/page" => "/",
         other => other,
     };
-    if !source.server.is_empty() && ["/page", "/events"].contains(&place) {
-        pass_on(source.server, asked, reader.into_inner());
+    if !source.server.is_empty() && ["/page", "/events", "/scene"].contains(&place) {
+        let method = first.split(' ').next().unwrap_or_default();
+        pass_on(source.server, &format!("{method} {asked}"), &body, reader.into_inner());
         return None;
     }
     if let Some(number) = place.strip_prefix("/edit/") {
@@ -156,10 +157,12 @@ fn answer(stream: TcpStream, source: &Source, frame: &str) -> Option<serde_json:
     (place == "/verdict").then(|| serde_json::from_slice(&body).unwrap())
 }
 
-/// Asks another server, and passes its answer on as it comes.
-fn pass_on(server: &str, place: &str, mut to: TcpStream) {
+/// Asks another server as a page of its own would, and passes its answer on as it comes.
+fn pass_on(server: &str, asked: &str, body: &[u8], mut to: TcpStream) {
     let mut from = TcpStream::connect(server).unwrap();
-    write!(from, "GET {place} HTTP/1.1\r\nHost: {server}\r\nConnection: close\r\n\r\n").unwrap();
+    let length = body.len();
+    write!(from, "{asked} HTTP/1.1\r\nHost: {server}\r\nOrigin: http://{server}\r\nContent-Length: {length}\r\nConnection: close\r\n\r\n").unwrap();
+    from.write_all(body).unwrap();
     std::thread::spawn(move || {
         // Either side may go away.
         let _ = std::io::copy(&mut from, &mut to);

@@ -6,6 +6,7 @@ use crate::support::large_scenes;
 
 mod browser;
 mod colours;
+mod drawing;
 mod watched;
 
 use std::fs;
@@ -719,4 +720,39 @@ fn faults_appear_and_disappear_in_a_watched_page() {
         "{verdict}"
     );
     assert_eq!((&verdict["time"], &verdict["view"]), (&true.into(), &true.into()), "{verdict}");
+}
+
+/// What is changed in a page goes into the file, what an editor saves into the page; where both change it, nothing is lost.
+#[test]
+fn a_watched_page_and_its_file_keep_in_step() {
+    let (Some(runtimes), Some(browser)) = (runtimes(), Browser::find()) else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("scene.toml");
+    let good = fs::read_to_string(model("pendulum")).unwrap();
+    fs::write(&scene, &good).unwrap();
+    let watched = Watched::start_with(&scene, Some(&runtimes));
+    assert_eq!(watched.events().next()["good"], 1);
+    let (mended, again) = (good.replace("IFToMM", "mended"), good.replace("IFToMM", "again"));
+    let long = |text: &str, length: &str| text.replace("\"1 m\"", &format!("\"{length} m\""));
+    let faults = std::cell::RefCell::new(Vec::new());
+    let expect = |text: &str, what: &str| {
+        if fs::read_to_string(&scene).unwrap() != text {
+            faults.borrow_mut().push(what.to_owned());
+        }
+    };
+    let edit = |number: usize| match number {
+        1 => expect(&long(&good, "1.25"), "the change is not in the file"),
+        2 => expect(&good, "what was undone is still in the file"),
+        3 => fs::write(&scene, &mended).unwrap(),
+        4 => fs::write(&scene, &again).unwrap(),
+        5 => expect(&again, "the page has written over what the editor saved"),
+        _ => expect(&long(&again, "1.5"), "the file has not what was asked for"),
+    };
+    let Seen { verdict, .. } =
+        browser.look_at(&Source { page: "", server: &watched.host, edit: &edit }, include_str!("watches_both.js"));
+    assert_eq!(*faults.borrow(), Vec::<String>::new(), "{verdict}");
+    assert_eq!(
+        verdict,
+        serde_json::json!({ "stays": true, "followed": true, "told": true, "kept": true, "quiet": true })
+    );
 }

@@ -14,8 +14,17 @@ pub struct Watched {
 
 impl Watched {
     pub fn start(scene: &Path) -> Watched {
+        Self::start_with(scene, None)
+    }
+
+    /// With the runtime for browsers in a folder.
+    pub fn start_with(scene: &Path, runtimes: Option<&Path>) -> Watched {
         let mut command = Command::new(env!("CARGO_BIN_EXE_cotree"));
-        command.arg("watch").arg(scene).stdin(Stdio::null()).stdout(Stdio::piped());
+        command.arg("watch");
+        if let Some(folder) = runtimes {
+            command.arg("--runtimes").arg(folder);
+        }
+        command.arg(scene).stdin(Stdio::null()).stdout(Stdio::piped());
         let mut child = command.spawn().unwrap();
         let mut address = String::new();
         BufReader::new(child.stdout.take().unwrap()).read_line(&mut address).unwrap();

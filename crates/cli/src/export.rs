@@ -3,14 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use cotree::compile;
 use cotree::export::runtime::{self, PLATFORMS, Platform, Runtime, RuntimeError};
 use cotree::export::{ExportError, FmiVersion};
-use cotree::scene::Asked;
-use cotree_page::accuracy;
-use cotree_page::documentation::Page;
-use cotree_page::moving::Origin;
-use cotree_page::{moving, overview};
+use cotree_page::Made;
 
 use super::failure::Failure;
 use super::words::one_of;
@@ -51,36 +46,23 @@ impl Export {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         let runtimes = self.runtimes().map_err(ExportError::from)?;
         let scene = output::load(&self.scene)?;
-        let (more, left_out) = if self.all { compile::everything(&scene)? } else { Default::default() };
-        let (mut compiled, mut formulated) = compile::compile_asking(&scene, &Asked::Also(more))?;
-        let overview = overview::overview(&mut formulated);
-        compiled.warn(left_out);
-        let accuracy = accuracy::of(&compiled);
-        accuracy::warn_of_growth(&mut compiled, &accuracy);
-        accuracy::warn_of_end(&mut compiled, accuracy.as_ref().err());
+        let made = Made::of(&scene, self.all)?;
+        let compiled = &made.compiled;
         output::warn(compiled.warnings.as_ref(), format);
-        if let Some(inaccuracy) = accuracy.as_ref().ok().and_then(|accuracy| accuracy.inaccuracy.as_ref()) {
-            output::warn_inaccurate(&compiled, "", inaccuracy, format);
+        if let Some(inaccuracy) = made.accuracy.as_ref().ok().and_then(|accuracy| accuracy.inaccuracy.as_ref()) {
+            output::warn_inaccurate(compiled, "", inaccuracy, format);
         }
-        let origin = self.origin(accuracy::affordable(&compiled, &accuracy))?;
-        let live = moving::documentation(&scene, &compiled, origin);
+        let module = if self.lean { None } else { runtime::for_browsers(&self.folder()).map_err(ExportError::from)? };
+        let extras = made.extras(self.fmi, module)?;
         let named = || output::after(&self.scene, &compiled.description.identifier, "fmu", format);
         let path = self.output.clone().unwrap_or_else(named);
         output::apart(&[Some(&self.scene)], &[Some(&path)])?;
-        let page = Page { drawing: &overview.drawing, facts: &overview.facts, accuracy: &accuracy, live: &live };
-        let extras = page.files(&compiled.description, self.fmi)?;
         compiled.write_fmu(self.fmi, extras, &runtimes, &path)?;
         output::print(&format!("{}\n", path.display()))
     }
 
     fn folder(&self) -> PathBuf {
         self.runtimes.clone().unwrap_or_else(runtime::default_folder)
-    }
-
-    /// Where the motion in the documentation comes from: a stored run may cost as much as the measurement of accuracy.
-    fn origin(&self, affordable: f64) -> Result<Origin, ExportError> {
-        let module = if self.lean { None } else { runtime::for_browsers(&self.folder())? };
-        Ok(module.map_or(Origin::Stored(affordable), Origin::Solver))
     }
 
     /// The runtimes for the platforms asked for.
@@ -98,7 +80,7 @@ impl Export {
 }
 
 /// The platforms that there is a runtime for.
-fn available(folder: &Path) -> Vec<Platform> {
+pub(super) fn available(folder: &Path) -> Vec<Platform> {
     let is_there = |platform: &Platform| Platform::host() == Some(*platform) || platform.file(folder).exists();
     PLATFORMS.iter().copied().filter(is_there).collect()
 }

@@ -1,12 +1,13 @@
 //! `cotree fit`
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
 use clap::Args;
 use cotree::model::Units;
-use cotree::report::csv::Naming;
+use cotree::report::csv::{Naming, Table};
 use cotree::scene::{Asked, Scene};
+use cotree::typeset::counted;
 use cotree_study::analysis::Study;
 use cotree_study::fit::{self, Ended, Fit as Found, FitError, Request, Trial, Vary};
 use indicatif::ProgressBar;
@@ -26,15 +27,16 @@ use super::{MessageFormat, output, stop, study};
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
                   cotree fit suspension.toml --to measured.csv --vary stiffness,damping --plot fit.png\n  \
-                  cotree fit suspension.toml --to measured.csv --vary \"stiffness=1..50 kN/m\" --sigma \"wheel.s=0.2 mm\" -o fitted.toml\n\n\
+                  cotree fit suspension.toml --to measured.csv --vary \"stiffness=1..50 kN/m\" --sigma \"wheel.s=0.2 mm\" -o fitted.toml\n  \
+                  cotree fit suspension.toml --to light.csv --to heavy.csv --set 2:load=200 --vary stiffness,damping\n\n\
                   The table begins with a line such as `time,wheel.s` or `time [ms]; wheel.s [mm]`: names of variables of the scene,\n\
                   in any order. Where a cell is empty nothing was measured.")]
 pub struct Fit {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
-    /// What was measured: a CSV file with the columns `time` and variables of the scene
-    #[arg(long = "to", value_name = "FILE")]
-    measured: PathBuf,
+    /// What was measured: a CSV file with the columns `time` and variables of the scene; may be given several times, for experiments that are fitted together
+    #[arg(long = "to", value_name = "FILE", required = true)]
+    measured: Vec<PathBuf>,
     #[command(flatten)]
     columns: Columns,
     /// What is varied: parameters, constant inputs or initial values, with bounds if wanted, such as stiffness,damping=0..10
@@ -43,10 +45,10 @@ pub struct Fit {
     /// Standard deviation of a column, such as "wheel.s=0.2 mm"; may be given several times [default: estimated from the residuals]
     #[arg(long = "sigma", value_name = "NAME=VALUE")]
     deviations: Vec<String>,
-    /// Inputs over time while it was measured: a CSV file with the columns `time` and inputs of the scene
+    /// Inputs over time while it was measured: a CSV file with the columns `time` and inputs of the scene; for several experiments one for each, in their order
     #[arg(long, value_name = "FILE")]
-    input: Option<PathBuf>,
-    /// Set a parameter or an input, also where the search begins; may be given several times
+    input: Vec<PathBuf>,
+    /// Set a parameter or an input, also where the search begins; may be given several times; 2:NAME=VALUE sets it in the second experiment only
     #[arg(long = "set", value_name = "NAME=VALUE")]
     settings: Vec<String>,
     /// Draw measured and fitted values, and the residuals: an SVG or a PNG file
@@ -70,28 +72,24 @@ pub struct Fit {
 
 impl Fit {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
-        output::apart(
-            &[Some(&self.scene), Some(&self.measured), self.input.as_deref()],
-            &[self.plot.as_deref(), self.output.as_deref()],
-        )?;
+        let read = [&self.scene].into_iter().chain(&self.measured).chain(&self.input);
+        let read: Vec<Option<&Path>> = read.map(|path| Some(path.as_path())).collect();
+        output::apart(&read, &[self.plot.as_deref(), self.output.as_deref()])?;
         output::is_written_as(self.plot.as_deref(), &["svg", "png"])?;
         let scene = output::load(&self.scene)?;
         let request = self.request(&scene)?;
         let units = self.units.of(&scene)?.units;
-        let named = self.measured.display().to_string();
-        let wanted = Asked::these(request.table.names());
-        let mut study = study::asking(&scene, &wanted, &self.settings).map_err(|failure| asked(failure, &named))?;
-        self.drive(&mut study)?;
-        let times = Times::of(self.stop.clone(), None, self.tolerance);
-        study.set_experiment(times.experiment(study.experiment())?);
+        let mut studies = self.studies(&scene, &request)?;
         let (stop, mut progress) = (stop::listen()?, Progress::new(&request));
-        let found = fit::fit_watched(&mut study, &request, &mut |trial| {
+        let found = fit::fit_watched(&mut studies, &request, &mut |trial| {
             progress.show(trial);
             !stop.load(Ordering::Relaxed)
         });
         progress.end();
-        output::warn(study.take_warnings().as_ref(), format);
-        let found = found.map_err(|error| failure(error, &named))?;
+        // All are studies of one scene.
+        output::warn(studies.first_mut().and_then(Study::take_warnings).as_ref(), format);
+        let named: Vec<String> = self.measured.iter().map(|path| path.display().to_string()).collect();
+        let found = found.map_err(|error| failure(error, &named.join("`, `")))?;
         let report = found.report();
         output::print(&if self.json { report.json() } else { report.text(&units) })?;
         self.write(&scene, &found, &units, format)?;
@@ -109,24 +107,35 @@ impl Fit {
             let pair = text.split_once('=').map(|(name, value)| (name.trim().to_owned(), value.trim().to_owned()));
             pair.ok_or_else(|| wrong("sigma", text, "write name=value".to_owned()))
         };
+        let own = |name: &str| units.get(name).cloned();
+        let table = |path: &PathBuf| output::table_with_gaps(path, &chosen.naming(&own));
         Ok(Request {
-            table: output::table_with_gaps(&self.measured, &chosen.naming(&|name| units.get(name).cloned()))?,
+            tables: self.measured.iter().map(table).collect::<Result<_, _>>()?,
             vary: vary.collect::<Result<_, _>>()?,
             deviations: self.deviations.iter().map(deviation).collect::<Result<_, _>>()?,
         })
     }
 
-    /// Gives the study its inputs over time.
-    fn drive(&self, study: &mut Study) -> Result<(), Failure> {
-        let Some(path) = &self.input else { return Ok(()) };
-        let table = output::table(path, &Naming { own: &|name| study.input_unit(name).cloned(), chosen: &[] })?;
-        let is_set = |name: &&String| {
-            self.settings.iter().any(|own| own.split_once('=').is_some_and(|(set, _)| set.trim() == name.as_str()))
-        };
-        if let Some(name) = table.names().iter().find(is_set) {
-            return Err(Failure::Usage(format!("`{name}` is given by --set and by the input table")));
+    /// The study of each experiment.
+    fn studies(&self, scene: &Scene, request: &Request) -> Result<Vec<Study>, Failure> {
+        let count = self.measured.len();
+        if !self.input.is_empty() && self.input.len() != count {
+            let [inputs, tables] = [self.input.len(), count].map(|count| counted(count, "time"));
+            let message = format!("--input is given {inputs}, --to {tables}: each experiment has its own");
+            return Err(Failure::Usage(message));
         }
-        study.set_inputs(table).map_err(|message| Failure::Usage(format!("input table: {message}")))
+        let settings = self.settings.iter().map(|text| numbered(text, count)).collect::<Result<Vec<_>, _>>()?;
+        let times = Times::of(self.stop.clone(), None, self.tolerance);
+        let study = |(index, (path, table)): (usize, (&PathBuf, &Table))| {
+            let own = settings.iter().filter(|(number, _)| number.is_none_or(|number| number == index + 1));
+            let own: Vec<String> = own.map(|(_, setting)| (*setting).to_owned()).collect();
+            let study = study::asking(scene, &Asked::these(table.names()), &own);
+            let mut study = study.map_err(|failure| asked(failure, &path.display().to_string()))?;
+            self.input.get(index).map_or(Ok(()), |path| drive(&mut study, path, &own))?;
+            study.set_experiment(times.experiment(study.experiment())?);
+            Ok(study)
+        };
+        self.measured.iter().zip(&request.tables).enumerate().map(study).collect()
     }
 
     /// The picture, and the scene with the values that were found.
@@ -149,6 +158,31 @@ impl Fit {
         }
         Ok(())
     }
+}
+
+/// A setting, and the number of the experiment that it belongs to; none for all.
+fn numbered(text: &str, count: usize) -> Result<(Option<usize>, &str), Failure> {
+    let pair = text.split_once(':').and_then(|(number, own)| Some((number.trim().parse::<usize>().ok()?, own)));
+    match pair {
+        None => Ok((None, text)),
+        Some((number, own)) if (1..=count).contains(&number) => Ok((Some(number), own)),
+        Some((number, _)) => Err(Failure::Usage(format!(
+            "--set {text}: there is no experiment {number}: --to is given {}",
+            counted(count, "time")
+        ))),
+    }
+}
+
+/// Gives a study its inputs over time.
+fn drive(study: &mut Study, path: &Path, settings: &[String]) -> Result<(), Failure> {
+    let table = output::table(path, &Naming { own: &|name| study.input_unit(name).cloned(), chosen: &[] })?;
+    let is_set = |name: &&String| {
+        settings.iter().any(|own| own.split_once('=').is_some_and(|(set, _)| set.trim() == name.as_str()))
+    };
+    if let Some(name) = table.names().iter().find(is_set) {
+        return Err(Failure::Usage(format!("`{name}` is given by --set and by the input table")));
+    }
+    study.set_inputs(table).map_err(|message| Failure::Usage(format!("input table: {message}")))
 }
 
 /// The motions so far, on standard error if that is a terminal.

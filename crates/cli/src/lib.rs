@@ -15,6 +15,7 @@ mod assemblies;
 mod bench;
 mod check;
 mod columns;
+mod draw;
 mod environment;
 mod equilibrium;
 mod export;
@@ -95,6 +96,7 @@ enum Command {
     Optimize(optimize::Optimize),
     View(view::View),
     Watch(watch::Watch),
+    Draw(draw::Draw),
     Trace(trace::Trace),
     Equilibrium(equilibrium::Equilibrium),
     Linearize(linearize::Linearize),
@@ -140,6 +142,7 @@ pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Optimize(command) => command.run(format),
         Command::View(command) => command.run(format),
         Command::Watch(command) => command.run(),
+        Command::Draw(command) => command.run(),
         Command::Trace(command) => command.run(format),
         Command::Equilibrium(command) => command.run(format),
         Command::Linearize(command) => command.run(format),

@@ -7,7 +7,7 @@ use cotree::compile::{self, Compiled};
 use cotree::diagnostic::visible::visible;
 use cotree::files::{self, Draft};
 use cotree::report::csv::{Naming, Table, Writer};
-use cotree::run::Gaps;
+use cotree::run::{Finish, Gaps};
 use cotree::scene::{Asked, Fault, Faults, Scene, Span};
 use cotree::sheet::SheetError;
 use cotree_draw::png::{self, Size};
@@ -272,6 +272,18 @@ pub fn warn_inaccurate(compiled: &Compiled, of: &str, inaccuracy: &Inaccuracy, f
     let fault =
         Fault::warning("solver::accuracy", format!("{of}{inaccuracy}"), Span::default()).help(inaccuracy.help());
     warn(Some(&Faults::new(compiled.source.clone(), vec![fault])), format);
+}
+
+/// Shows on standard error which event has ended a run, and why a motion may be less accurate than asked for.
+pub fn tell_end(compiled: &Compiled, finish: &Finish, format: MessageFormat) {
+    if let Some((event, time)) = &finish.ended
+        && format == MessageFormat::Human
+    {
+        super::failure::say(&format!("event `{event}` ends the run at t = {time} s\n"));
+    }
+    if let Some(inaccuracy) = &finish.inaccuracy {
+        warn_inaccurate(compiled, "", inaccuracy, format);
+    }
 }
 
 /// Shows on standard error which variables have no value in rows of a run.

@@ -120,7 +120,7 @@ impl Show {
         let drawing = self.drawing.as_deref().map(|path| self.drawn(formulated, path)).transpose()?;
         let figures = text.is_none().then(|| Figures {
             summary: summarise(formulated),
-            comparison: self.compare.then(|| compare(&formulated.equations.system.mechanism)),
+            comparison: self.compare.then(|| compare(&formulated.equations.system.mechanism, &formulated.outputs)),
         });
         Ok(Shown { text, graph, drawing, figures })
     }

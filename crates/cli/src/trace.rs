@@ -122,8 +122,8 @@ fn rows(compiled: &Compiled, format: MessageFormat) -> Result<(Vec<Sample>, Resu
         Ok(())
     });
     let failure = match ended {
-        Ok(inaccuracy) => {
-            inaccuracy.iter().for_each(|found| output::warn_inaccurate(compiled, "", found, format));
+        Ok(finish) => {
+            output::tell_end(compiled, &finish, format);
             Ok(())
         }
         Err(error @ RunError::Instance(_)) if !rows.is_empty() => {

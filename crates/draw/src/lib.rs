@@ -11,14 +11,17 @@
     )
 )]
 
-// Public for the crates above, the command and the tests of this repository.
+mod alike;
 mod carrier;
+// Public for the crates above, the command and the tests of this repository.
 #[doc(hidden)]
 pub mod drawing;
 #[doc(hidden)]
 pub mod dxf;
 #[doc(hidden)]
 pub mod graph;
+#[doc(hidden)]
+pub mod letters;
 #[doc(hidden)]
 pub mod line;
 #[doc(hidden)]

@@ -1,13 +1,11 @@
-//! Pictures as PNG files, with the letters of a font that the program brings with it: the same on every computer.
-
-use std::sync::Arc;
+//! Pictures as PNG files, the same on every computer.
 
 use resvg::tiny_skia::{Pixmap, Transform};
-use resvg::usvg::fontdb::Database;
 use resvg::usvg::{Options, Tree};
 
-const LETTERS: &[u8] = include_bytes!("../vendor/dejavu/DejaVuSans.ttf");
-const FAMILY: &str = "DejaVu Sans";
+pub use crate::letters::PictureError;
+use crate::letters::{Label, outlined};
+
 /// The longest side that is drawn [px].
 const LONGEST: f32 = 8000.0;
 
@@ -26,31 +24,25 @@ pub enum Size {
 ///
 /// # Errors
 /// Why it cannot be drawn.
-pub fn png(svg: &str, size: Size) -> Result<Vec<u8>, String> {
-    let tree = tree(svg)?;
+pub fn png(svg: &str, size: Size) -> Result<Vec<u8>, PictureError> {
+    let (tree, _) = tree(svg)?;
     let longer = tree.size().width().max(tree.size().height());
     let scale = match size {
         Size::Times(scale) => scale.min(LONGEST / longer),
         Size::Longer(pixels) => pixels / longer,
         Size::Wide(pixels) => (pixels / tree.size().width()).min(LONGEST / longer),
     };
-    let empty = || "it has no extent".to_string();
-    let size = tree.size().to_int_size().scale_by(scale).ok_or_else(empty)?;
-    let mut picture = Pixmap::new(size.width(), size.height()).ok_or_else(empty)?;
+    let size = tree.size().to_int_size().scale_by(scale).ok_or(PictureError::Empty)?;
+    let mut picture = Pixmap::new(size.width(), size.height()).ok_or(PictureError::Empty)?;
     resvg::render(&tree, Transform::from_scale(scale, scale), &mut picture.as_mut());
-    picture.encode_png().map_err(|error| error.to_string())
+    picture.encode_png().map_err(|error| PictureError::Encode(Box::new(error)))
 }
 
-/// The shapes and texts of an SVG picture.
+/// The shapes of an SVG picture, and its texts: each has a path of its own among the shapes ([`crate::letters::name`]).
 ///
 /// # Errors
 /// Why it cannot be read.
-pub fn tree(svg: &str) -> Result<Tree, String> {
-    let mut letters = Database::new();
-    letters.load_font_data(LETTERS.to_vec());
-    letters.set_sans_serif_family(FAMILY);
-    letters.set_serif_family(FAMILY);
-    letters.set_monospace_family(FAMILY);
-    let options = Options { fontdb: Arc::new(letters), font_family: FAMILY.to_string(), ..Options::default() };
-    Tree::from_str(svg, &options).map_err(|error| error.to_string())
+pub fn tree(svg: &str) -> Result<(Tree, Vec<Label>), PictureError> {
+    let (picture, labels) = outlined(svg)?;
+    Ok((Tree::from_str(&picture, &Options::default())?, labels))
 }

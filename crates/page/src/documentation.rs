@@ -2,7 +2,7 @@
 
 use cotree::cells;
 use cotree::export::archive::Extra;
-use cotree::export::description::{Causality, Description, ScalarVariable, Start};
+use cotree::export::description::{Causality, Description, ScalarVariable, Start, Variability};
 use cotree::export::{ExportError, FmiVersion};
 use cotree::model::{Credits, Unit};
 use cotree::typeset::{between, short};
@@ -106,7 +106,7 @@ const SECTIONS: [Section; 4] = [
     ("Inputs", |causality| matches!(causality, Causality::Input { .. })),
     ("Outputs", |causality| causality == Causality::Output),
     ("Other variables", |causality| {
-        matches!(causality, Causality::CalculatedParameter { .. } | Causality::Local | Causality::Independent)
+        matches!(causality, Causality::CalculatedParameter | Causality::Local | Causality::Independent)
     }),
 ];
 
@@ -285,7 +285,7 @@ fn initial_values(variables: &[ScalarVariable]) -> String {
 /// Default, permitted values, and when it may be set, of what can be set.
 fn range(variable: &ScalarVariable) -> Option<[String; 3]> {
     let (start, ends) = variable.causality.range()?;
-    let is_fixed = matches!(variable.causality, Causality::Parameter { tunable: false, .. });
+    let is_fixed = variable.variability == Variability::Fixed;
     let change = if is_fixed { "before start" } else { "any time" };
     let shown = |value: f64| shown(value, &variable.unit);
     let permitted = between(ends.map(|end| end.map(shown))).unwrap_or_else(|| "any".to_owned());

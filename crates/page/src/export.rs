@@ -2,15 +2,57 @@
 
 use std::path::Path;
 
-use cotree::compile::compile_with_equations;
+use cotree::compile::{Compiled, compile_asking, everything};
+use cotree::export::archive::Extra;
 use cotree::export::runtime::Runtime;
 use cotree::export::{ExportError, FmiVersion};
+use cotree::scene::{Asked, Faults};
 use cotree::{ExportFailure, Scene};
 
-use crate::accuracy;
+use crate::accuracy::{self, Accuracy};
 use crate::documentation::Page;
 use crate::moving::{self, Origin};
-use crate::overview::overview;
+use crate::overview::{Overview, overview};
+
+/// An FMU but for its libraries: what the command, the Python package and the drawing page write, each from the same scene the same bytes.
+#[derive(Clone, Debug)]
+pub struct Made {
+    /// With all that is odd about it.
+    pub compiled: Compiled,
+    /// What accuracy costs, or why that could not be measured.
+    pub accuracy: Result<Accuracy, String>,
+    overview: Overview,
+    scene: Scene,
+}
+
+impl Made {
+    /// The model of a scene and what its accuracy costs; with `all`, every variable.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the scene.
+    pub fn of(scene: &Scene, all: bool) -> Result<Self, Faults> {
+        let (more, left_out) = if all { everything(scene)? } else { Default::default() };
+        let (mut compiled, mut formulated) = compile_asking(scene, &Asked::Also(more))?;
+        let overview = overview(&mut formulated);
+        compiled.warn(left_out);
+        let accuracy = accuracy::of(&compiled);
+        accuracy::warn_of_growth(&mut compiled, &accuracy);
+        accuracy::warn_of_end(&mut compiled, accuracy.as_ref().err());
+        Ok(Made { compiled, accuracy, overview, scene: scene.clone() })
+    }
+
+    /// What it carries beside the model: its page, with the solver inside if there is a module for it, and its pictures.
+    ///
+    /// # Errors
+    /// A picture cannot be drawn.
+    pub fn extras(&self, version: FmiVersion, module: Option<Vec<u8>>) -> Result<Vec<Extra>, ExportError> {
+        let Made { compiled, accuracy, overview: Overview { drawing, facts }, scene } = self;
+        // A stored run may cost as much as the measurement of accuracy.
+        let origin = module.map_or_else(|| Origin::Stored(accuracy::affordable(compiled, accuracy)), Origin::Solver);
+        let live = &moving::documentation(scene, compiled, origin);
+        Page { drawing, facts, accuracy, live }.files(&compiled.description, version)
+    }
+}
 
 /// Writes the scene as a self-contained FMU for the platform that this program runs on, with its page and its pictures.
 ///
@@ -18,11 +60,7 @@ use crate::overview::overview;
 /// Everything that is wrong with the scene, or a file that cannot be written.
 pub fn export_fmu(scene: &Scene, version: FmiVersion, path: impl AsRef<Path>) -> Result<(), ExportFailure> {
     let runtime = Runtime::embedded().map_err(ExportError::from)?;
-    let (compiled, mut formulated) = compile_with_equations(scene)?;
-    let overview = overview(&mut formulated);
-    let accuracy = accuracy::of(&compiled);
-    let live = moving::documentation(scene, &compiled, Origin::Stored(accuracy::affordable(&compiled, &accuracy)));
-    let page = Page { drawing: &overview.drawing, facts: &overview.facts, accuracy: &accuracy, live: &live };
-    let extras = page.files(&compiled.description, version)?;
-    Ok(compiled.write_fmu(version, extras, &[runtime], path.as_ref())?)
+    let made = Made::of(scene, false)?;
+    let extras = made.extras(version, None)?;
+    Ok(made.compiled.write_fmu(version, extras, &[runtime], path.as_ref())?)
 }

@@ -1,5 +1,4 @@
-//! `model.png`: the drawing as a small picture for the tools' libraries. It has no text: names would be too small to
-//! read, and which fonts there are differs between computers.
+//! `model.png`: the drawing as a small picture for the tools' libraries. It has no text: names would be too small to read.
 
 use cotree::export::ExportError;
 use cotree_draw::drawing::Drawing;
@@ -10,5 +9,5 @@ const SIZE: f32 = 320.0;
 
 /// The picture as a PNG file.
 pub fn png(drawing: &Drawing) -> Result<Vec<u8>, ExportError> {
-    png::png(&drawing.svg(), Size::Longer(SIZE)).map_err(ExportError::Picture)
+    png::png(&drawing.svg_without_names(), Size::Longer(SIZE)).map_err(|error| ExportError::Picture(error.to_string()))
 }

@@ -27,5 +27,9 @@ pub mod moving;
 pub mod overview;
 #[doc(hidden)]
 pub mod page;
+#[doc(hidden)]
+pub mod sketch;
 
+#[doc(hidden)]
+pub use export::Made;
 pub use export::export_fmu;

@@ -38,11 +38,11 @@ pub enum Origin {
 }
 
 /// What is made of the equations before they go.
-struct Picture {
-    geometry: Geometry,
-    points: Vec<Vec<String>>,
-    ground: Vec<GroundPoint>,
-    line: bool,
+pub(crate) struct Picture {
+    pub geometry: Geometry,
+    pub points: Vec<Vec<String>>,
+    pub ground: Vec<GroundPoint>,
+    pub line: bool,
     /// What the scene wants its values shown in.
     units: Units,
 }
@@ -110,7 +110,7 @@ fn with_places(scene: &Scene) -> Result<Asked, Faults> {
     Ok(Asked::Also(names))
 }
 
-/// What can be touched; none if the scene is on a line, has no text, many bodies or states of its own, or cannot be formulated with its numbers as parameters: some must be known
+/// What can be touched; none if the scene is on a line, has no text, many bodies, states of its own or values that are held, or cannot be formulated with its numbers as parameters: some must be known
 /// beforehand.
 fn touch(scene: &Scene, known: &[Variable]) -> Option<Touch> {
     let (file, text) = scene.source.files().next()?;
@@ -119,7 +119,7 @@ fn touch(scene: &Scene, known: &[Variable]) -> Option<Touch> {
     }
     let Loosened { scene: loose, numbers, laws, formulas } = scene.loosened();
     let (everything, formulated) = compile_asking(&loose, &with_places(&loose).ok()?).ok()?;
-    if everything.program.states > 0 {
+    if everything.program.states > 0 || everything.program.instants.held > 0 {
         return None;
     }
     let units = &formulated.equations.system.mechanism.display;
@@ -163,7 +163,7 @@ fn touch(scene: &Scene, known: &[Variable]) -> Option<Touch> {
 }
 
 /// Where the values of parameters, inputs and initial values are written, and whether a unit beside them holds for bare numbers.
-fn values(scene: &Scene) -> Vec<(String, Span, bool)> {
+pub(crate) fn values(scene: &Scene) -> Vec<(String, Span, bool)> {
     let parameters = scene.parameters.iter().map(|own| (&own.name, own.value.span, true));
     let inputs = scene.inputs.iter().filter_map(|own| Some((&own.name, own.start.as_ref()?.span, true)));
     let initial = scene.initial.iter().map(|own| (&own.variable, own.value.span, false));
@@ -177,7 +177,7 @@ fn record_coordinates(model: &mut Model) {
     model.recorded.extend(lacking);
 }
 
-fn picture(formulated: &mut Formulated) -> Picture {
+pub(crate) fn picture(formulated: &mut Formulated) -> Picture {
     let mechanism = &*formulated.equations.system.mechanism.clone();
     let frames = frames(formulated);
     let places = positions(formulated, (0..mechanism.ground.len()).map(Place::Ground));

@@ -5,9 +5,8 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use cotree::expr::Expr;
-use cotree::formulate::start::evaluate_at;
 use cotree::formulate::{Formulated, formulate_written};
-use cotree::model::{Coordinates, Experiment, Mechanism};
+use cotree::model::{Coordinates, Experiment, Mechanism, Output};
 use cotree::report::data::{Cell, Report, Table};
 use cotree::row;
 use cotree::scene::{Faults, Scene};
@@ -79,7 +78,7 @@ pub struct Operations {
 }
 
 /// Formulates a mechanism in all coordinates and measures each.
-pub fn compare(mechanism: &Mechanism) -> Comparison {
+pub fn compare(mechanism: &Mechanism, outputs: &[Output]) -> Comparison {
     let is_preset = CHOICES.iter().any(|(_, choice)| *choice == mechanism.coordinates);
     let own = (!is_preset).then(|| ("chosen", mechanism.coordinates.clone()));
     let choices: Vec<Choice> = CHOICES
@@ -87,7 +86,7 @@ pub fn compare(mechanism: &Mechanism) -> Comparison {
         .chain(own)
         .map(|(name, coordinates)| {
             let used = coordinates == mechanism.coordinates;
-            Choice { name, used, figures: figures(&Mechanism { coordinates, ..mechanism.clone() }) }
+            Choice { name, used, figures: figures(&Mechanism { coordinates, ..mechanism.clone() }, outputs) }
         })
         .collect();
     Comparison { kernel: ACCELERATION, choices }
@@ -95,8 +94,8 @@ pub fn compare(mechanism: &Mechanism) -> Comparison {
 
 const ACCELERATION: &str = "accelerations and reactions";
 
-fn figures(mechanism: &Mechanism) -> Figures {
-    match formulate_written(mechanism) {
+fn figures(mechanism: &Mechanism, outputs: &[Output]) -> Figures {
+    match formulate_written(mechanism, outputs) {
         Ok(formulated) => match cost(formulated) {
             Ok(cost) => Figures::Good(cost),
             Err(fault) => Figures::Bad { fault },
@@ -189,8 +188,7 @@ fn time(machine: &mut Machine, tape: &Tape) -> f64 {
 fn conditions(formulated: &mut Formulated, dynamic: bool) -> (Option<f64>, Option<f64>) {
     let mass = dynamic.then(|| formulated.equations.dynamics().mass.clone());
     let Formulated { equations, state, redundant, .. } = formulated;
-    let (n, values) =
-        (equations.coordinates.len(), |exprs: &[Expr]| evaluate_at(&equations.system.arena, state, exprs));
+    let (n, values) = (equations.coordinates.len(), |exprs: &[Expr]| equations.system.arena.evaluate(exprs, state));
     let active = equations.constraints.iter().enumerate().filter(|(index, _)| !redundant.contains(index));
     let jacobian = dense(active.map(|(_, row)| &row.jacobian), n, values);
     let Some(mass) = mass.map(|mass| dense(&mass, n, values)) else { return (condition(jacobian), None) };
@@ -257,7 +255,8 @@ impl Comparison {
 /// # Errors
 /// Everything that is wrong with the scene; trees that do not work are part of the comparison.
 pub fn comparison(scene: &Scene) -> Result<Comparison, Faults> {
-    Ok(compare(&scene.resolve()?.mechanism))
+    let resolved = scene.resolve()?;
+    Ok(compare(&resolved.mechanism, &resolved.outputs))
 }
 
 #[cfg(test)]

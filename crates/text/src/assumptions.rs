@@ -4,8 +4,7 @@ use cotree::component::Section;
 use cotree::expr::{Order, Symbol};
 use cotree::formulate::Formulated;
 use cotree::formulate::assemblies::assemblies;
-use cotree::formulate::start::evaluate_at;
-use cotree::model::{Body, Dimension, Mechanism, Range, Unit};
+use cotree::model::{Body, Dimension, Mechanism, Output, Range, Unit};
 use cotree::scene::constant::evaluate;
 use cotree::scene::key::{Form, Need};
 use cotree::scene::{Part, Scene};
@@ -23,19 +22,19 @@ pub fn assumptions(formulated: &mut Formulated, scene: &Scene) -> Vec<String> {
     sentences.extend(start(formulated));
     sentences.extend(far_from_guess(formulated));
     sentences.extend(one_of_several(formulated));
-    sentences.extend(experiment(&formulated.equations.system.mechanism, scene));
-    sentences.extend(open_units(&formulated.equations.system.mechanism));
+    sentences.extend(experiment(formulated, scene));
+    sentences.extend(open_units(&formulated.outputs));
     sentences
 }
 
 /// Outputs whose units nobody can tell.
-fn open_units(mechanism: &Mechanism) -> Vec<String> {
+fn open_units(outputs: &[Output]) -> Vec<String> {
     let sentence = |name: &String| {
         format!(
             "output `{name}` is a number without a unit, for importers too: its expression contains numbers, parameters or inputs that have none; write `unit`, or the units of its numbers as in `200[N/m]`"
         )
     };
-    mechanism.outputs.iter().filter(|output| output.is_open).map(|output| sentence(&output.name)).collect()
+    outputs.iter().filter(|output| output.is_open).map(|output| sentence(&output.name)).collect()
 }
 
 /// Bodies that no joint and no driver touches.
@@ -131,7 +130,7 @@ fn far_from_guess(formulated: &mut Formulated) -> Vec<String> {
     let mut sentences = Vec::new();
     for initial in mechanism.initial.iter().filter(|initial| !initial.known) {
         let exprs = [equations.formula(&initial.value), equations.variable(initial.variable)];
-        let [guess, found] = evaluate_at(&equations.system.arena, &state, &exprs)[..] else { continue };
+        let [guess, found] = equations.system.arena.evaluate(&exprs, &state)[..] else { continue };
         let (unit, most) = match initial.variable.quantity.measure().si {
             "rad" => (Unit::angle(), std::f64::consts::FRAC_PI_2),
             "m" => (Unit::length(), longest),
@@ -163,7 +162,8 @@ fn one_of_several(formulated: &Formulated) -> Option<String> {
 }
 
 /// What is run and reported by default.
-fn experiment(mechanism: &Mechanism, scene: &Scene) -> Vec<String> {
+fn experiment(formulated: &Formulated, scene: &Scene) -> Vec<String> {
+    let mechanism = &formulated.equations.system.mechanism;
     let second = mechanism.units.of(&Unit::time());
     let time = |value: f64| format!("{} {}", rounded(value / second.factor, 6), second.name);
     let (given, run) = (&scene.experiment, &mechanism.experiment);
@@ -182,7 +182,7 @@ fn experiment(mechanism: &Mechanism, scene: &Scene) -> Vec<String> {
         let what = if given == &Default::default() { "no `[experiment]`" } else { "`[experiment]` leaves open" };
         sentences.push(format!("{what}: {}", open.join(", ")));
     }
-    if mechanism.outputs.is_empty() {
+    if formulated.outputs.is_empty() {
         sentences.push("no `[outputs]`: coordinates and their rates are reported".to_string());
     }
     sentences

@@ -16,7 +16,7 @@ use super::name::Name;
 use super::symbols::{values, with_names};
 use super::tree::Tree;
 use super::{Written, json, page};
-use crate::steps::Values;
+use crate::steps::Moment;
 use closed::Closed;
 use solve::{Solved, solve};
 
@@ -34,20 +34,20 @@ struct Minimal {
 /// # Errors
 /// Why there are none: the loops do not determine a choice of coordinates where the motion starts.
 pub fn minimal(formulated: &mut Formulated, written: Written, symbols: bool) -> Result<String, String> {
-    let start = Values::new(&formulated.equations.system.mechanism, &formulated.state);
+    let start = Moment::new(&formulated.equations.system.mechanism, &formulated.state);
     if !symbols {
         return reduced(&mut formulated.equations, &start, Vec::new(), written);
     }
     let symbolic = Symbolic::new(&formulated.equations.system, Style::Owners);
     let mut renamed = with_names(&formulated.equations, &symbolic);
-    let start = Values::new(&symbolic.mechanism, &formulated.state);
+    let start = Moment::new(&symbolic.mechanism, &formulated.state);
     let blocks = values(&mut renamed, &symbolic.named);
     reduced(&mut renamed, &start, blocks, written)
 }
 
 fn reduced(
     equations: &mut Equations,
-    start: &Values,
+    start: &Moment,
     mut blocks: Vec<Block>,
     written: Written,
 ) -> Result<String, String> {
@@ -68,7 +68,7 @@ fn reduced(
 }
 
 impl Minimal {
-    fn new(equations: &mut Equations, start: &Values) -> Result<Minimal, String> {
+    fn new(equations: &mut Equations, start: &Moment) -> Result<Minimal, String> {
         let rows: Vec<usize> = equations.loops().filter(|(_, row)| !row.repeats()).map(|(index, _)| index).collect();
         let solved = solve(equations, start, &rows)?;
         let dynamic = has_masses(equations);

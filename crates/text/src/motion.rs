@@ -97,8 +97,11 @@ impl MotionEquations {
         let mut blocks = Vec::new();
         let signals = signals(equations, &self.expressions());
         if !signals.is_empty() {
+            let held =
+                if equations.system.mechanism.held.is_empty() { "" } else { ", values that ticks and events change" };
             let heading = if equations.states.is_empty() { "Inputs" } else { "Inputs and states" };
-            blocks.push(Block::Heading(heading.into()));
+            let heading = format!("{heading}{held}");
+            blocks.push(Block::Heading(heading));
             blocks.push(Block::table(Vec::new(), signals));
         }
         if !angles.is_empty() || !definitions.is_empty() {

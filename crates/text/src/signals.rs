@@ -2,6 +2,7 @@
 
 use cotree::equations::Equations;
 use cotree::expr::{Expr, Order, Symbol};
+use cotree::model::HeldWhat;
 
 use super::document::Piece;
 use super::name::symbol_name;
@@ -25,9 +26,20 @@ pub fn signals(equations: &Equations, formulas: &[Expr]) -> Vec<Vec<Piece>> {
 }
 
 fn input_words(equations: &Equations, input: usize, order: Order) -> Vec<Piece> {
-    let own = &equations.system.mechanism.inputs[input];
+    let mechanism = &equations.system.mechanism;
+    let own = &mechanism.inputs[input];
     let unit = unit(&own.unit.si, order);
-    vec![Piece::words(unit), Piece::words(derived(order as i32)), Piece::Code(own.name.clone())]
+    let held = mechanism.held_inputs().find(|(id, ..)| id.0 == input).map(|(.., held)| held.what);
+    let what = match held {
+        None => derived(order as i32),
+        Some(HeldWhat::Sampled) => "sampled value",
+        Some(HeldWhat::Time) => "when the event happened last:",
+        Some(HeldWhat::Presence(load)) => {
+            let load = Piece::Code(mechanism.loads[load.0].name.clone());
+            return vec![Piece::words(unit), Piece::words("1 while the load is there:"), load];
+        }
+    };
+    vec![Piece::words(unit), Piece::words(what), Piece::Code(own.name.clone())]
 }
 
 fn state_words(equations: &Equations, state: usize, order: Order) -> Vec<Piece> {

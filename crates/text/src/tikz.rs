@@ -1,10 +1,12 @@
 //! Pictures for LaTeX: paths and texts of an SVG picture as TikZ commands.
 
+use std::collections::HashMap;
 use std::fmt::Write;
 
-use cotree_draw::png;
+use cotree_draw::letters::{self, Anchor, Label};
+use cotree_draw::png::{self, PictureError};
 use resvg::tiny_skia::{PathSegment, Point, Transform};
-use resvg::usvg::{Group, Node, Paint, Path, Text, TextAnchor};
+use resvg::usvg::{Group, Node, Paint, Path};
 
 use crate::latex_text;
 
@@ -17,22 +19,25 @@ const POINT: f32 = 0.7;
 ///
 /// # Errors
 /// Why it cannot be read.
-pub fn tikz(svg: &str) -> Result<String, String> {
-    let tree = png::tree(svg)?;
+pub fn tikz(svg: &str) -> Result<String, PictureError> {
+    let (tree, labels) = png::tree(svg)?;
+    let labels = labels.into_iter().enumerate().map(|(index, label)| (letters::name(index), label)).collect();
     let scale = (WIDEST / tree.size().width()).min(POINT);
     let mut text = format!("\\begin{{tikzpicture}}[x={scale:.4}pt,y=-{scale:.4}pt]\n");
-    group(tree.root(), scale, &mut text);
+    group(tree.root(), &labels, scale, &mut text);
     text.push_str("\\end{tikzpicture}\n");
     Ok(text)
 }
 
-fn group(own: &Group, scale: f32, out: &mut String) {
+fn group(own: &Group, labels: &HashMap<String, Label>, scale: f32, out: &mut String) {
     for node in own.children() {
         match node {
-            Node::Group(inner) => group(inner, scale, out),
-            Node::Path(inner) => path(inner, scale, out),
-            Node::Text(inner) => words(inner, scale, out),
-            Node::Image(_) => {} // drawings have none
+            Node::Group(inner) => group(inner, labels, scale, out),
+            Node::Path(inner) => match labels.get(inner.id()) {
+                Some(label) => words(inner, label, scale, out),
+                None => path(inner, scale, out),
+            },
+            Node::Text(_) | Node::Image(_) => {} // drawings have none
         }
     }
 }
@@ -92,27 +97,25 @@ fn segments(own: &Path) -> String {
     text
 }
 
-/// Its characters; their white edges are left out.
-fn words(own: &Text, scale: f32, out: &mut String) {
-    for chunk in own.chunks() {
-        let Some(span) = chunk.spans().first() else { continue };
-        let Some(colour) = span.fill().and_then(|fill| colour(fill.paint())) else { continue };
-        let anchor = match chunk.anchor() {
-            TextAnchor::Start => "base west",
-            TextAnchor::Middle => "base",
-            TextAnchor::End => "base east",
-        };
-        let at = place(own.abs_transform(), Point::from_xy(chunk.x().unwrap_or(0.0), chunk.y().unwrap_or(0.0)));
-        let size = span.font_size().get() * scale;
-        let bold = if span.font().weight() >= 600 { "\\bfseries" } else { "" };
-        // Writing to a string cannot fail.
-        let _ = writeln!(
-            out,
-            "\\node[anchor={anchor},inner sep=0,text={colour},font=\\fontsize{{{size:.2}}}{{{size:.2}}}\\selectfont\\sffamily{bold}] at {at} \
-             {{{}}};",
-            latex_text(chunk.text())
-        );
-    }
+/// A text, which has an outline in the picture; its white edge is left out.
+fn words(outline: &Path, label: &Label, scale: f32, out: &mut String) {
+    let Some(colour) = outline.fill().and_then(|fill| colour(fill.paint())) else { return };
+    let anchor = match label.anchor {
+        Anchor::Start => "base west",
+        Anchor::Middle => "base",
+        Anchor::End => "base east",
+    };
+    let [x, y] = label.at.map(|at| at as f32);
+    let at = place(outline.abs_transform(), Point::from_xy(x, y));
+    let size = label.size as f32 * scale;
+    let bold = if label.is_bold { "\\bfseries" } else { "" };
+    // Writing to a string cannot fail.
+    let _ = writeln!(
+        out,
+        "\\node[anchor={anchor},inner sep=0,text={colour},font=\\fontsize{{{size:.2}}}{{{size:.2}}}\\selectfont\\sffamily{bold}] at {at} \
+         {{{}}};",
+        latex_text(&label.text)
+    );
 }
 
 fn place(transform: Transform, mut point: Point) -> String {

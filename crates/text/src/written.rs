@@ -50,7 +50,8 @@ impl Notation {
 /// Everything that is wrong with the scene.
 pub fn equations(scene: &Scene, notation: Notation) -> Result<String, Faults> {
     let resolved = scene.resolve()?;
-    let text = formulate(&resolved.mechanism).and_then(|mut formulated| written(&mut formulated, notation));
+    let text =
+        formulate(&resolved.mechanism, &resolved.outputs).and_then(|mut formulated| written(&mut formulated, notation));
     text.map_err(|errors| resolved.refused(&scene.source, errors))
 }
 
@@ -60,7 +61,8 @@ pub fn equations(scene: &Scene, notation: Notation) -> Result<String, Faults> {
 /// Everything that is wrong with the scene.
 pub fn steps(scene: &Scene, prose: Prose) -> Result<String, Faults> {
     let resolved = scene.resolve()?;
-    let text = formulate(&resolved.mechanism).and_then(|mut formulated| derived(&mut formulated, prose));
+    let text =
+        formulate(&resolved.mechanism, &resolved.outputs).and_then(|mut formulated| derived(&mut formulated, prose));
     text.map_err(|errors| resolved.refused(&scene.source, errors))
 }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::logging::{Category, Logger, Severity};
 pub(crate) use crate::instance::number;
-use crate::instance::{DERIVATIVE_ORDER, Instance, InstanceError, Snapshot, TOLERANCES};
+use crate::instance::{DERIVATIVE_ORDER, Handled, Instance, InstanceError, Snapshot, TOLERANCES};
 use crate::program::seal::Mark;
 
 /// How far a communication point may be from the time reached, relative to the step.
@@ -75,6 +75,7 @@ impl From<InstanceError> for Refusal {
     fn from(error: InstanceError) -> Self {
         let discards = error.is_without_value()
             || error.is_unfinished()
+            || error.is_end()
             || matches!(error, InstanceError::OutOfRange { .. } | InstanceError::NoDerivative { .. });
         Self { reason: error.to_string(), discards }
     }
@@ -407,10 +408,19 @@ impl<V: Version> Component<V> {
         Ok(())
     }
 
-    /// Says whether the states have changed.
-    pub fn new_discrete_states(&mut self) -> Outcome<bool> {
+    pub fn new_discrete_states(&mut self) -> Outcome<Handled> {
         self.allow(&[Mode::Event])?;
-        Ok(self.instance.close_loops()?)
+        let handled = self.instance.handle_event();
+        self.report_events();
+        Ok(handled?)
+    }
+
+    /// Reports what has happened since the last time.
+    pub fn report_events(&mut self) {
+        let logger = &self.logger;
+        self.instance.report_events(|event, time| {
+            logger.log(Severity::Fine, Category::Events, &format!("event `{event}` at t = {time} s"));
+        });
     }
 
     pub fn enter_continuous_time_mode(&mut self) -> Outcome {
@@ -483,6 +493,7 @@ impl<V: Version> Component<V> {
         if let Some(inaccuracy) = self.instance.take_inaccuracy() {
             self.logger.log(Severity::Warning, Category::Errors, &format!("{inaccuracy}; {}", inaccuracy.help()));
         }
+        self.report_events();
         for passage in self.instance.take_passages() {
             self.logger.log(Severity::Fine, Category::Events, &passage.to_string());
         }

@@ -7,7 +7,7 @@ use super::types::{
 use crate::fmi::component::{self, Interface, MODES, Mode, Outcome, Refusal, Version};
 use crate::fmi::logging::{Category, Severity};
 use crate::fmi::states;
-use crate::instance::{Instance, InstanceError};
+use crate::instance::{Handled, Instance, InstanceError};
 
 /// What an instance of this version was made with, and its step under way.
 pub struct Fmi3 {
@@ -39,7 +39,7 @@ impl Fmi3 {
             intermediate_update: None,
             environment: std::ptr::null_mut(),
             start: f64::NEG_INFINITY,
-            indicators: vec![0.0; instance.model().program().tapes.indicators.results.len()],
+            indicators: vec![0.0; instance.model().program().indicators()],
             step: None,
         }
     }
@@ -195,6 +195,8 @@ pub struct End {
     pub event: bool,
     /// Is this before the communication point?
     pub early: bool,
+    /// Has an event of the scene ended the run here?
+    pub ended: bool,
     /// Where it is [s].
     pub time: f64,
 }
@@ -241,12 +243,14 @@ impl Component {
         self.allow(&[from])
     }
 
-    /// Says whether the states have changed.
-    pub fn update_discrete_states(&mut self) -> Outcome<bool> {
+    pub fn update_discrete_states(&mut self) -> Outcome<Handled> {
         match self.interface {
             Interface::ModelExchange => self.new_discrete_states(),
-            // What was set acts from here on, whoever integrates: the next step begins with it.
-            Interface::CoSimulation => self.allow(&[Mode::Event]).map(|()| false),
+            // What was set acts from here on, whoever integrates: the next step begins with it. What happened has happened in the step.
+            Interface::CoSimulation => {
+                self.allow(&[Mode::Event])?;
+                Ok(Handled { next: self.instance.next_event_time()?, ..Handled::default() })
+            }
         }
     }
 
@@ -294,8 +298,12 @@ impl Component {
     pub fn begin_step(&mut self, point: f64, step: f64) -> Outcome<Progress> {
         self.allow(&[Mode::Step])?;
         if self.is_undivided() {
-            self.do_step(point, step)?;
-            return Ok(Progress::Done(End { event: false, early: false, time: self.instance.time() }));
+            let done = self.do_step(point, step);
+            let (ended, time) = (self.instance.is_ended(), self.instance.time());
+            return match done {
+                Err(refusal) if !ended => Err(refusal),
+                _ => Ok(Progress::Done(End { event: false, early: time < point + step && ended, ended, time })),
+            };
         }
         self.check_step(point, step)?;
         self.note_inputs();
@@ -332,6 +340,9 @@ impl Component {
         loop {
             let advanced = self.instance.step_towards(target);
             self.report_step();
+            if self.instance.is_ended() {
+                return Ok(self.end(changed, target, false));
+            }
             let event = advanced?;
             let early = self.instance.time() < target;
             if event && early && self.version.early_return_allowed {
@@ -351,6 +362,6 @@ impl Component {
         self.version.step = None;
         self.instance.join_steps(changed);
         let time = self.instance.time();
-        Progress::Done(End { event, early: time < target, time })
+        Progress::Done(End { event, early: time < target, ended: self.instance.is_ended(), time })
     }
 }

@@ -48,7 +48,7 @@ impl References {
 
     /// Those of a program.
     pub fn of(program: &Program) -> Self {
-        Self::new(program.variables.len(), program.followed_inputs(), program.tapes.indicators.results.len())
+        Self::new(program.variables.len(), program.followed_inputs(), program.indicators())
     }
 
     /// The derivative of an order from 1 to [`INPUT_ORDERS`] of an input: of the one at this place among those that have derivatives.

@@ -153,6 +153,32 @@ pub enum InstanceError {
         /// What is left open.
         gap: Gap,
     },
+    /// Ticks that cannot be told apart.
+    #[error("the period of sampler `{sampler}` is {} s: it must be longer than the shortest step", number(*.period))]
+    Period {
+        /// The sampler.
+        sampler: String,
+        /// What it is now [s].
+        period: f64,
+    },
+    /// An event has ended the run.
+    #[error("event `{event}` has ended the run at t = {time} s")]
+    Ended {
+        /// The event.
+        event: String,
+        /// When [s].
+        time: f64,
+    },
+    /// In Model Exchange a tick has been left out.
+    #[error(
+        "sampled values change at t = {time} s, but the importer has gone on to t = {now} s: it must stop at `nextEventTime`"
+    )]
+    Passed {
+        /// When they change [s].
+        time: f64,
+        /// The time now [s].
+        now: f64,
+    },
     /// A saved state of something else.
     #[error("this state was saved by another model")]
     ForeignState,
@@ -168,6 +194,11 @@ impl InstanceError {
     /// Has a variable no value at this instant, while the motion goes on?
     pub fn is_without_value(&self) -> bool {
         matches!(self, Self::Undefined { .. } | Self::Solver(Failure::Undetermined { .. }))
+    }
+
+    /// Has an event of the scene ended the run, so that nothing is wrong?
+    pub fn is_end(&self) -> bool {
+        matches!(self, Self::Ended { .. })
     }
 
     /// Has the computer only done as much as it may in one step, and could go on from there?

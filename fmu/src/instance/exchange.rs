@@ -4,7 +4,7 @@
 //! last completed step.
 
 use super::snapshot::Phase;
-use super::{Computed, Instance, InstanceError};
+use super::{Computed, Handled, Instance, InstanceError};
 use crate::constraints::domains::undefined;
 use crate::failure::Failure;
 
@@ -111,15 +111,16 @@ impl Instance {
     /// Event indicators: they change sign where the accelerations, or the rates that drivers prescribe, have a step or a corner.
     pub fn indicators(&mut self, indicators: &mut [f64]) -> Result<(), InstanceError> {
         let tape = &self.model.program().tapes.indicators;
-        let expected = tape.results.len();
+        let expected = self.model.program().indicators();
         if indicators.len() != expected {
             return Err(InstanceError::Count { found: indicators.len(), expected });
         }
-        if expected > 0 {
+        let (laws, events) = indicators.split_at_mut(tape.results.len());
+        if !laws.is_empty() {
             self.load()?;
-            self.machine.evaluate(&self.model.program().tapes.indicators, indicators);
+            self.machine.evaluate(&self.model.program().tapes.indicators, laws);
         }
-        Ok(())
+        self.excesses(events)
     }
 
     /// After an accepted step of the importer's integrator: have the loops come apart by more than the tolerance?
@@ -131,18 +132,26 @@ impl Instance {
         if let Some(failure) = undefined(&self.model, &mut self.machine) {
             return Err(InstanceError::Solver(failure));
         }
+        let due = self.is_due()?;
         if self.model.is_driven() {
             self.adopt();
-            return Ok(false);
+            return Ok(due);
         }
         if let Some(crossing) = self.watch.step(&self.model, &self.now.state, self.now.tolerance) {
             return Err(InstanceError::Crossing(crossing));
         }
         self.load()?;
-        Ok(self.stepper.gap(&self.model, &mut self.machine, &self.now.state) > self.now.tolerance)
+        Ok(due || self.stepper.gap(&self.model, &mut self.machine, &self.now.state) > self.now.tolerance)
     }
 
-    /// At an event: closes the loops. Says whether the states have changed.
+    /// At an event: closes the loops, and lets happen what is due.
+    pub fn handle_event(&mut self) -> Result<Handled, InstanceError> {
+        let moved = self.close_loops()?;
+        self.handle_instants()?;
+        Ok(Handled { moved, next: self.next_event_time()?, ended: self.is_ended() })
+    }
+
+    /// Closes the loops. Says whether the states have changed.
     pub fn close_loops(&mut self) -> Result<bool, InstanceError> {
         self.reproject()?;
         if self.model.is_driven() {

@@ -7,7 +7,7 @@ impl Instance {
     /// The input that a variable is.
     pub fn input_of(&self, variable: usize) -> Option<usize> {
         match self.model.program().variables.get(variable)?.source {
-            Source::Input(index) => Some(index as usize),
+            Source::Input(index) => Some(index as usize).filter(|index| *index < self.model.program().open_inputs()),
             _ => None,
         }
     }
@@ -15,7 +15,8 @@ impl Instance {
     /// Is a variable neither a parameter nor an input nor time?
     pub fn is_calculated(&self, variable: usize) -> bool {
         let found = self.model.program().variables.get(variable).map(|variable| variable.source);
-        !matches!(found, None | Some(Source::Parameter(_) | Source::Input(_) | Source::Time))
+        let is_held = matches!(found, Some(Source::Input(_))) && self.input_of(variable).is_none();
+        is_held || !matches!(found, None | Some(Source::Parameter(_) | Source::Input(_) | Source::Time))
     }
 
     /// The name of an input.
@@ -76,6 +77,10 @@ impl Instance {
     pub fn step_towards(&mut self, time: f64) -> Result<bool, InstanceError> {
         let (from, run) = (self.time(), &self.now.run);
         // A driven mechanism has no steps of its own; and steps that end at communication points are not cut.
+        if self.instants.is_some() {
+            self.pass_instants(time, true)?;
+            return Ok(self.take_happened());
+        }
         if !self.model.program().has_own_steps() || run.ends_at_communication_points() {
             self.step_to(time)?;
             return Ok(false);

@@ -10,6 +10,7 @@ mod differences;
 mod error;
 mod exchange;
 mod inputs;
+mod instants;
 mod limits;
 mod snapshot;
 mod variational;
@@ -21,6 +22,7 @@ pub use crate::integrator::accuracy::Inaccuracy;
 pub use crossing::Crossing;
 pub use derivatives::DERIVATIVE_ORDER;
 pub use error::InstanceError;
+pub use instants::Handled;
 pub use snapshot::{Snapshot, TOLERANCES};
 pub use variational::{Variational, Varied};
 
@@ -41,6 +43,7 @@ use crate::program::Engine;
 use crate::program::Source;
 use crate::singular::dependence::not_singular;
 use crossing::Watch;
+use instants::Instants;
 use limits::{Limits, is_beside_pose};
 use snapshot::Phase;
 
@@ -83,6 +86,8 @@ pub struct Instance {
     computed: Computed,
     /// Have all keys been found in their ranges with the present parameters?
     in_range: bool,
+    /// Where something happens at instants.
+    instants: Option<Box<Instants>>,
     /// Most work of one step, in instructions of tapes.
     most_work: u64,
     /// Has time moved on along the last step's polynomial, and the rest of the state not yet?
@@ -94,8 +99,10 @@ pub struct Instance {
 impl Instance {
     /// A simulation with the defaults of the program.
     pub fn new(model: Arc<Model>) -> Self {
+        let now = Snapshot::new(&model);
         Self {
-            now: Snapshot::new(&model),
+            instants: Instants::of(&model, &now),
+            now,
             machine: Machine::new(&model),
             stepper: Stepper::new(&model),
             accelerations: Accelerations::new(&model),
@@ -339,7 +346,9 @@ impl Instance {
         let found = found.ok_or(InstanceError::UnknownVariable { index: variable })?;
         match (found.source, found.initial) {
             (Source::Parameter(index), _) => Ok(Settable::Parameter(index as usize)),
-            (Source::Input(index), _) => Ok(Settable::Input(index as usize)),
+            (Source::Input(index), _) if (index as usize) < self.model.program().open_inputs() => {
+                Ok(Settable::Input(index as usize))
+            }
             (_, Some(index)) => Ok(Settable::Parameter(index as usize)),
             _ => Err(InstanceError::Calculated { name: found.name.clone() }),
         }
@@ -369,7 +378,7 @@ impl Instance {
         let settings = self.settings();
         let run = (&mut self.now.run, &self.now.memory);
         self.stepper.prepare(&self.model, &mut self.machine, run, &settings);
-        Ok(())
+        self.begin_instants().inspect_err(|_| self.now.phase = Phase::Initial { solved: false })
     }
 
     /// Makes the state consistent, if it is not.
@@ -388,6 +397,7 @@ impl Instance {
             if let Some(failure) = undefined(&self.model, &mut self.machine) {
                 return Err(self.unlike_the_scene(failure));
             }
+            self.begin_held(&mut state)?;
             self.now.state = state;
             self.now.phase = Phase::Initial { solved: true };
             self.computed = Computed::default();
@@ -414,11 +424,20 @@ impl Instance {
         {
             return Err(InstanceError::Stop { to: time, stop });
         }
+        if self.instants.is_some() { self.pass_instants(time, false) } else { self.advance(time) }
+    }
+
+    /// The same as long as nothing happens on the way.
+    fn advance(&mut self, time: f64) -> Result<(), InstanceError> {
+        let from = self.time();
         self.computed = Computed::default();
         if self.now.interpolate(time) {
             self.behind = true;
         } else {
-            let deadline = Deadline::after(self.model.program().experiment.budget);
+            let deadline = match &self.instants {
+                Some(own) => own.deadline,
+                None => Deadline::after(self.model.program().experiment.budget),
+            };
             let settings = Settings { deadline, ..self.settings() };
             let Snapshot { state, run, memory, .. } = &mut self.now;
             let done = self.stepper.step_to(&self.model, &mut self.machine, state, (run, memory), time, &settings);
@@ -443,7 +462,8 @@ impl Instance {
     /// What most communication points cost: a handful of comparisons, none of which can panic.
     #[inline]
     pub(crate) fn interpolate(&mut self, time: f64) -> bool {
-        let allowed = time > self.time() && self.now.stop.is_none_or(|stop| time <= stop);
+        let quiet = self.instants.is_none();
+        let allowed = quiet && time > self.time() && self.now.stop.is_none_or(|stop| time <= stop);
         let interpolated =
             allowed && self.now.phase == Phase::Running && self.now.run.has_no_report() && self.now.interpolate(time);
         if interpolated {
@@ -477,9 +497,18 @@ impl Instance {
             tolerance: if self.model.is_driven() { DRIVEN } else { self.now.tolerance },
             least_rate: self.model.least_rate(self.now.stop),
             max_step: self.model.program().experiment.max_step,
-            stop: self.now.stop,
+            stop: self.limit(),
             most_work: self.most_work,
             deadline: None,
+        }
+    }
+
+    /// No step goes beyond this time, if there is one.
+    fn limit(&self) -> Option<f64> {
+        let tick = self.instants.as_ref().map(|own| own.limit).filter(|limit| limit.is_finite());
+        match (self.now.stop, tick) {
+            (Some(stop), Some(tick)) => Some(stop.min(tick)),
+            (stop, tick) => stop.or(tick),
         }
     }
 
@@ -694,15 +723,25 @@ impl Instance {
             self.stepper.permit_implicit(&self.model);
         }
         self.now.copy_from(snapshot);
-        self.computed = Computed::default();
         self.in_range = false;
-        self.behind = false;
-        self.stepper.forget();
+        self.forget_continuation();
         self.watch = Watch::default();
         if self.now.phase == Phase::Exchange && !self.model.is_driven() {
             self.watch.resume(&self.model, &self.now.state);
         }
         Ok(())
+    }
+}
+
+impl Instance {
+    /// What is known of the motion but for the snapshot is of another continuation.
+    fn forget_continuation(&mut self) {
+        self.computed = Computed::default();
+        self.behind = false;
+        self.stepper.forget();
+        if let Some(own) = &mut self.instants {
+            own.forget();
+        }
     }
 }
 

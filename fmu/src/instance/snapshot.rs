@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::InstanceError;
 use super::differences::Followed;
+use super::instants::Happened;
 use crate::integrator::memory::{Memory, room};
 use crate::integrator::stepping::beginning;
 use crate::model::{Model, State};
@@ -46,6 +47,7 @@ pub struct Snapshot {
     pub(super) tolerance: f64,
     pub(super) engine: Engine,
     pub(super) automatic: bool,
+    pub(super) happened: Happened,
 }
 
 impl Snapshot {
@@ -65,6 +67,7 @@ impl Snapshot {
             stop: None,
             engine: model.program().engine,
             automatic: model.program().automatic,
+            happened: Happened::new(model),
             tolerance: experiment.tolerance.clamp(TOLERANCES[0], TOLERANCES[1]),
         }
     }
@@ -82,6 +85,7 @@ impl Snapshot {
         self.tolerance = other.tolerance;
         self.engine = other.engine;
         self.automatic = other.automatic;
+        self.happened.copy_from(&other.happened);
     }
 
     /// Moves time on, if a later state is already known as a polynomial.
@@ -103,6 +107,7 @@ impl Snapshot {
             && self.derivatives.len() == model.program().inputs.len()
             && self.followed.len() == model.followed().len()
             && self.followed.iter().all(Followed::is_sound)
+            && self.happened.belongs_to(model)
             && self.stop.is_none_or(f64::is_finite)
             && (TOLERANCES[0]..=TOLERANCES[1]).contains(&self.tolerance)
     }

@@ -222,6 +222,42 @@ impl Stepper {
         }
     }
 
+    /// The state at a time within the last step, as far as its polynomial tells; not in order to go on from there.
+    pub(crate) fn look(
+        &mut self,
+        model: &Model,
+        machine: &mut Machine,
+        (run, memory): (&Run, &mut Memory),
+        (time, state): (f64, &mut State),
+        settings: &Settings,
+    ) -> Result<(), Failure> {
+        let Self { explicit, implicit, taylor, projection, statistics, masses, accuracy, .. } = self;
+        let context = &mut Context { model, machine, projection, statistics, settings };
+        let mut engines =
+            Engines { taylor: taylor.as_deref_mut(), explicit, implicit, masses: masses.as_mut(), accuracy, memory };
+        read(context, run, time, state, |context, run, motion| engines.read(context, run, time, motion))
+    }
+
+    /// Something has changed at the end of the last step, or within it: the run begins anew at this state. A step of the implicit method is taken again up to here, for its polynomial is of a
+    /// lower order than its end.
+    pub(crate) fn begin_anew(
+        &mut self,
+        model: &Model,
+        machine: &mut Machine,
+        (run, memory): (&mut Run, &mut Memory),
+        state: &mut State,
+        settings: &Settings,
+    ) {
+        let Self { explicit, implicit, taylor, projection, statistics, masses, accuracy, .. } = self;
+        let context = &mut Context { model, machine, projection, statistics, settings };
+        let mut engines =
+            Engines { taylor: taylor.as_deref_mut(), explicit, implicit, masses: masses.as_mut(), accuracy, memory };
+        engines.end_at_change(context, run, state);
+        run.restart(model, state);
+        engines.memory.forget();
+        engines.forget_steps();
+    }
+
     /// Moves a state to a later time. On failure the state stays as it was, but where the computer may not do more: then it has come as far as that.
     pub fn step_to(
         &mut self,

@@ -8,7 +8,7 @@ use std::collections::HashSet;
 
 use thiserror::Error;
 
-use crate::program::{Condition, Engine, Initial, Layout, Program, Source, SparseTape};
+use crate::program::{Condition, Engine, Initial, Instants, Layout, Program, Source, SparseTape, Write};
 use crate::tape::Tape;
 
 /// What is wrong with a program.
@@ -136,6 +136,8 @@ impl Program {
         self.initial.positions.iter().try_for_each(|condition| named("initial value", &condition.name))?;
         self.initial.velocities.iter().try_for_each(|condition| named("initial value", &condition.name))?;
         unique("parameter", self.parameters.iter().map(|parameter| &parameter.name))?;
+        self.instants.samplers.iter().try_for_each(|sampler| named("sampler", &sampler.name))?;
+        unique("event", self.instants.events.iter().map(|event| &event.name))?;
         unique("input", self.inputs.iter().map(|input| &input.name))?;
         unique("coordinate", self.coordinates.iter().map(|coordinate| &coordinate.name))?;
         unique("variable", self.variables.iter().map(|variable| &variable.name))
@@ -147,6 +149,7 @@ impl Program {
             false => Err(Fault::Value { what: what.to_owned() }),
         };
         value(self.states as usize <= self.coordinates.len(), "the number of states")?;
+        value(self.instants.held as usize <= self.inputs.len(), "the number of held values")?;
         let positive = |number: f64| number > 0.0 && number.is_finite();
         let times = &self.experiment;
         value(times.start.is_finite() && times.stop.is_finite() && times.stop >= times.start, "the experiment")?;
@@ -186,6 +189,11 @@ impl Program {
             if follower.input as usize >= self.inputs.len() {
                 return Err(Fault::Reference { name: follower.name.clone() });
             }
+        }
+        let Instants { held, written, .. } = &self.instants;
+        let is_there = |write: &Write| write.held < *held && (write.result as usize) < written.results.len();
+        if !self.instants.writes().all(is_there) {
+            return Err(Fault::Reference { name: "what is written".to_owned() });
         }
         for variable in &self.variables {
             let (index, count) = match variable.source {
@@ -233,6 +241,10 @@ impl Program {
         registers.kernel("domains", &tapes.domains.tape, rates)?;
         registers.kernel("ranges", &tapes.ranges.tape, layout.inputs())?;
         registers.kernel("outputs", &tapes.outputs, layout.constants())?;
+        registers.kernel("begin", &self.instants.begin, rates)?;
+        registers.kernel("clocks", &self.instants.clocks, layout.inputs())?;
+        registers.kernel("written", &self.instants.written, layout.constants())?;
+        registers.kernel("sides", &self.instants.sides, layout.constants())?;
         registers.kernel("initial position", &self.initial.position, positions)?;
         registers.kernel("initial position jacobian", &self.initial.position_jacobian.tape, positions)?;
         registers.kernel("initial velocity", &self.initial.velocity, rates)?;
@@ -256,6 +268,10 @@ impl Program {
             &tapes.domains.tape,
             &tapes.ranges.tape,
             &tapes.outputs,
+            &self.instants.begin,
+            &self.instants.clocks,
+            &self.instants.written,
+            &self.instants.sides,
             &initial.position,
             &initial.position_jacobian.tape,
             &initial.velocity,
@@ -283,6 +299,10 @@ impl Program {
         results("laws", &tapes.laws.tape, tapes.laws.kinds.len())?;
         results("domains", &tapes.domains.tape, tapes.domains.domains.len())?;
         results("ranges", &tapes.ranges.tape, tapes.ranges.domains.len())?;
+        let Instants { held, samplers, events, begin, clocks, sides, .. } = &self.instants;
+        results("begin", begin, *held as usize)?;
+        results("clocks", clocks, 2 * samplers.len())?;
+        results("sides", sides, 2 * events.len())?;
         results("acceleration", &tapes.acceleration, n + m)?;
         if constrained {
             results("project_position", &tapes.project_position, m + n)?;

@@ -54,10 +54,77 @@ pub struct Program {
     pub engine: Engine,
     /// May a run change to the implicit method while the motion is stiff?
     pub automatic: bool,
+    /// What ticks and events change.
+    pub instants: Instants,
     /// What the Taylor series of the motion are found from, if they exist.
     pub arms: Option<ArmForm>,
     /// The same without loads, where there are no series: what the attainable accuracy is measured by.
     pub masses: Option<ArmForm>,
+}
+
+/// Values that only ticks and events change, and when. Nothing of it is there in most scenes.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Instants {
+    /// How many inputs, the last ones, are held: nobody outside sets them, ticks and events write them.
+    pub held: u32,
+    /// Values that are sampled together.
+    pub samplers: Vec<Sampler>,
+    /// What happens when a comparison begins to hold.
+    pub events: Vec<Event>,
+    /// What held values begin with, in their order. Reads everything but accelerations and reactions.
+    pub begin: Tape,
+    /// Period and offset of each sampler [s]. Reads parameters.
+    pub clocks: Tape,
+    /// What is written, at the left limits. Reads everything, a and lambda included.
+    pub written: Tape,
+    /// Both sides of the comparison of each event, the one that is then larger first. Reads as `written`.
+    pub sides: Tape,
+}
+
+/// Held values that change together at offset + k period, k = 0, 1, ...
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Sampler {
+    /// The user's name.
+    pub name: String,
+    /// What a tick writes.
+    pub writes: Vec<Write>,
+}
+
+/// What happens when a comparison begins to hold.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Event {
+    /// The user's name.
+    pub name: String,
+    /// Does the comparison hold only where its sides differ?
+    pub strict: bool,
+    /// Does it happen once only?
+    pub once: bool,
+    /// Does it end the run?
+    pub stop: bool,
+    /// What it writes.
+    pub writes: Vec<Write>,
+}
+
+/// One held value, and the result of [`Instants::written`] that it gets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Write {
+    /// Its place among the held values.
+    pub held: u32,
+    /// Which result of the tape.
+    pub result: u32,
+}
+
+impl Instants {
+    /// Does nothing ever happen?
+    pub fn is_empty(&self) -> bool {
+        self.samplers.is_empty() && self.events.is_empty()
+    }
+
+    /// Everything that is ever written.
+    pub fn writes(&self) -> impl Iterator<Item = &Write> {
+        let of_samplers = self.samplers.iter().flat_map(|sampler| &sampler.writes);
+        of_samplers.chain(self.events.iter().flat_map(|event| &event.writes))
+    }
 }
 
 /// The integrator of the motion.
@@ -407,6 +474,16 @@ impl Program {
     /// How many coordinates are those of the mechanism.
     pub fn mechanical(&self) -> usize {
         self.coordinates.len() - self.states as usize
+    }
+
+    /// How many event indicators Model Exchange has: those of laws, then one for each event of the scene.
+    pub fn indicators(&self) -> usize {
+        self.tapes.indicators.results.len() + self.instants.events.len()
+    }
+
+    /// How many inputs somebody outside sets: those before the held ones.
+    pub fn open_inputs(&self) -> usize {
+        self.inputs.len() - self.instants.held as usize
     }
 
     /// Do drivers determine all that moves, so that there are no states: are there as many independent loop equations as coordinates?

@@ -63,6 +63,7 @@ fn empty(name: &str) -> Program {
         followers: Vec::new(),
         coordinates: Vec::new(),
         states: 0,
+        instants: Default::default(),
         constraints: Vec::new(),
         length: 1.0,
         variables: Vec::new(),

@@ -39,7 +39,8 @@ fn drum(length: f64) -> Vec<Stroke> {
     let turns = |step: i32| {
         let share = f64::from(step) / 60.0;
         let (angle, reach) = (5.0 * std::f64::consts::PI * share, radius * (0.15 + 0.85 * share));
-        [reach * angle.sin(), reach * angle.cos()]
+        let (sine, cosine) = libm::sincos(angle);
+        [reach * sine, reach * cosine]
     };
     let mut strip: Vec<[f64; 2]> = (0..=60).map(turns).collect();
     strip.push([length, 0.0]);

@@ -9,8 +9,7 @@ use crate::expr::Expr;
 use crate::model::measure::LENGTH;
 use crate::model::{Part, Quantity as Q, Range};
 use crate::network::{
-    CoordinateName, Coupling, Direction, Force, Known, Port, RotationalRow, Rows, System, Term, TranslationalRow,
-    table2,
+    Coupling, Direction, Force, Known, Port, RotationalRow, Rows, System, Term, TranslationalRow, table2,
 };
 use crate::scene::constant::negate;
 use crate::scene::{Joint, Quantity, Vector};
@@ -78,7 +77,7 @@ fn rows(part: &Part, system: &mut System) -> Rows {
             ends: slide,
             priority: table2::PRISMATIC,
             known: Known::Fixed(first, height),
-            motion: vec![(along, CoordinateName::new(&part.name, ["s", "v", "a"]))],
+            motion: vec![(along, part.owner.motion(Q::SLIDE))],
             reaction: vec![Direction::Fixed(first, normal)],
             through: Force::None,
         }),

@@ -70,7 +70,8 @@ fn scalar(out: &mut Out, index: usize, variable: &ScalarVariable, moved: bool) -
         let mut attributes = values(variable);
         attributes.extend(variable.derivative_of.map(|state| ("derivative", ordinal(state))));
         attributes.extend(moved.then(|| ("reinit", "true".to_string())));
-        leaf(out, "Real", attributes)
+        let [element, _] = variable.kind.elements();
+        leaf(out, element, attributes)
     })
 }
 

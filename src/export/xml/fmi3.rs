@@ -61,10 +61,12 @@ impl<'a> Model<'a> {
         let mut own: Vec<ScalarVariable> = followed.iter().flat_map(|&input| derivatives(&variables[input])).collect();
         own.extend((1..=*indicators).map(|number| {
             let about = "changes its sign where a law changes over to another piece";
-            plain(&format!("event_indicator_{number}"), about, Unit::default(), Causality::Local)
+            let name = format!("event_indicator_{number}");
+            ScalarVariable::new(name, about.to_owned(), Unit::default(), Causality::Local)
         }));
         let time = variables.iter().position(|variable| variable.causality == Causality::Independent);
-        own.extend(time.is_none().then(|| plain("time", "time", Unit::time(), Causality::Independent)));
+        let independent = || ScalarVariable::new("time".into(), "time".into(), Unit::time(), Causality::Independent);
+        own.extend(time.is_none().then(independent));
         for variable in &mut own {
             // Names of the scene come first.
             while variables.iter().any(|other| other.name == variable.name) {
@@ -121,12 +123,13 @@ impl<'a> Model<'a> {
             let mut attributes = named(reference(place), variable);
             attributes.extend(initial(variable));
             // Event indicators are for Model Exchange.
-            let intermediate = variable.causality.follows_motion() && own.is_none();
+            let intermediate = variable.flows() && own.is_none();
             attributes.extend(intermediate.then(|| ("intermediateUpdate", "true".into())));
             attributes.extend(values(variable));
             attributes.extend(derivative_of.map(|state| ("derivative", reference(state).to_string())));
             attributes.extend(self.moved.contains(&place).then(|| ("reinit", "true".into())));
-            leaf(out, "Float64", attributes)?;
+            let [_, element] = variable.kind.elements();
+            leaf(out, element, attributes)?;
         }
         Ok(())
     }
@@ -178,22 +181,7 @@ fn derivatives(input: &ScalarVariable) -> Vec<ScalarVariable> {
             _ => (format!("der({},{order})", input.name), "second"),
         };
         let about = format!("{which} derivative of `{}` by time", input.name);
-        plain(&name, &about, unit.clone(), Causality::Input { start: 0.0, min: None, max: None })
+        ScalarVariable::new(name, about, unit.clone(), Causality::Input { start: 0.0, min: None, max: None })
     });
     orders.collect()
-}
-
-/// A variable without anything special.
-fn plain(name: &str, description: &str, unit: Unit, causality: Causality) -> ScalarVariable {
-    ScalarVariable {
-        name: name.to_owned(),
-        description: description.to_owned(),
-        unit,
-        causality,
-        start: None,
-        derivative_of: None,
-        state: None,
-        dependencies: [].into(),
-        all_dependencies: [].into(),
-    }
 }

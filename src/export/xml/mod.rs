@@ -11,7 +11,7 @@ use std::io;
 use quick_xml::events::{BytesDecl, Event};
 use quick_xml::writer::{ElementWriter, Writer};
 
-use super::description::{Causality, Description, ScalarVariable, Start, is_structured};
+use super::description::{Causality, Description, ScalarVariable, Start, Type, is_structured};
 use crate::model::Unit;
 use crate::program::LISTED;
 
@@ -57,24 +57,26 @@ fn named(reference: usize, variable: &ScalarVariable) -> Attributes {
     let mut attributes = vec![("name", variable.name.clone()), ("valueReference", reference.to_string())];
     attributes.extend(about(&variable.description));
     attributes.push(("causality", variable.causality.name().into()));
-    attributes.push(("variability", variable.causality.variability().into()));
+    attributes.push(("variability", variable.variability.name().into()));
     attributes
 }
 
 /// Unit, bounds and start of a variable.
 fn values(variable: &ScalarVariable) -> Attributes {
     let mut attributes = Attributes::new();
-    if !variable.unit.si.is_empty() {
+    let text = |value: f64| variable.kind.text(value);
+    if variable.kind == Type::Real && !variable.unit.si.is_empty() {
         attributes.push(("unit", variable.unit.si.clone()));
         attributes.extend(variable.unit.display.iter().map(|display| ("displayUnit", display.name.clone())));
     }
     if let Some((start, [min, max])) = variable.causality.range() {
-        attributes.extend(min.map(|value| ("min", number(value))));
-        attributes.extend(max.map(|value| ("max", number(value))));
-        attributes.push(("start", number(start)));
+        // A Boolean has no bounds.
+        let ends = [("min", min), ("max", max)].into_iter().filter(|_| variable.kind != Type::Boolean);
+        attributes.extend(ends.filter_map(|(key, end)| Some((key, text(end?)))));
+        attributes.push(("start", text(start)));
     }
     if let Some(Start::Exact(value) | Start::Approximate(value)) = variable.start {
-        attributes.push(("start", number(value)));
+        attributes.push(("start", text(value)));
     }
     attributes
 }
@@ -144,7 +146,7 @@ fn exponents(unit: &Unit) -> Attributes {
 
 /// The shortest text that reads back as the same number.
 fn number(value: f64) -> String {
-    format!("{value:?}")
+    Type::Real.text(value)
 }
 
 fn about(description: &str) -> Option<(&'static str, String)> {

@@ -101,7 +101,7 @@ fn opened_by(mechanism: &Mechanism, length: f64) -> Vec<&Part> {
     if !(2..=MOST_DRIVERS).contains(&count) {
         return Vec::new();
     }
-    let without = |index: usize| mechanism.without_drivers(|own| own.owner == Owner::Driver(DriverId(index)));
+    let without = |index: usize| mechanism.without_drivers(&[], |own| own.owner == Owner::Driver(DriverId(index))).0;
     let closes = |index: &usize| Start::find(&without(*index).kinematic(), length).is_some();
     (0..count).filter(closes).map(|index| &mechanism.drivers[index]).collect()
 }

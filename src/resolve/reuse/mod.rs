@@ -176,6 +176,8 @@ impl Library<'_> {
         scene.parameters.append(&mut part.parameters);
         scene.inputs.append(&mut part.inputs);
         scene.states.append(&mut part.states);
+        scene.sampled.append(&mut part.sampled);
+        scene.events.append(&mut part.events);
         scene.signals.append(&mut part.signals);
         scene.ground.append(&mut part.ground);
         scene.bodies.append(&mut part.bodies);
@@ -239,6 +241,8 @@ impl Scene {
         });
         let others = (self.uses.iter_mut().map(|used| &mut used.within))
             .chain(self.states.iter_mut().map(|state| &mut state.within))
+            .chain(self.sampled.iter_mut().map(|sampler| &mut sampler.within))
+            .chain(self.events.iter_mut().map(|event| &mut event.within))
             .chain(self.signals.iter_mut().map(|signal| &mut signal.within))
             .chain(self.ground.iter_mut().map(|point| &mut point.within))
             .chain(self.initial.iter_mut().map(|initial| &mut initial.within));

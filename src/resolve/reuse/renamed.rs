@@ -29,7 +29,9 @@ pub(super) fn names(scene: &Scene) -> HashSet<String> {
     let inputs = scene.inputs.iter().map(|input| &input.name);
     let states = scene.states.iter().map(|state| &state.name);
     let signals = scene.signals.iter().map(|signal| &signal.name);
-    parts.chain(parameters).chain(inputs).chain(states).chain(signals).map(|name| name.text.clone()).collect()
+    let sampled = scene.sampled.iter().flat_map(|sampler| &sampler.values).map(|value| &value.name);
+    let named = parts.chain(parameters).chain(inputs).chain(states).chain(sampled).chain(signals);
+    named.map(|name| name.text.clone()).collect()
 }
 
 /// Writes `left_arm` wherever a scene says `left.arm` of its part `left`.
@@ -55,9 +57,14 @@ pub(super) fn with_files(scene: &mut Scene, replace: &mut dyn FnMut(&str) -> Str
 /// Puts the name of the part before every name of its scene.
 pub(super) fn with_prefix(scene: &mut Scene, prefix: &str) {
     let own = names(scene);
+    let events: HashSet<String> = scene.events.iter().map(|event| event.name.text.clone()).collect();
     let map = |name: &str| match name.split_once('.').unwrap_or((name, "")) {
         ("ground", "") => None,
         ("ground", point) => Some(format!("ground.{prefix}_{point}")),
+        ("events", rest) => {
+            let event = rest.split('.').next()?;
+            events.contains(event).then(|| format!("events.{prefix}_{rest}"))
+        }
         (first, _) => own.contains(first).then(|| format!("{prefix}_{name}")),
     };
     renaming(&map, |walk| walk.scene(scene));
@@ -66,6 +73,11 @@ pub(super) fn with_prefix(scene: &mut Scene, prefix: &str) {
     scene.parameters.iter_mut().for_each(|parameter| add(&mut parameter.name));
     scene.inputs.iter_mut().for_each(|input| add(&mut input.name));
     scene.states.iter_mut().for_each(|state| add(&mut state.name));
+    for sampler in &mut scene.sampled {
+        add(&mut sampler.name);
+        sampler.values.iter_mut().for_each(|value| add(&mut value.name));
+    }
+    scene.events.iter_mut().for_each(|event| add(&mut event.name));
     scene.signals.iter_mut().for_each(|signal| add(&mut signal.name));
     scene.ground.iter_mut().for_each(|point| add(&mut point.name));
     let parts = [&mut scene.bodies, &mut scene.joints, &mut scene.drivers, &mut scene.loads];
@@ -111,6 +123,22 @@ impl Walk<'_> {
         for state in &mut scene.states {
             let values = [Some(&mut state.rate), state.start.as_mut(), state.nominal.as_mut()];
             values.into_iter().flatten().for_each(|value| self.quantity(value));
+        }
+        for sampler in &mut scene.sampled {
+            [Some(&mut sampler.period), sampler.offset.as_mut()]
+                .into_iter()
+                .flatten()
+                .for_each(|own| self.quantity(own));
+            let values = sampler.values.iter_mut().flat_map(|value| [value.start.as_mut(), value.next.as_mut()]);
+            values.flatten().for_each(|value| self.quantity(value));
+        }
+        for event in &mut scene.events {
+            (self.law)(&mut event.when.text, &[]);
+            event.remove.iter_mut().for_each(|name| (self.name)(&mut name.text));
+            for (name, value) in &mut event.set {
+                (self.name)(&mut name.text);
+                self.quantity(value);
+            }
         }
         scene.ground.iter_mut().for_each(|point| self.vector(&mut point.at));
         scene.bodies.iter_mut().for_each(|part| self.entries(part, body::KEYS, &[]));

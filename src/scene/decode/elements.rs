@@ -1,12 +1,12 @@
-//! Parameters, inputs, states, points of the ground, and files that are parts.
+//! Parameters, inputs, states, sampled values, events, points of the ground, and files that are parts.
 
 use super::Decoder;
 use super::fields::{Fields, as_vector, wrong_type};
 use crate::diagnostic::span::Text;
 use crate::scene::document::{Content, Node};
 use crate::scene::key::names;
-use crate::scene::model::{Input, Parameter, Point, Signal, State, Use};
-use crate::scene::tables::{GROUND, INPUT, PARAMETER, PART, SIGNAL, STATE};
+use crate::scene::model::{Event, Input, Parameter, Point, Sampled, SampledValue, Signal, State, Use};
+use crate::scene::tables::{EVENT, GROUND, INPUT, PARAMETER, PART, SAMPLED, SAMPLED_VALUE, SIGNAL, STATE};
 
 impl Decoder {
     pub(super) fn parameter(&mut self, name: &Text, node: &Node, owner: &str) -> Option<Parameter> {
@@ -54,6 +54,62 @@ impl Decoder {
             unit: self.faults.optional_text(&fields, "unit"),
             description: self.faults.optional_text(&fields, "description"),
             rate: rate?,
+            within: 0,
+        })
+    }
+
+    pub(super) fn sampled(&mut self, name: &Text, node: &Node, owner: &str) -> Option<Sampled> {
+        let fields = Fields::open(node, owner, name.span, &names(SAMPLED), &mut self.faults)?;
+        let period = self.faults.required_quantity(&fields, "period", SAMPLED[0].help());
+        let node = fields.required("values", SAMPLED[2].help(), &mut self.faults);
+        let entries = node.and_then(|node| self.faults.entries(node, &fields.name_of("values")));
+        let mut values = Vec::new();
+        for (name, node) in entries.unwrap_or_default() {
+            match self.sampled_value(name, node) {
+                Some(value) => values.push(value),
+                None => self.broken.push(name.text.clone()),
+            }
+        }
+        let offset = self.faults.optional_quantity(&fields, "offset");
+        Some(Sampled { name: name.clone(), period: period?, offset, values, within: 0 })
+    }
+
+    fn sampled_value(&mut self, name: &Text, node: &Node) -> Option<SampledValue> {
+        let owner = format!("sampled value `{}`", name.text);
+        if !matches!(node.kind, Content::Table(_)) {
+            let start = Some(self.faults.quantity(node, &owner)?);
+            return Some(SampledValue { name: name.clone(), start, ..SampledValue::default() });
+        }
+        let fields = Fields::open(node, &owner, name.span, &names(SAMPLED_VALUE), &mut self.faults)?;
+        Some(SampledValue {
+            name: name.clone(),
+            start: self.faults.optional_quantity(&fields, "start"),
+            next: self.faults.optional_quantity(&fields, "next"),
+            unit: self.faults.optional_text(&fields, "unit"),
+            description: self.faults.optional_text(&fields, "description"),
+        })
+    }
+
+    pub(super) fn event(&mut self, name: &Text, node: &Node, owner: &str) -> Option<Event> {
+        let fields = Fields::open(node, owner, name.span, &names(EVENT), &mut self.faults)?;
+        let when = self.faults.required_text(&fields, "when", EVENT[0].help());
+        let mut switch = |key| fields.get(key).and_then(|node| self.faults.boolean(node, &fields.name_of(key)));
+        let (stop, once) = (switch("stop"), switch("once"));
+        let remove = fields.get("remove").and_then(|node| self.faults.texts(node, &fields.name_of("remove")));
+        let remove = remove.unwrap_or_default();
+        let set = fields.get("set").and_then(|node| self.faults.entries(node, &fields.name_of("set")));
+        let value = |(own, node): &(Text, Node)| {
+            let what = format!("`set.{}` of {owner}", own.text);
+            Some((own.clone(), self.faults.quantity(node, &what)?))
+        };
+        Some(Event {
+            name: name.clone(),
+            set: set.unwrap_or_default().iter().filter_map(value).collect(),
+            description: self.faults.optional_text(&fields, "description"),
+            once: once.unwrap_or(!remove.is_empty()),
+            stop: stop.unwrap_or(false),
+            remove,
+            when: when?,
             within: 0,
         })
     }

@@ -15,10 +15,10 @@ use cotree::compile::Compiled;
 use cotree::model::Units;
 use cotree::report::csv::Table;
 use cotree::run as simulate;
-use cotree::run::{Gaps, Run, RunError};
+use cotree::run::{Finish, Gaps, Run, RunError};
 use cotree::scene::{Asked, Scene};
 use cotree::typeset::counted;
-use cotree_fmu::instance::{Inaccuracy, InstanceError};
+use cotree_fmu::instance::InstanceError;
 use cotree_fmu::model::Model;
 
 use super::columns::Columns;
@@ -100,8 +100,8 @@ pub struct Simulate {
     times: Times,
 }
 
-/// Whether a run is as accurate as it should be, or why it ends before its time.
-type Ended = Result<Option<Inaccuracy>, Failure>;
+/// How a run ends, or why it fails.
+type Ended = Result<Finish, Failure>;
 
 impl Simulate {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
@@ -128,11 +128,14 @@ impl Simulate {
         let model = Model::new(compiled.program.clone()).map_err(|error| Failure::Numerical(error.to_string()))?;
         let (rows, ended, gaps) = self.table(&run, Arc::new(model), &mut record, &shown)?;
         output::warn_gaps(&scene, &gaps, &record.names(), format);
-        if let Ok(Some(inaccuracy)) = &ended {
-            output::warn_inaccurate(&compiled, "", inaccuracy, format);
+        if let Ok(finish) = &ended {
+            output::tell_end(&compiled, finish, format);
         }
         self.draw(&run, &record, overlay.as_ref(), &shown, format)?;
         self.conclude(&record, rows, format)?;
+        if let (Ok(finish), true, false) = (&ended, self.summary, self.json) {
+            self.say_events(finish)?;
+        }
         if self.summary {
             self.say_contacts(&scene, input.as_ref(), &shown, format)?;
         }
@@ -231,6 +234,12 @@ impl Simulate {
             ));
         }
         Ok(())
+    }
+
+    /// How often each event has happened.
+    fn say_events(&self, finish: &Finish) -> Result<(), Failure> {
+        let one = |(name, count): &(String, u32)| format!("event {name}: {}\n", counted(*count as usize, "time"));
+        output::print(&finish.events.iter().map(one).collect::<String>())
     }
 
     fn file(&self) -> Option<&Path> {

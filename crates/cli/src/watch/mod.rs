@@ -30,7 +30,8 @@ const LARGEST: u64 = 64 << 20;
 
 /// See it move while you edit: serves the page of `cotree view` on this machine and renews it whenever the file is saved
 ///
-/// Only this machine can reach it. The page keeps the time, the zoom and the sliders; faults appear in it with their place.
+/// Only this machine can reach it. What is changed in the page is written into the file, and what an editor saves is seen in the page, which keeps the time and
+/// the zoom; faults appear in it with their place. If both change at once, the page says so, and nothing is lost.
 /// Files of parts and tables are watched too.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  cotree watch slider_crank.toml\n  cotree watch slider_crank.toml --port 8000")]
@@ -56,7 +57,7 @@ impl Watch {
             Ok(_) | Err(Failure::Scene(_)) => {} // what is wrong may be mended while we watch
             Err(other) => return Err(other),
         }
-        let board = Arc::new(Board::default());
+        let board = Arc::new(Board::of(self.scene.clone()));
         let address = server::start(self.port, Arc::clone(&board)).map_err(|error| {
             Failure::Usage(format!("cannot serve a page on port {} of this machine: {error}", self.port))
         })?;
@@ -177,7 +178,8 @@ fn shown(path: &Path, module: Option<Vec<u8>>) -> (Shown, Vec<PathBuf>) {
         Err(faults) => faulty(faults.into()),
         Ok((_, Err(why))) => faulty(Failure::Numerical(why)),
         Ok((compiled, Ok(page))) => {
-            Shown::Page(page.live_html(), compiled.warnings.map(|warnings| warnings.render(false, 100)))
+            let text = scene.source.own_text().to_owned();
+            Shown::Page { html: page.live_html(), text, warnings: compiled.warnings.map(|own| own.render(false, 100)) }
         }
     };
     (shown, files)

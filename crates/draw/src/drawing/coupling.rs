@@ -6,6 +6,7 @@ use super::labels::Labels;
 use super::shapes::{along, difference, dot, norm, normal, unit};
 use super::symbols;
 use super::view::View;
+use crate::alike::Alike;
 use crate::carrier::{Anchor, Band, Carrier, Line, Pattern, Rail, Stretch, Track, Way};
 use crate::svg::{Pixel, Svg, number, polyline};
 
@@ -274,7 +275,7 @@ impl Wheel {
     /// With a spoke in this direction, by which it is seen to turn.
     fn draw_turning(&self, angle: f64, view: &View, svg: &mut Svg, labels: &mut Labels) {
         self.draw(view, svg, labels, None);
-        let rim = along(self.centre, self.radius, [angle.cos(), angle.sin()]);
+        let rim = along(self.centre, self.radius, [angle.cosine(), angle.sine()]);
         let [hub, rim] = [self.centre, rim].map(|point| view.pixel(point));
         svg.line(hub, rim, &format!(r#"stroke="{}" stroke-width="1.6""#, self.colours().1));
     }
@@ -309,7 +310,7 @@ impl Teeth {
     /// On a rack: one tooth is where they touch.
     fn of_pinion(pinion: &Wheel, foot: [f64; 2], view: &View) -> Self {
         let radius = view.length(pinion.radius).max(1.0);
-        Teeth { count: teeth(radius, radius, view.pin), phase: foot[1].atan2(foot[0]), inside: false }
+        Teeth { count: teeth(radius, radius, view.pin), phase: foot[1].angle_over(foot[0]), inside: false }
     }
 
     /// From the pitch circle to the tip, and a little less than to the root.
@@ -331,7 +332,7 @@ impl Teeth {
 
 /// In the picture, y down; angles are counter-clockwise.
 fn direction(angle: f64) -> Pixel {
-    [angle.cos(), -angle.sin()]
+    [angle.cosine(), -angle.sine()]
 }
 
 fn circle([x, y]: Pixel, radius: f64) -> String {
@@ -342,7 +343,7 @@ fn circle([x, y]: Pixel, radius: f64) -> String {
 /// Teeth of about the same size on both wheels, a gap of the second where the first has a tooth.
 fn toothed([a, b]: &[Wheel; 2], view: &View) -> [Teeth; 2] {
     let away = difference(b.centre, a.centre);
-    let towards_b = away[1].atan2(away[0]);
+    let towards_b = away[1].angle_over(away[0]);
     let inner = a.radius.min(b.radius);
     let is_inside = norm(away) < a.radius.max(b.radius);
     let count = |wheel: &Wheel| teeth(view.length(wheel.radius).max(1.0), view.length(inner), view.pin);
@@ -364,7 +365,7 @@ fn draw_gears(wheels: [Wheel; 2], view: &View, svg: &mut Svg, labels: &mut Label
     for (wheel, teeth) in both {
         wheel.draw(view, svg, labels, Some(teeth));
     }
-    view.pixel(along(a.centre, a.radius, [towards_pitch.cos(), towards_pitch.sin()]))
+    view.pixel(along(a.centre, a.radius, [towards_pitch.cosine(), towards_pitch.sine()]))
 }
 
 /// The free parts of a band: none if one circle lies in the other; they cross if one radius is negative.
@@ -416,8 +417,8 @@ mod tests {
     fn tip_faces(outline: &[Pixel], centre: Pixel, radius: f64, towards: f64) -> bool {
         let off = |corner: &Pixel| {
             let [x, y] = difference(*corner, centre);
-            let angle = (-y).atan2(x) - towards;
-            angle.sin().atan2(angle.cos()).abs()
+            let angle = (-y).angle_over(x) - towards;
+            angle.sine().angle_over(angle.cosine()).abs()
         };
         let nearest = outline.iter().min_by(|a, b| off(a).total_cmp(&off(b))).expect("a wheel has corners");
         norm(difference(*nearest, centre)) > radius

@@ -4,6 +4,7 @@ use super::coupling::tangents;
 use super::shapes::{along, difference, dot, norm, normal, unit};
 use super::view::View;
 use super::{Drawing, Range, is_finite, symbols};
+use crate::alike::Alike;
 use crate::carrier::{Anchor, Band, Carrier, Line, Stretch, Way, joined};
 use crate::svg::{Frame, Pixel, Svg, number, polyline};
 
@@ -105,7 +106,7 @@ impl Film {
                     let [a, now, b] = [first, first + between, first + step].map(|sample| &self.poses[sample]);
                     (0..sizes.len().min(now.len())).all(|body| {
                         let off = |axis: usize| (1.0 - share) * a[body][axis] + share * b[body][axis] - now[body][axis];
-                        view.length(off(0).hypot(off(1))) + sizes[body] * off(2).abs() < NEAR
+                        view.length(off(0).length_with(off(1))) + sizes[body] * off(2).abs() < NEAR
                     })
                 })
             })
@@ -303,7 +304,7 @@ impl Film {
 }
 
 fn rotated([x, y]: [f64; 2], angle: f64) -> [f64; 2] {
-    let (sine, cosine) = angle.sin_cos();
+    let (sine, cosine) = angle.sine_and_cosine();
     [cosine * x - sine * y, sine * x + cosine * y]
 }
 

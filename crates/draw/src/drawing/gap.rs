@@ -5,6 +5,7 @@ use cotree::formulate::explain::assembly::show;
 use super::labels::Labels;
 use super::view::View;
 use super::{Drawing, Hold, Joint, is_finite, shapes, symbols};
+use crate::alike::Alike;
 use crate::carrier::Carrier;
 use crate::svg::{Svg, number};
 
@@ -12,7 +13,7 @@ use crate::svg::{Svg, number};
 const CLOSED: f64 = 1e-3;
 
 fn length([from, to]: [[f64; 2]; 2]) -> f64 {
-    (to[0] - from[0]).hypot(to[1] - from[1])
+    (to[0] - from[0]).length_with(to[1] - from[1])
 }
 
 impl Joint {

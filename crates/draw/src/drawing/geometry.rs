@@ -7,6 +7,7 @@ use super::labels::Labels;
 use super::shapes::unit;
 use super::view::View;
 use super::{Drawing, Hold, Joint, LAYERS, is_finite, symbols};
+use crate::alike::Alike;
 use crate::carrier::{Anchor, Carrier, Stretch, Track, joined};
 use crate::svg::Svg;
 
@@ -125,7 +126,7 @@ impl Forms<'_> {
 
     /// A direction of the world in the axes of a body.
     fn turned(&self, body: Option<usize>, [x, y]: [f64; 2]) -> [f64; 2] {
-        let (sine, cosine) = self.frame(body)[2].sin_cos();
+        let (sine, cosine) = self.frame(body)[2].sine_and_cosine();
         [cosine * x + sine * y, cosine * y - sine * x]
     }
 

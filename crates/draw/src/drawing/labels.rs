@@ -1,6 +1,7 @@
 //! Names, put where they cover least.
 
 use super::shapes::{along, difference, norm};
+use crate::alike::Alike;
 use crate::carrier::Carrier;
 use crate::svg::{Frame, Pixel, Svg, text_width};
 
@@ -102,7 +103,7 @@ impl Label {
     /// The text's box if it touches a circle of radius `gap` around the anchor in a direction.
     fn frame(&self, gap: f64, angle: f64) -> Frame {
         let (width, height) = (text_width(&self.text, self.size), 1.15 * self.size);
-        let (sin, cos) = angle.sin_cos();
+        let (sin, cos) = angle.sine_and_cosine();
         let touching = along(self.anchor, gap, [cos, -sin]);
         let lean = |part: f64| (1.5 * part).clamp(-0.5, 0.5); // sideways texts touch with a side, others with a corner
         let centre = along(touching, 1.0, [lean(cos) * width, -lean(sin) * height]);

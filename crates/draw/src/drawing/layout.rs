@@ -5,6 +5,7 @@ use cotree::component::Stroke;
 use super::coupling::Coupling;
 use super::view::View;
 use super::{Body, Drawing, Hold, Joint, Shape, Spring, is_finite, shapes, symbols};
+use crate::alike::Alike;
 use crate::carrier::{Anchor, Line, Stretch};
 use crate::svg::Pixel;
 
@@ -231,7 +232,7 @@ impl Shape {
             Shape::Polygon(corners) => corners.clone(),
             Shape::Disc([x, y], radius) => {
                 let angle = |step: u32| std::f64::consts::TAU * f64::from(step) / 48.0;
-                (0..48).map(|step| [x + radius * angle(step).cos(), y + radius * angle(step).sin()]).collect()
+                (0..48).map(|step| [x + radius * angle(step).cosine(), y + radius * angle(step).sine()]).collect()
             }
         }
     }

@@ -4,6 +4,7 @@ use super::labels::Labels;
 use super::shapes::{along, difference, hull, middle, norm, normal, unit};
 use super::view::View;
 use super::{Drawing, is_finite};
+use crate::alike::Alike;
 use crate::carrier::Carrier;
 use crate::svg::{Pixel, Svg, number, polyline};
 
@@ -122,7 +123,7 @@ fn arc((at, angle, name): (Pixel, f64, &str), view: &View, svg: &mut Svg, labels
     use std::f64::consts::{PI, TAU};
     let angle = angle - TAU * ((angle + PI) / TAU).floor();
     let radius = 4.6 * view.pin;
-    let towards = |angle: f64, radius: f64| along(at, radius, [angle.cos(), -angle.sin()]);
+    let towards = |angle: f64, radius: f64| along(at, radius, [angle.cosine(), -angle.sine()]);
     let thin = format!(r##"stroke="#5b6673" stroke-width="{}" stroke-dasharray="4 3""##, number(0.16 * view.pin));
     for direction in [0.0, angle] {
         svg.line(at, towards(direction, 1.35 * radius), &thin);

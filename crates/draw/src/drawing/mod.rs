@@ -155,6 +155,13 @@ impl Drawing {
         svg.finish(frame, &self.title)
     }
 
+    /// The picture without names, which could not be read where it is small.
+    pub fn svg_without_names(&self) -> String {
+        let mut labels = Labels::default();
+        let svg = self.unlabelled(&View::fit(self), &mut labels);
+        svg.finish(labels.frame(MARGIN), &self.title)
+    }
+
     /// The picture as a group of elements with its upper left corner at the origin, to be put into another; width and height.
     pub fn nested(&self) -> (String, [f64; 2]) {
         let (svg, Frame { x, y, width, height }) = self.picture();

@@ -1,5 +1,6 @@
 //! Plane geometry for the drawing.
 
+use crate::alike::Alike;
 use crate::svg::Pixel;
 
 pub fn difference(b: Pixel, a: Pixel) -> Pixel {
@@ -12,7 +13,7 @@ pub fn along(a: Pixel, s: f64, b: Pixel) -> Pixel {
 }
 
 pub fn norm([x, y]: Pixel) -> f64 {
-    x.hypot(y)
+    x.length_with(y)
 }
 
 /// The same direction with length 1; to the right if there is none.
@@ -36,7 +37,7 @@ pub fn extent(points: &[Pixel]) -> f64 {
         let values = points.iter().map(|point| point[axis]);
         values.clone().fold(f64::MIN, f64::max) - values.fold(f64::MAX, f64::min)
     };
-    if points.is_empty() { 0.0 } else { span(0).hypot(span(1)) }
+    if points.is_empty() { 0.0 } else { span(0).length_with(span(1)) }
 }
 
 /// Is a point inside a polygon, or nearer to its rim than this?
@@ -119,7 +120,7 @@ mod tests {
         assert!(hull(vec![]).is_empty());
         // In all directions, with the rounding errors of a turned body, in any order.
         for turn in 0..720 {
-            let (sine, cosine) = (0.5 * f64::from(turn)).to_radians().sin_cos();
+            let (sine, cosine) = (0.5 * f64::from(turn)).to_radians().sine_and_cosine();
             let at = |s: f64| [300.0 + s * cosine, 200.0 + s * sine];
             for middle in [[3.0, 80.0, 61.0], [99.0, 1.0, 50.0]] {
                 let points = [100.0, middle[0], 0.0, middle[1], middle[2]].map(at);

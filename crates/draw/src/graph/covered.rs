@@ -50,11 +50,12 @@ fn cells(frame: &Frame) -> impl Iterator<Item = [i64; 2]> + use<> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::alike::Alike;
 
     #[test]
     fn the_area_in_common_is_that_with_every_frame() {
         let place = |k: usize| {
-            let wave = |pace: f64| 90.0 * (pace * (k + 1) as f64).sin();
+            let wave = |pace: f64| 90.0 * (pace * (k + 1) as f64).sine();
             Frame { x: wave(0.7), y: wave(1.9), width: 1.0 + wave(2.3).abs(), height: 1.0 + 0.3 * wave(3.1).abs() }
         };
         let mut covered = Covered::default();

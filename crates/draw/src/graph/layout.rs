@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::Graph;
+use crate::alike::Alike;
 
 type Point = [f64; 2];
 
@@ -60,7 +61,7 @@ pub fn around(graph: &Graph) -> Vec<Point> {
     let mut places = vec![[0.0; 2]; count];
     for (position, node) in order.into_iter().enumerate() {
         let angle = -std::f64::consts::FRAC_PI_2 - std::f64::consts::TAU * position as f64 / count as f64;
-        places[node] = [1.35 * radius * angle.cos(), radius * angle.sin()];
+        places[node] = [1.35 * radius * angle.cosine(), radius * angle.sine()];
     }
     places
 }
@@ -129,7 +130,7 @@ fn untangle(graph: &Graph, home: &[Point], now: &mut [Point]) {
             for (radius, turn) in
                 [0.15, 0.4, 0.8, 1.4, 2.2].into_iter().flat_map(|r| (0..16).map(move |turn| (r, turn)))
             {
-                let (sine, cosine) = (f64::from(turn) * std::f64::consts::TAU / 16.0).sin_cos();
+                let (sine, cosine) = (f64::from(turn) * std::f64::consts::TAU / 16.0).sine_and_cosine();
                 now[node] = [start[0] + radius * cosine, start[1] + radius * sine];
                 let strain = strain(&pairs, home, now, node);
                 if strain < best.0 - 1e-9 {
@@ -184,7 +185,7 @@ pub fn distance(point: Point, a: Point, b: Point) -> f64 {
     let (along, to) = ([b[0] - a[0], b[1] - a[1]], [point[0] - a[0], point[1] - a[1]]);
     let length = (along[0] * along[0] + along[1] * along[1]).max(1e-9);
     let share = ((to[0] * along[0] + to[1] * along[1]) / length).clamp(0.0, 1.0);
-    (to[0] - share * along[0]).hypot(to[1] - share * along[1])
+    (to[0] - share * along[0]).length_with(to[1] - share * along[1])
 }
 
 /// Centred, and so large that the area has room for all nodes.
@@ -208,7 +209,7 @@ fn scaled(places: &[Point]) -> Vec<Point> {
 /// Points in one place move in different directions.
 fn nudged([x, y]: Point, index: usize) -> Point {
     let angle = 2.399963 * index as f64; // the golden angle: no two directions are alike
-    [x + 0.08 * angle.cos(), y + 0.08 * angle.sin()]
+    [x + 0.08 * angle.cosine(), y + 0.08 * angle.sine()]
 }
 
 fn repel(now: &[Point], forces: &mut [Point]) {
@@ -230,7 +231,7 @@ fn attract(now: &[Point], [a, b]: [usize; 2], forces: &mut [Point]) {
 /// Two nodes pull each other by a force that depends on their distance.
 fn pull(now: &[Point], [a, b]: [usize; 2], forces: &mut [Point], size: impl Fn(f64) -> f64) {
     let (dx, dy) = (now[b][0] - now[a][0], now[b][1] - now[a][1]);
-    let distance = dx.hypot(dy).max(1e-3);
+    let distance = dx.length_with(dy).max(1e-3);
     for (axis, component) in [dx, dy].into_iter().enumerate() {
         let force = size(distance) * component / distance;
         forces[a][axis] += force;
@@ -253,7 +254,7 @@ fn clear_edges(graph: &Graph, now: &[Point], forces: &mut [Point]) {
                 continue;
             }
             let away = [place[0] - a[0] - share * along[0], place[1] - a[1] - share * along[1]];
-            let distance = away[0].hypot(away[1]);
+            let distance = away[0].length_with(away[1]);
             let push = 0.5 * (0.45 * ROOM - distance).max(0.0);
             // A node exactly on the edge leaves to its left.
             let direction = if distance > 1e-6 {
@@ -290,7 +291,7 @@ mod tests {
     fn closest(places: &[Point]) -> f64 {
         let pairs = (0..places.len()).flat_map(|a| (0..a).map(move |b| (a, b)));
         pairs
-            .map(|(a, b)| (places[a][0] - places[b][0]).hypot(places[a][1] - places[b][1]))
+            .map(|(a, b)| (places[a][0] - places[b][0]).length_with(places[a][1] - places[b][1]))
             .fold(f64::INFINITY, f64::min)
     }
 

@@ -108,6 +108,7 @@ fn graph<D>(system: &System, graph: &LinearGraph<D>, tree: &Tree<D>, coupled: Ve
 /// Everything that is wrong with the scene.
 pub fn linear_graphs(scene: &Scene) -> Result<(GraphDrawing, Drawing), Faults> {
     let resolved = scene.resolve()?;
-    let mut formulated = formulate(&resolved.mechanism).map_err(|errors| resolved.refused(&scene.source, errors))?;
+    let mut formulated =
+        formulate(&resolved.mechanism, &resolved.outputs).map_err(|errors| resolved.refused(&scene.source, errors))?;
     Ok((GraphDrawing::new(&mut formulated), pose::draw(&mut formulated)))
 }

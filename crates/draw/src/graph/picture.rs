@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::covered::Covered;
 use super::layout::distance;
 use super::{Edge, Graph, GraphDrawing};
+use crate::alike::Alike;
 use crate::drawing::Drawing;
 use crate::svg::{Frame, Pixel, Svg, number, text_width};
 
@@ -128,7 +129,7 @@ fn curves(graph: &Graph, nodes: &[Pixel]) -> Vec<Curve> {
     let mut curves = vec![blank; graph.edges.len()];
     for ([low, high], edges) in parallel {
         let (a, b) = (nodes[low], nodes[high]);
-        let length = (b[0] - a[0]).hypot(b[1] - a[1]).max(1.0);
+        let length = (b[0] - a[0]).length_with(b[1] - a[1]).max(1.0);
         let side = [-(b[1] - a[1]) / length, (b[0] - a[0]) / length];
         // A single edge bends only where a node stands in its way.
         let [left, right] = [a[0].min(b[0]) - 4.0 * NODE, a[0].max(b[0]) + 4.0 * NODE];
@@ -157,7 +158,7 @@ impl Curve {
     fn direction(&self, s: f64) -> Pixel {
         let step =
             [0, 1].map(|axis| (1.0 - s) * (self.over[axis] - self.from[axis]) + s * (self.to[axis] - self.over[axis]));
-        let length = step[0].hypot(step[1]).max(1e-9);
+        let length = step[0].length_with(step[1]).max(1e-9);
         step.map(|x| x / length)
     }
 
@@ -196,7 +197,7 @@ fn place_name(at: Pixel, name: &str, covered: &mut Covered) -> Frame {
     let (width, height) = (text_width(name, 10.5), 12.5);
     let candidates = (0..36).map(|turn| {
         let (ring, turn) = (turn / 12, turn % 12);
-        let (sine, cosine) = (std::f64::consts::TAU * f64::from(turn) / 12.0).sin_cos();
+        let (sine, cosine) = (std::f64::consts::TAU * f64::from(turn) / 12.0).sine_and_cosine();
         let gap = 2.2 * NODE + 7.0 * f64::from(ring);
         let centre = [
             at[0] + gap * cosine + (1.5 * cosine).clamp(-0.5, 0.5) * width,

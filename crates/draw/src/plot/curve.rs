@@ -2,6 +2,7 @@
 
 use super::headed;
 use super::panel::{AXIS, GRID, TICK, below, beside, place};
+use crate::alike::Alike;
 use crate::svg::{Frame, Pixel, Svg, polyline};
 
 /// A curve; all coordinates are above zero.
@@ -69,13 +70,13 @@ impl Scale {
     pub fn over(values: impl Iterator<Item = f64>) -> Self {
         let [low, high] =
             values.fold([f64::MAX, f64::MIN_POSITIVE], |[low, high], value| [low.min(value), high.max(value)]);
-        let space = SPACE.log10() + SHARE * (high / low).log10();
-        Self { ends: [low.log10() - space, high.log10() + space] }
+        let space = SPACE.decimal_logarithm() + SHARE * (high / low).decimal_logarithm();
+        Self { ends: [low.decimal_logarithm() - space, high.decimal_logarithm() + space] }
     }
 
     /// Where a value is on the axis: 0 at its beginning, 1 at its end.
     pub fn part(&self, value: f64) -> f64 {
-        (value.log10() - self.ends[0]) / (self.ends[1] - self.ends[0])
+        (value.decimal_logarithm() - self.ends[0]) / (self.ends[1] - self.ends[0])
     }
 
     /// Powers of ten; on a short axis also twice and five times as much.
@@ -84,7 +85,7 @@ impl Scale {
         let factors: &[f64] = if high - low < 2.5 { &[1.0, 2.0, 5.0] } else { &[1.0] };
         let decades = low.floor() as i32..=high.ceil() as i32;
         let ticks = decades.flat_map(|decade| factors.iter().map(move |factor| factor * 10f64.powi(decade)));
-        ticks.filter(|tick| (low..=high).contains(&tick.log10())).collect()
+        ticks.filter(|tick| (low..=high).contains(&tick.decimal_logarithm())).collect()
     }
 }
 

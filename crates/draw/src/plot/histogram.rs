@@ -3,6 +3,7 @@
 use super::panel::{COLOURS, GRID, TICK, axes, place};
 use super::ticks::Ticks;
 use super::{BOTTOM, HEIGHT, LEFT, RIGHT, TOP, WIDTH, headed};
+use crate::alike::Alike;
 use crate::svg::{Frame, Svg};
 
 /// Histograms, one below the other.
@@ -71,7 +72,7 @@ fn bins(sorted: &[f64], axis: &Ticks) -> Vec<([f64; 2], usize)> {
         return vec![([middle - 0.02 * wide, middle + 0.02 * wide], sorted.len())];
     }
     let quartiles = quantile(sorted, 0.75) - quantile(sorted, 0.25);
-    let width = 2.0 * quartiles / (sorted.len() as f64).cbrt();
+    let width = 2.0 * quartiles / (sorted.len() as f64).cube_root();
     let count = if width > 0.0 { ((high - low) / width).ceil().min(1e6) as usize } else { BINS[1] };
     let count = count.clamp(BINS[0], BINS[1]);
     let edge = |index: usize| low + (high - low) * index as f64 / count as f64;
@@ -112,7 +113,7 @@ fn figures(svg: &mut Svg, frame: Frame, sorted: &[f64]) {
 
 /// Six digits.
 fn short(value: f64) -> String {
-    let exponent = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
+    let exponent = if value == 0.0 { 0 } else { value.abs().decimal_logarithm().floor() as i32 };
     match exponent {
         -4..=5 => format!("{value:.*}", (5 - exponent) as usize),
         _ => format!("{value:.5e}"),

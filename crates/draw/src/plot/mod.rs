@@ -150,6 +150,7 @@ fn same_scale(width: f64, along: &mut Ticks, up: &mut Ticks) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::alike::Alike;
 
     #[test]
     fn one_panel_for_each_unit() {
@@ -210,7 +211,7 @@ mod tests {
     #[test]
     fn a_circle_is_drawn_as_a_circle() {
         let turn = (0..=100).map(|index| f64::from(index) * std::f64::consts::TAU / 100.0);
-        let (time, values) = turn.map(|angle| (0.2 * angle.cos(), 0.2 * angle.sin())).unzip();
+        let (time, values) = turn.map(|angle| (0.2 * angle.cosine(), 0.2 * angle.sine())).unzip();
         let plot = Plot {
             true_to_scale: Some("m".into()),
             time,

@@ -237,10 +237,11 @@ pub fn shortened(name: &str, most: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::alike::Alike;
 
     #[test]
     fn thinning_keeps_the_extremes() {
-        let line: Vec<Pixel> = (0..10_000).map(|i| [f64::from(i) * 0.01, (f64::from(i) * 0.7).sin()]).collect();
+        let line: Vec<Pixel> = (0..10_000).map(|i| [f64::from(i) * 0.01, (f64::from(i) * 0.7).sine()]).collect();
         let kept = thinned(&line);
         assert!(kept.len() <= 4 * 202);
         let lowest = |line: &[Pixel]| line.iter().map(|pixel| pixel[1]).fold(f64::MAX, f64::min);

@@ -1,5 +1,7 @@
 //! Round numbers along an axis.
 
+use crate::alike::Alike;
+
 /// Shortest axis relative to the largest value on it.
 const FLATTEST: f64 = 2e-3;
 
@@ -32,7 +34,7 @@ impl Ticks {
 
     fn between([low, high]: [f64; 2], count: usize) -> Self {
         let rough = (high - low) / count.max(1) as f64;
-        let mut exponent = rough.log10().floor() as i32;
+        let mut exponent = rough.decimal_logarithm().floor() as i32;
         let mantissa = rough / 10f64.powi(exponent);
         let mantissa = [1.0, 2.0, 5.0].into_iter().find(|&round| mantissa <= round * 1.0001).unwrap_or(10.0);
         let step = mantissa * 10f64.powi(exponent);
@@ -61,7 +63,7 @@ impl Ticks {
     pub fn label(&self, value: f64) -> String {
         let largest = self.range[0].abs().max(self.range[1].abs());
         if largest >= 1e5 || self.exponent < -4 {
-            let digits = (largest.log10().floor() as i32 - self.exponent).clamp(0, 12);
+            let digits = (largest.decimal_logarithm().floor() as i32 - self.exponent).clamp(0, 12);
             let text = format!("{value:.*e}", digits as usize);
             return if value == 0.0 { "0".to_owned() } else { text };
         }

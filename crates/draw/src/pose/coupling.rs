@@ -4,13 +4,14 @@ use cotree::component::Icon;
 use cotree::model::{BodyId, Formula, Part, Place};
 
 use super::Pose;
+use crate::alike::Alike;
 use crate::drawing::{Cam, Coupling, CouplingKind, Wheel};
 
 /// Corners of a drawn profile.
 const OUTLINE: usize = 240;
 
 fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
-    (a[0] - b[0]).hypot(a[1] - b[1])
+    (a[0] - b[0]).length_with(a[1] - b[1])
 }
 
 impl Pose<'_> {
@@ -89,7 +90,7 @@ impl Pose<'_> {
 
     /// A place of a body in its axes from its mass centre.
     fn carried(&mut self, body: Option<BodyId>, [x, y]: [f64; 2]) -> [f64; 2] {
-        let (sine, cosine) = self.angle(body).sin_cos();
+        let (sine, cosine) = self.angle(body).sine_and_cosine();
         let [u, v] = self.at(body.map_or(Place::Origin, Place::Centre));
         [u + cosine * x - sine * y, v + sine * x + cosine * y]
     }
@@ -113,7 +114,7 @@ impl Pose<'_> {
 
 /// Radii of the pitch circles of wheels that turn in this ratio; `None` if no wheels with these centres can.
 fn radii(ratio: f64, [a, b]: [[f64; 2]; 2]) -> Option<[f64; 2]> {
-    let distance = (b[0] - a[0]).hypot(b[1] - a[1]);
+    let distance = (b[0] - a[0]).length_with(b[1] - a[1]);
     let second = distance / (1.0 - ratio).abs();
     let first = ratio.abs() * second;
     (second.is_finite() && first.min(second) > 1e-3 * distance && first.max(second) < 20.0 * distance)

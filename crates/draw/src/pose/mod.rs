@@ -6,7 +6,7 @@ use std::collections::HashMap;
 
 use cotree::component::{Icon, RoundGlyph};
 use cotree::equations::Equations;
-use cotree::expr::{Expr, Order, Symbol};
+use cotree::expr::{Expr, Order, Symbol, Values};
 use cotree::formulate::Formulated;
 use cotree::formulate::explain::attempt::Attempt;
 use cotree::model::{BodyId, Dimension, Formula, Outline, Owner, Part, Place, Quantity, Variable};
@@ -14,6 +14,7 @@ use cotree_fmu::model::State;
 
 use super::drawing::{Body, Drawing, Force, Hold, Joint, Shape, Spring, Target, Turn};
 use super::line;
+use crate::alike::Alike;
 
 pub fn draw(formulated: &mut Formulated) -> Drawing {
     drawn(Pose::new(formulated))
@@ -98,14 +99,16 @@ struct Pose<'a> {
 /// Values of symbols at a state, if the inputs were changed like this.
 fn values_at(state: &State, changed: impl Fn(f64) -> f64) -> impl Fn(Symbol) -> f64 {
     move |symbol| match symbol {
-        Symbol::Time => state.time(),
-        Symbol::Parameter(i) => state.parameters()[i],
-        Symbol::Input(i, Order::Position) => changed(state.inputs()[i]),
-        Symbol::Coordinate(i, Order::Position) => state.positions()[i],
-        Symbol::Follower(i, Order::Position) => state.follower_positions()[i],
-        Symbol::State(i, Order::Position) => state.states()[i],
-        Symbol::Input(..) | Symbol::Coordinate(..) | Symbol::Follower(..) | Symbol::State(..) => 0.0,
-        Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => 0.0,
+        Symbol::Input(_, Order::Position) => changed(state.value(symbol)),
+        Symbol::Time
+        | Symbol::Parameter(_)
+        | Symbol::Input(..)
+        | Symbol::Coordinate(..)
+        | Symbol::Follower(..)
+        | Symbol::State(..)
+        | Symbol::Reaction(_)
+        | Symbol::Missing(..)
+        | Symbol::Argument => state.value(symbol),
     }
 }
 
@@ -115,7 +118,7 @@ impl<'a> Pose<'a> {
     }
 
     fn values(&mut self, exprs: &[Expr]) -> Vec<f64> {
-        self.equations.system.arena.evaluate_more(exprs, &values_at(self.state, |input| input), &mut self.known)
+        self.equations.system.arena.evaluate_more(exprs, self.state, &mut self.known)
     }
 
     fn at(&mut self, place: Place) -> [f64; 2] {
@@ -237,7 +240,7 @@ impl<'a> Pose<'a> {
         if direction == [0.0; 2] {
             direction = exprs.map(|expr| f64::from(u8::from(expr != Expr::ZERO)));
         }
-        let (sine, cosine) = self.angle(frame).sin_cos();
+        let (sine, cosine) = self.angle(frame).sine_and_cosine();
         let [x, y] = direction;
         [cosine * x - sine * y, sine * x + cosine * y]
     }
@@ -255,7 +258,7 @@ impl<'a> Pose<'a> {
     fn direction(&mut self, axis: &[Formula; 2], body: Option<BodyId>) -> [f64; 2] {
         let axis = axis.each_ref().map(|component| self.equations.formula(component));
         let axis = self.values(&axis);
-        let (sine, cosine) = self.angle(body).sin_cos();
+        let (sine, cosine) = self.angle(body).sine_and_cosine();
         [cosine * axis[0] - sine * axis[1], sine * axis[0] + cosine * axis[1]]
     }
 

@@ -3,28 +3,35 @@
 use cotree::model::Units;
 use cotree::report::data::shown;
 use cotree::typeset::titled;
-use cotree_study::fit::{Column, Fit};
+use cotree_study::fit::{Column, Fit, Measured};
 
 use crate::plot::{Plot, Series};
 
-/// Two panels for each column: what was measured beside what fits best, and the residuals.
+/// Two panels for each column: what was measured beside what fits best, and the residuals. Those of several experiments have their numbers.
 pub fn plot(fit: &Fit, units: &Units) -> Plot {
     let second = shown(units, "s");
-    let times: Vec<f64> = fit.times.iter().map(|time| time / second.factor).collect();
+    let times = |own: &Measured| own.times.iter().map(|time| time / second.factor).collect::<Vec<f64>>();
+    let panels = |(index, own): (usize, &Measured)| {
+        let number = if fit.measured.len() > 1 { format!(" ({})", index + 1) } else { String::new() };
+        let times = times(own);
+        own.columns.iter().flat_map(|column| panels(&times, column, &number, units)).collect::<Vec<_>>()
+    };
     Plot {
         title: format!("{}: measured and fitted", fit.name),
         axis: titled("time", &second.name),
-        series: fit.columns.iter().flat_map(|column| panels(&times, column, units)).collect(),
-        time: times,
+        series: fit.measured.iter().enumerate().flat_map(panels).collect(),
+        time: fit.measured.first().map(times).unwrap_or_default(),
         true_to_scale: None,
     }
 }
 
-fn panels(times: &[f64], Column { name, unit, measured, fitted, .. }: &Column, units: &Units) -> [Series; 4] {
-    let unit = shown(units, unit);
+fn panels(times: &[f64], column: &Column, number: &str, units: &Units) -> [Series; 4] {
+    let Column { name, unit, measured, fitted, .. } = column;
+    let (name, unit) = (&format!("{name}{number}"), shown(units, unit));
     let residual = format!("residual of {name}");
     let series = |name: &str, values: Vec<f64>| Series {
         panel: Some(name.to_owned()),
+        at: Some(times.to_vec()),
         ..Series::new(name, &unit.name, values.iter().map(|value| value / unit.factor).collect())
     };
     let ends = [times.first(), times.last()].into_iter().flatten().copied().collect();

@@ -8,16 +8,6 @@ const VARIABLES = MODEL.variables;
 const INDEX = new Map(VARIABLES.map((variable, index) => [variable.name, index]));
 const { start: START, stop: STOP, step: STEP, tolerance: TOLERANCE } = MODEL.experiment;
 
-/** Bytes of a script element: base64 of a zlib stream; null if it is empty. */
-async function unpack(id) {
-  const text = $(id).textContent.trim();
-  if (!text) return null;
-  if (typeof DecompressionStream === "undefined") throw new Error("this browser cannot unpack the page; any browser since 2023 can");
-  const packed = Uint8Array.from(atob(text), c => c.charCodeAt(0));
-  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
-  return new Uint8Array(await new Response(stream).arrayBuffer());
-}
-
 /** The run that was stored when the page was made, lowest bytes first: times with 64 bits, then one column after another with 32. */
 function storedRun(bytes) {
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);

@@ -13,6 +13,7 @@ function commit(what) {
   history.now++;
   if (what) say(what);
   showHistory();
+  dispatchEvent(new CustomEvent("cotree-changed"));
 }
 function showHistory() {
   $("undo").disabled = history.now === 0;
@@ -25,6 +26,7 @@ function goBack(by) {
   adopt(next);
   say(by < 0 ? "undone" : "done again");
   showHistory();
+  dispatchEvent(new CustomEvent("cotree-changed"));
 }
 /** Takes over values by name; the others are the scene's. */
 function adopt({ values, pose }) {
@@ -34,14 +36,6 @@ function adopt({ values, pose }) {
   solveAgain();
 }
 
-/** All digits that matter, and no more. */
-const digits12 = number => `${+number.toPrecision(12)}`;
-/** A value in place of what stands in the text: in its quotes if it has some, with its unit if it has one. */
-function inText(value, { name, unit, bare }, old) {
-  const quote = old.match(/^["']/)?.[0] ?? "", own = unit ?? { name: VARIABLES[INDEX.get(name)].unit, factor: 1 };
-  if (quote && /[A-Za-z°%"″]/.test(old.slice(1, -1))) return `${quote}${digits12(value / own.factor)} ${own.name}${quote}`;
-  return `${quote}${digits12(bare ? value / own.factor : value)}${quote}`;
-}
 /** The law of a driver with something added, in SI units: a sum binds least, but a unit needs its brackets. */
 function lawText(old, value) {
   const quote = old.match(/^["']/)?.[0] ?? '"', law = /^["']/.test(old) ? old.slice(1, -1) : old;
@@ -53,8 +47,8 @@ const inLine = (name, value) => { const { unit } = VARIABLES[INDEX.get(name)]; r
 
 /** Places of the text with what stands there now, and lines for what the text does not have yet, by its table. */
 function textChanges() {
-  const bytes = new TextEncoder().encode(TOUCH.text), at = ([from, to]) => new TextDecoder().decode(bytes.subarray(from, to));
-  const places = [], lines = { parameters: [], inputs: [], initial: [] }, known = name => TOUCH.written.find(own => own.name === name), write = (own, value) => places.push([own.place, inText(value, own, at(own.place))]);
+  const bytes = bytesOf(TOUCH.text), at = ([from, to]) => textOf(bytes.subarray(from, to)), unitOf = ({ name, unit }) => unit ?? { name: VARIABLES[INDEX.get(name)].unit, factor: 1 };
+  const places = [], lines = { parameters: [], inputs: [], initial: [] }, known = name => TOUCH.written.find(own => own.name === name), write = (own, value) => places.push([own.place, inText(value, { ...own, unit: unitOf(own) }, at(own.place))]);
   for (const { name, value } of changedKnobs()) {
     const own = TOUCH.numbers.find(own => own.variable.name === name)?.written ?? known(name), law = TOUCH.laws.find(own => own.parameter === name && own.output !== name);
     if (own) write(own, value);
@@ -68,15 +62,12 @@ function textChanges() {
     if (own && !knobs.some(knob => knob.name === name)) write(own, value);
     else if (!own) lines.initial.push(`"${name}" = { guess = ${inLine(name, value)} }`);
   });
-  return { bytes, places, lines };
+  return { places, lines };
 }
 /** The scene's text with the values that were found; comments and all else stay. */
 function sceneText() {
-  const { bytes, places, lines } = textChanges(), pieces = [], encoder = new TextEncoder();
-  let from = 0;
-  for (const [[start, end], text] of places.sort(([a], [b]) => a[0] - b[0])) { pieces.push(bytes.subarray(from, start), encoder.encode(text)); from = end; }
-  pieces.push(bytes.subarray(from));
-  let text = pieces.map(piece => new TextDecoder("utf-8", { ignoreBOM: true }).decode(piece)).join("");
+  const { places, lines } = textChanges();
+  let text = spliced(TOUCH.text, places);
   for (const [table, added] of Object.entries(lines).filter(([, added]) => added.length)) {
     if (text.trimStart().startsWith("{")) throw new Error(`the scene is JSON: add these to its "${table}" yourself: ${added.join(", ")}`);
     const head = new RegExp(`^\\[${table}\\][^\\n]*\\n`, "m");
@@ -114,12 +105,6 @@ function adoptAddress(text) {
   if (lost.length) tell(`The address has values of what this page does not have: ${lost.join(", ")}`);
 }
 
-/** A file for the reader. */
-function save(name, content) {
-  const blob = content instanceof Blob ? content : new Blob([content]), link = Object.assign(document.createElement("a"), { href: URL.createObjectURL(blob), download: name });
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
-}
 const title = () => document.querySelector("h1").textContent.replace(/[^\w.-]+/g, "_") || "mechanism";
 
 /** What is seen, as a picture that stands alone: the style of the page goes along. */
@@ -166,6 +151,8 @@ function listenToEdits() {
   });
   for (const button of document.querySelectorAll("[data-save=text]")) button.hidden = !TOUCH;
   for (const button of document.querySelectorAll("[data-save=link],#undo,#redo")) button.hidden = !state.solver;
+  // A page inside a drawing page has no address of its own.
+  if (location.protocol === "about:") document.querySelector("[data-save=link]").hidden = true;
   addEventListener("keydown", event => {
     if (!(event.ctrlKey || event.metaKey) || event.altKey || event.target.closest("select,.typed,dialog")) return;
     const key = event.key.toLowerCase(), by = key === "y" || key === "z" && event.shiftKey ? 1 : key === "z" ? -1 : 0;

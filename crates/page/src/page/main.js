@@ -94,8 +94,12 @@ function record(name) {
   solveAgain();
 }
 
+/** The solver of a drawing page, if this page is in one; a frame of another site tells nothing. */
+function lentSolver() {
+  try { return window.parent.cotreeSolver; } catch { return undefined; }
+}
 async function begin() {
-  const [program, code, stored] = await Promise.all([unpack("program"), unpack("solver"), unpack("run")]);
+  const [program, code, stored] = await Promise.all([unpack("program"), lentSolver() ?? unpack("solver"), unpack("run")]);
   if (code && program) {
     Object.assign(state, { code, pose: null, solver: await Solver.load(code, program, VARIABLES.map(({ name }) => name)) });
     await makeTouchable();

@@ -1,5 +1,6 @@
 //! One page that shows a mechanism in motion: what it holds, put together. Nothing in it is fetched from anywhere.
 
+mod draw;
 mod facts;
 mod pack;
 
@@ -10,6 +11,7 @@ use cotree_draw::drawing::Geometry;
 use cotree_draw::svg::escape;
 use serde::Serialize;
 
+pub use draw::DrawingPage;
 pub use facts::Facts;
 use pack::{inert, packed};
 
@@ -23,10 +25,13 @@ const UPLOT: &str = concat!(
     include_str!("../../vendor/uplot/uPlot.iife.min.js")
 );
 const UPLOT_STYLE: &str = include_str!("../../vendor/uplot/uPlot.min.css");
+/// What the pages share.
+const COMMON: &str = include_str!("common.js");
 /// Renews the page while its scene is watched.
 const LIVE: &str = include_str!("live.js");
 /// One scope, in this order.
-const SCRIPTS: [&str; 13] = [
+const SCRIPTS: [&str; 14] = [
+    COMMON,
     include_str!("data.js"),
     include_str!("solver.js"),
     include_str!("worker.js"),
@@ -272,7 +277,7 @@ impl Page {
             }
         };
         let loose = live.model.touch.as_ref().map_or(String::new(), |touch| packed(&touch.program));
-        let script = format!("(() => {{\n\"use strict\";\n{}}})();\n", SCRIPTS.concat());
+        let script = scope(&SCRIPTS);
         let parts = [
             ("title", escape(&self.title)),
             ("description", self.description.clone()),
@@ -291,6 +296,11 @@ impl Page {
         ];
         fill(TEMPLATE, &parts)
     }
+}
+
+/// Scripts in a scope of their own.
+fn scope(scripts: &[&str]) -> String {
+    format!("(() => {{\n\"use strict\";\n{}}})();\n", scripts.concat())
 }
 
 /// Text as HTML, with names between backticks as code.
@@ -389,7 +399,7 @@ mod tests {
 
     #[test]
     fn no_script_ends_the_element_that_it_is_in() {
-        for script in SCRIPTS.into_iter().chain([UPLOT, LIVE]) {
+        for script in SCRIPTS.into_iter().chain(draw::SCRIPTS).chain([UPLOT, LIVE]) {
             assert!(!script.contains("</script") && !script.contains("<!--"));
         }
     }

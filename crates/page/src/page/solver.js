@@ -1,9 +1,9 @@
 // The runtime of the FMU, compiled for the browser. Every call is an export of tools/web.
 class Solver {
-  /** The variables of a program have their names in its order. */
+  /** From the bytes of the module, or what they were compiled to. The variables of a program have their names in its order. */
   static async load(code, program, names) {
-    const { instance } = await WebAssembly.instantiate(code, {});
-    return new Solver(instance.exports, program, names);
+    const made = await WebAssembly.instantiate(code, {});
+    return new Solver((made.instance ?? made).exports, program, names);
   }
 
   constructor(calls, program, names) {

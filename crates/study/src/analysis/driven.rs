@@ -18,7 +18,7 @@ impl Driven {
     /// # Errors
     /// A column that is no input, or in another kind of unit.
     pub fn new(mechanism: &Mechanism, table: Table) -> Result<Self, String> {
-        let names = || mechanism.inputs.iter().map(|own| own.name.as_str());
+        let names = || mechanism.open_inputs().iter().map(|own| own.name.as_str());
         let place = |(name, unit): (&String, &Option<Unit>)| {
             let unknown = || format!("the scene has no input `{name}`; {}", suggest::known(name, names()));
             let place = names().position(|own| own == name).ok_or_else(unknown)?;

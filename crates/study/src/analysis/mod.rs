@@ -5,6 +5,7 @@ pub(crate) mod decompose;
 mod driven;
 mod equilibrium;
 mod independent;
+mod kept;
 mod matrix;
 mod modes;
 mod point;
@@ -28,10 +29,10 @@ pub use matrix::{dense, saddle};
 pub use modes::{Mode, modes};
 pub use point::Point;
 pub use rest::at_rest;
-pub(crate) use sensitivity::is_finite;
 pub use sensitivity::{
     Along, At as AlongAt, Changes, Feature, FeatureKind, Guess, ModeChanges, Sensitivities, Varied, Varying,
 };
+pub(crate) use sensitivity::{Differentiated, is_finite};
 pub use state_space::{Signal, StateSpace};
 pub use study::{At, Study, StudyError, state_at};
 pub use variation::Variation;
@@ -74,12 +75,22 @@ pub enum Failure {
     /// Parameters, inputs or initial values that the scene does not have.
     #[error("{}", .0.join("\n"))]
     Unknown(Vec<String>),
+    /// Ticks or events stand in the way.
+    #[error("{0}")]
+    Instants(String),
     /// A motion that cannot be differentiated.
     #[error("at t = {time} s there are no derivatives: {what}")]
     NoDerivative {
         /// When \[s\].
         time: f64,
         what: String,
+    },
+    /// One of several experiments.
+    #[error("experiment {number}: {cause}")]
+    Experiment {
+        /// From 1.
+        number: usize,
+        cause: Box<Failure>,
     },
     /// One turn or stroke of an input, and its figures.
     #[error("{0}")]

@@ -31,6 +31,7 @@ impl Study {
         })?;
         // Those of the equations come again with the program.
         self.warnings = known;
+        self.written = None;
         self.mechanism = self.mechanism.posed(|variable| values.get(&variable).copied());
         for (state, value) in self.mechanism.states.iter_mut().zip(states) {
             state.start = Formula::Number(value);
@@ -43,7 +44,11 @@ impl Study {
     /// # Errors
     /// Everything that is wrong with it.
     pub fn compiled(&self) -> Result<Compiled, Faults> {
-        let resolved = Resolved { mechanism: self.mechanism.clone(), warnings: self.warnings.clone() };
+        let resolved = Resolved {
+            mechanism: self.mechanism.clone(),
+            outputs: self.outputs.clone(),
+            warnings: self.warnings.clone(),
+        };
         compile_resolved(resolved, &self.source).map(|(compiled, _)| compiled)
     }
 }

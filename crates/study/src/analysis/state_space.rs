@@ -7,7 +7,7 @@
 
 use cotree::expr::{Order, Symbol, Values};
 use cotree::formulate::Formulated;
-use cotree::model::Unit;
+use cotree::model::{HeldWhat, Unit};
 use cotree_fmu::program::FollowerOrder;
 use nalgebra::DMatrix;
 
@@ -189,7 +189,14 @@ impl Basis {
         derivatives.retain(|symbol| matches!(symbol, Symbol::Input(_, Order::Velocity | Order::Acceleration)));
         derivatives.sort_unstable();
         derivatives.dedup();
-        let values = (0..program.inputs.len()).map(|index| Symbol::Input(index, Order::Position));
+        // Between ticks sampled values are inputs, and nothing else of what is held changes anything.
+        let open = program.open_inputs();
+        let held = &formulated.equations.system.mechanism.held;
+        let is_open = |index: &usize| {
+            let held = index.checked_sub(open).and_then(|index| held.get(index));
+            held.is_none_or(|held| held.what == HeldWhat::Sampled)
+        };
+        let values = (0..program.inputs.len()).filter(is_open).map(|index| Symbol::Input(index, Order::Position));
         let inputs: Vec<Symbol> = values.chain(derivatives).collect();
         let columns: Vec<Symbol> = states.iter().chain(&inputs).copied().collect();
         let rows = variation.signals();
@@ -349,7 +356,7 @@ fn defined(value: f64) -> f64 {
 }
 
 fn output_signals(formulated: &Formulated, numbers: &Numbers) -> Vec<Signal> {
-    let outputs = formulated.equations.system.mechanism.outputs.iter();
+    let outputs = formulated.outputs.iter();
     let values = numbers.values(RowBlock::Outputs);
     outputs
         .zip(values.iter())

@@ -4,15 +4,16 @@ use std::sync::Arc;
 
 use cotree::diagnostic::suggest;
 use cotree::formulate::{Formulated, formulate_written, pattern};
-use cotree::model::{Experiment, Formula, Mechanism, Unit, Units};
+use cotree::model::{Experiment, Formula, Mechanism, Output, Unit, Units};
 use cotree::report::csv::Table;
 use cotree::run::Gaps;
-use cotree::scene::{Asked, Fault, Faults, Scene, Source};
+use cotree::scene::{Asked, Fault, Faults, Resolved, Scene, Source};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::{Model, State};
 use thiserror::Error;
 
 use super::driven::Driven;
+use super::kept::Kept;
 use super::report::{Linearization, Statics, Vibration};
 use super::{Equilibrium, Failure, Point, StateSpace, Variation, at_rest, modes};
 
@@ -20,6 +21,12 @@ use super::{Equilibrium, Failure, Point, StateSpace, Variation, at_rest, modes};
 #[derive(Clone, Debug)]
 pub struct Study {
     pub(super) mechanism: Mechanism,
+    pub(super) outputs: Vec<Output>,
+    /// As the scene has it, before anything is set; none once the study begins elsewhere than the scene.
+    pub(super) written: Option<Arc<Mechanism>>,
+    /// What was set, SI.
+    set: Vec<(String, f64)>,
+    pub(super) kept: Kept,
     driven: Driven,
     pub(super) source: Source,
     pub(super) warnings: Vec<Fault>,
@@ -57,9 +64,17 @@ impl Study {
     /// # Errors
     /// Everything that is wrong with it; an output that it does not have.
     pub fn asking(scene: &Scene, asked: &Asked) -> Result<Self, Faults> {
-        let resolved = scene.resolve_asking(asked)?;
-        let driven = Driven::default();
-        Ok(Study { mechanism: resolved.mechanism, driven, source: scene.source.clone(), warnings: resolved.warnings })
+        let Resolved { mechanism, outputs, warnings } = scene.resolve_asking(asked)?;
+        Ok(Study {
+            written: Some(Arc::new(mechanism.clone())),
+            mechanism,
+            outputs,
+            set: Vec::new(),
+            kept: Kept::default(),
+            driven: Driven::default(),
+            source: scene.source.clone(),
+            warnings,
+        })
     }
 
     pub fn name(&self) -> &str {
@@ -67,11 +82,11 @@ impl Study {
     }
 
     pub fn output_unit(&self, name: &str) -> Option<&Unit> {
-        self.mechanism.outputs.iter().find(|output| output.name == name).map(|output| &output.unit)
+        self.outputs.iter().find(|output| output.name == name).map(|output| &output.unit)
     }
 
     pub fn input_unit(&self, name: &str) -> Option<&Unit> {
-        self.mechanism.inputs.iter().find(|input| input.name == name).map(|input| &input.unit)
+        self.mechanism.open_inputs().iter().find(|input| input.name == name).map(|input| &input.unit)
     }
 
     /// The units of the scene's `[display]`.
@@ -126,18 +141,33 @@ impl Study {
             let value = read(&unit)?;
             unit.permit(value, [None, None])?;
             line.value = Formula::Number(value);
+            self.note(name, value);
             return Ok(());
         }
+        let open = mechanism.open_inputs().len();
         let parameters =
             mechanism.parameters.iter_mut().map(|own| (&own.name, &own.unit, [own.min, own.max], &mut own.value));
-        let inputs = mechanism.inputs.iter_mut().map(|own| (&own.name, &own.unit, [own.min, own.max], &mut own.start));
+        let inputs =
+            mechanism.inputs[..open].iter_mut().map(|own| (&own.name, &own.unit, [own.min, own.max], &mut own.start));
         let Some((_, unit, bounds, place)) = parameters.chain(inputs).find(|(known, ..)| *known == name) else {
             return Err(self.unknown(name));
         };
         let value = read(unit)?;
         unit.permit(value, bounds)?;
         *place = value;
+        self.note(name, value);
         Ok(())
+    }
+
+    /// Of what is set twice the last counts.
+    fn note(&mut self, name: &str, value: f64) {
+        self.set.retain(|(known, _)| known != name);
+        self.set.push((name.to_owned(), value));
+    }
+
+    /// What was set: names and values \[SI\].
+    pub(super) fn settings(&self) -> &[(String, f64)] {
+        &self.set
     }
 
     /// Does what was set change which loop equations are imposed? A program for the values of the scene would be refused.
@@ -152,7 +182,8 @@ impl Study {
             return why;
         }
         let parameters = self.mechanism.parameters.iter().map(|parameter| parameter.name.as_str());
-        let known = suggest::known(name, parameters.chain(self.mechanism.inputs.iter().map(|own| own.name.as_str())));
+        let known =
+            suggest::known(name, parameters.chain(self.mechanism.open_inputs().iter().map(|own| own.name.as_str())));
         format!("the scene has no parameter or input `{name}`; {known}")
     }
 
@@ -187,7 +218,7 @@ impl Study {
     fn without_value(&self, points: &[StateSpace]) -> Option<Fault> {
         let mut gaps = Gaps::default();
         points.iter().for_each(|point| gaps.note(point.time, &point.gaps()));
-        let outputs = &self.mechanism.outputs;
+        let outputs = &self.outputs;
         let derivatives: Vec<String> = outputs.iter().map(|output| format!("d({})", output.name)).collect();
         let names: Vec<&str> =
             outputs.iter().map(|output| &output.name).chain(&derivatives).map(String::as_str).collect();
@@ -218,7 +249,8 @@ impl Study {
         mechanism: &Mechanism,
         then: impl FnOnce(&mut Formulated) -> Result<T, Failure>,
     ) -> Result<T, StudyError> {
-        let mut formulated = formulate_written(mechanism).map_err(|list| Faults::new(self.source.clone(), list))?;
+        let mut formulated =
+            formulate_written(mechanism, &self.outputs).map_err(|list| Faults::new(self.source.clone(), list))?;
         self.warnings.append(&mut formulated.warnings);
         Ok(then(&mut formulated)?)
     }
@@ -228,12 +260,22 @@ impl Study {
         &mut self,
         then: impl FnOnce(&mut Formulated, &Variation, &Equilibrium) -> Result<T, Failure>,
     ) -> Result<T, StudyError> {
+        can_rest(&self.mechanism)?;
         self.formulated(&at_rest(&self.mechanism), |formulated| {
             let variation = Variation::new(formulated);
             let equilibrium = Equilibrium::find(formulated, &variation)?;
             then(formulated, &variation, &equilibrium)
         })
     }
+}
+
+/// What is sampled goes on changing where everything else rests.
+fn can_rest(mechanism: &Mechanism) -> Result<(), Failure> {
+    let Some(sampler) = mechanism.samplers.iter().find(|own| !own.writes.is_empty()) else { return Ok(()) };
+    Err(Failure::Instants(format!(
+        "sampler `{}` goes on changing its values, so that nothing is said to rest: use `simulate`, or `--at` a time",
+        sampler.name
+    )))
 }
 
 /// The linear systems at these times of the motion.

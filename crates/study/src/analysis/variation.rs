@@ -7,7 +7,7 @@ use cotree::equations::Equations;
 use cotree::expr::{Expr, Order, Symbol};
 use cotree::formulate::Formulated;
 use cotree::laws::motion_indicators;
-use cotree::model::Mechanism;
+use cotree::model::Output;
 use cotree::network::{ElementId, Force};
 use cotree::program::{Conditions, conditions};
 use nalgebra::{DMatrix, DVector};
@@ -62,25 +62,29 @@ pub struct Variation {
     active: Vec<usize>,
     /// Loads without a limit where their ends come together, with the squares of their lengths.
     lines: Vec<(String, Expr)>,
+    /// The names of the outputs, if they are differentiated.
+    outputs: Vec<String>,
 }
 
 impl Variation {
     /// Differentiates the equations and the outputs of a mechanism.
     pub fn new(formulated: &mut Formulated) -> Self {
         let active = active(formulated);
-        let roots = roots(&mut formulated.equations, &active);
+        let outputs = names(&formulated.outputs);
+        let roots = roots(formulated, &active);
         let symbols = formulated.equations.system.arena.symbols(roots.iter().flat_map(|(_, roots)| roots).copied());
         let signals = symbols.into_iter().filter(|symbol| matches!(symbol, Symbol::Input(..) | Symbol::Follower(..)));
         let signals = signals.collect();
-        Variation::of(&mut formulated.equations, active, roots, signals)
+        Variation { outputs, ..Variation::of(&mut formulated.equations, active, roots, signals) }
     }
 
     /// The same with the loop equations that repeat others, differentiated by these symbols.
     pub(super) fn by(formulated: &mut Formulated, signals: Vec<Symbol>) -> Self {
         let active = active(formulated);
-        let mut roots = roots(&mut formulated.equations, &active);
+        let mut roots = roots(formulated, &active);
         roots.push((RowBlock::Repeated, repeated(&formulated.equations, &active)));
-        Variation::of(&mut formulated.equations, active, roots, signals)
+        let outputs = names(&formulated.outputs);
+        Variation { outputs, ..Variation::of(&mut formulated.equations, active, roots, signals) }
     }
 
     /// Of the loops, the start and the switching functions only.
@@ -126,7 +130,7 @@ impl Variation {
             }
         }
         let lines = lines(equations);
-        Variation { roots, columns, places, derivatives, rows, coordinates, active, lines }
+        Variation { roots, columns, places, derivatives, rows, coordinates, active, lines, outputs: Vec::new() }
     }
 
     pub(super) fn active(&self) -> &[usize] {
@@ -243,7 +247,7 @@ impl Variation {
         let within =
             |group: RowBlock| Some(self.row(group)).filter(|range| range.contains(&row)).map(|range| row - range.start);
         if let Some(output) = within(RowBlock::Outputs) {
-            equations.system.mechanism.outputs[output].name.clone()
+            self.outputs.get(output).cloned().unwrap_or_default()
         } else if let Some(coordinate) = within(RowBlock::Motion) {
             match coordinate.checked_sub(equations.coordinates.len()) {
                 None => equations.coordinates[coordinate].name.position.clone(),
@@ -280,13 +284,17 @@ fn active(formulated: &Formulated) -> Vec<usize> {
     constraints.filter(|(_, constraint)| constraint.is_imposed()).map(|(row, _)| row).collect()
 }
 
-fn roots(equations: &mut Equations, active: &[usize]) -> Vec<(RowBlock, Vec<Expr>)> {
-    let mechanism: &Mechanism = &equations.system.mechanism.clone();
+fn names(outputs: &[Output]) -> Vec<String> {
+    outputs.iter().map(|output| output.name.clone()).collect()
+}
+
+fn roots(formulated: &mut Formulated, active: &[usize]) -> Vec<(RowBlock, Vec<Expr>)> {
+    let Formulated { equations, outputs, .. } = formulated;
     let mut roots = loops(equations, active);
     roots.extend([
         (RowBlock::Motion, motion(equations)),
         (RowBlock::Accelerations, active.iter().map(|&row| acceleration(equations, row)).collect()),
-        (RowBlock::Outputs, mechanism.outputs.iter().map(|output| equations.formula(&output.value)).collect()),
+        (RowBlock::Outputs, outputs.iter().map(|output| equations.formula(&output.value)).collect()),
     ]);
     roots
 }

@@ -8,20 +8,21 @@ mod student;
 mod written;
 
 use std::cell::OnceCell;
+use std::sync::Arc;
 
 use cotree::report::csv::Table;
 use cotree_fmu::model::State;
 use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
 
-use crate::analysis::{Along, AlongAt as At, Failure, Guess, Study, StudyError, Varying, is_finite};
+use crate::analysis::{Along, AlongAt as At, Differentiated, Failure, Guess, Study, StudyError, Varying, is_finite};
 use estimate::Estimates;
 pub(crate) use levenberg::Residuals;
 use levenberg::minimise;
 pub use levenberg::{Ended, Trial};
 use report::rows_left_out;
+use request::{Places, Weighed, too_few};
 pub use request::{Request, Vary};
-use request::{Weighed, too_few};
 pub(crate) use request::{bounds, check_times, places};
 pub use written::with_values;
 
@@ -45,18 +46,25 @@ pub struct Fit {
     pub quantities: Vec<Quantity>,
     /// Correlations of the errors of the quantities; none with one that is at its bound.
     pub correlation: DMatrix<f64>,
+    /// What was measured, for each experiment.
+    pub measured: Vec<Measured>,
+    /// How many motions were computed, with their derivatives.
+    pub evaluations: usize,
+    /// Why the search ended.
+    pub ended: Ended,
+    /// Guesses of the scene that are far from the start that fits best; of several experiments from that of the first.
+    pub guesses: Vec<Guess>,
+}
+
+/// What was measured in one experiment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measured {
     /// \[s\]
     pub times: Vec<f64>,
     /// Times at which something was measured that has no value or no derivative there in the first motion: they are left out \[s\].
     pub left_out: Vec<f64>,
-    /// What was measured.
+    /// Each variable.
     pub columns: Vec<Column>,
-    /// How often the motion was computed, with its derivatives.
-    pub evaluations: usize,
-    /// Why the search ended.
-    pub ended: Ended,
-    /// Guesses of the scene that are far from the start that fits best.
-    pub guesses: Vec<Guess>,
 }
 
 /// A fitted quantity, SI.
@@ -122,12 +130,13 @@ pub enum FitError {
     Undetermined(String),
 }
 
-/// Fits quantities of a scene to measured outputs; the scene has these outputs.
+/// Fits quantities of a scene to measured outputs. Each experiment has a study, with what was set, the inputs and the times of its own, and a table of the request, whose columns are
+/// outputs of that study.
 ///
 /// # Errors
 /// Something is wrong with the scene or with what is asked for, there is no motion at the start, or the measured values do not determine the quantities.
-pub fn fit(study: &mut Study, request: &Request) -> Result<Fit, FitError> {
-    fit_watched(study, request, &mut |_| true)
+pub fn fit(studies: &mut [Study], request: &Request) -> Result<Fit, FitError> {
+    fit_watched(studies, request, &mut |_| true)
 }
 
 /// The same; whoever watches is told of each trial, with its residuals in standard deviations, and says whether the search goes on. What is known by then is kept.
@@ -135,25 +144,35 @@ pub fn fit(study: &mut Study, request: &Request) -> Result<Fit, FitError> {
 /// # Errors
 /// Those of [`fit`].
 pub fn fit_watched(
-    study: &mut Study,
+    studies: &mut [Study],
     request: &Request,
     watch: &mut dyn FnMut(Trial) -> bool,
 ) -> Result<Fit, FitError> {
     let names: Vec<String> = request.vary.iter().map(|vary| vary.name.clone()).collect();
-    let (name, experiment) = (study.name().to_owned(), study.experiment());
-    study.varying(&names, |varying| {
-        let problem = match request.weighed(varying, experiment) {
-            Ok(weighed) => Problem { varying, table: &request.table, weighed, first: OnceCell::new() },
-            Err(faults) => return Ok(Err(FitError::Request(faults))),
-        };
-        problem.solve(name, watch)
-    })?
+    let own: Vec<Arc<Differentiated>> =
+        studies.iter_mut().map(|study| study.differentiated(&names)).collect::<Result<_, _>>()?;
+    let varying: Vec<Varying> = studies.iter().zip(&own).map(|(study, own)| study.varying_of(own)).collect();
+    let experiments: Vec<_> = varying.iter().zip(studies.iter().map(Study::experiment)).collect();
+    let weighed = request.weighed(&experiments).map_err(FitError::Request)?;
+    let experiments = varying.iter().zip(&request.tables).zip(weighed.tables.iter().cloned());
+    let experiments =
+        experiments.map(|((varying, table), places)| Experiment { varying, table, places, first: OnceCell::new() });
+    let problem = Problem { experiments: experiments.collect(), weighed };
+    let name = studies.first().map(|study| study.name().to_owned()).unwrap_or_default();
+    problem.solve(name, watch).map_err(StudyError::from)?
 }
 
+/// What is fitted.
 struct Problem<'a, 'f> {
+    experiments: Vec<Experiment<'a, 'f>>,
+    weighed: Weighed,
+}
+
+/// One motion, and what was measured in it.
+struct Experiment<'a, 'f> {
     varying: &'a Varying<'f>,
     table: &'a Table,
-    weighed: Weighed,
+    places: Places,
     first: OnceCell<First>,
 }
 
@@ -173,15 +192,14 @@ fn no_minimum(cause: &str) -> String {
 
 impl Problem<'_, '_> {
     fn solve(mut self, name: String, watch: &mut dyn FnMut(Trial) -> bool) -> Result<Result<Fit, FitError>, Failure> {
-        let parameters = self.varying.parameters();
-        let start: Vec<f64> = parameters.iter().map(|own| own.start).collect();
+        let start = self.start();
         let most = MOST_EVALUATIONS[0] + MOST_EVALUATIONS[1] * start.len();
-        let (mut values, mut evaluations, mut pose) = (start.clone(), 0, None);
+        let (mut values, mut evaluations, mut poses) = (start.clone(), 0, None);
         for _ in 0..ROUNDS {
             let weighed = &self.weighed;
-            let evaluate = |values: &[f64], from: Option<&State>| {
-                let Along { rows, start, .. } = self.motion(values, from.or(pose.as_ref()))?;
-                Ok((self.residuals(&rows, values.len()).by(weighed, self.kept()), start))
+            let evaluate = |values: &[f64], from: Option<&Vec<State>>| {
+                let motions = self.motions(values, from.or(poses.as_ref()))?;
+                Ok((self.residuals(&motions, values.len()).by(weighed, &self.kinds()), starts(motions)))
             };
             let found = minimise(&values, &weighed.bounds, most, evaluate, &mut *watch)?;
             (values, evaluations) = (found.values, evaluations + found.evaluations);
@@ -189,42 +207,102 @@ impl Problem<'_, '_> {
             if let Some(message) = blocked.or_else(|| self.too_few_left(start.len())) {
                 return Ok(Err(FitError::Undetermined(message)));
             }
-            let Along { rows, start: start_pose, .. } = self.motion(&values, Some(&found.beside))?;
-            let residuals = self.residuals(&rows, values.len());
+            let motions = self.motions(&values, Some(&found.beside))?;
+            let residuals = self.residuals(&motions, values.len());
             evaluations += 1;
-            let kept = self.kept().to_vec();
-            let change = self.weighed.estimate((&residuals, &kept), start.len());
+            let kinds = self.kinds();
+            let change = self.weighed.estimate((&residuals, &kinds), start.len());
             // Of a single column the weight has no influence.
             let is_last = self.weighed.deviations.len() == 1 || change < KNOWN;
             if !is_last && found.ended == Ended::Settled {
-                pose = Some(start_pose);
+                poses = Some(starts(motions));
                 continue;
             }
-            let guesses = self.varying.moved_guesses(&start_pose)?;
-            let scaled = residuals.by(&self.weighed, &kept);
-            let estimates = Estimates::new(&scaled, &values, &self.weighed, self.varying);
-            return Ok(estimates.map_err(FitError::Undetermined).map(|estimates| Fit {
+            let scaled = residuals.by(&self.weighed, &kinds);
+            let Some(first) = self.experiments.first() else { break };
+            let estimates = match Estimates::new(&scaled, &values, &self.weighed, first.varying) {
+                Ok(estimates) => estimates,
+                Err(message) => return Ok(Err(FitError::Undetermined(message))),
+            };
+            let guesses = motions.first().map(|motion| first.varying.moved_guesses(&motion.start)).transpose()?;
+            return Ok(Ok(Fit {
                 name,
-                quantities: estimates.quantities(&start, &values, self.varying),
+                quantities: estimates.quantities(&start, &values, first.varying),
                 correlation: estimates.correlation(start.len()),
-                times: self.table.times().to_vec(),
-                left_out: self.left_out(),
-                columns: self.columns(&rows),
-                evaluations,
+                measured: self
+                    .experiments
+                    .iter()
+                    .zip(&motions)
+                    .map(|(own, motion)| own.measured(&motion.rows, &self.weighed))
+                    .collect(),
+                evaluations: evaluations * self.experiments.len(),
                 ended: found.ended,
-                guesses,
+                guesses: guesses.unwrap_or_default(),
             }));
         }
         let message = "the standard deviations of the columns do not settle: give them (--sigma), or fit one column";
         Ok(Err(FitError::Undetermined(message.to_owned())))
     }
 
-    /// Says that the values that count are too few, if they are.
-    fn too_few_left(&self, quantities: usize) -> Option<String> {
-        let message = too_few(self.kept().len(), quantities)?;
-        Some(message + "; " + &rows_left_out(&self.left_out(), self.table.times().len())?)
+    /// Where the search begins: in all experiments at the same values.
+    fn start(&self) -> Vec<f64> {
+        let first = self.experiments.first().map_or(&[][..], |own| own.varying.parameters());
+        first.iter().map(|own| own.start).collect()
     }
 
+    /// The motion of each experiment with these values.
+    fn motions(&self, values: &[f64], from: Option<&Vec<State>>) -> Result<Vec<Along>, Failure> {
+        let motion = |(index, own): (usize, &Experiment)| {
+            let motion = own.motion(values, from.and_then(|poses| poses.get(index)));
+            motion.map_err(|cause| match self.experiments.len() {
+                1 => cause,
+                _ => Failure::Experiment { number: index + 1, cause: Box::new(cause) },
+            })
+        };
+        self.experiments.iter().enumerate().map(motion).collect()
+    }
+
+    /// Says that the values that count are too few, if they are.
+    fn too_few_left(&self, quantities: usize) -> Option<String> {
+        let message = too_few(self.experiments.iter().map(|own| own.kept().len()).sum(), quantities)?;
+        let left_out: Vec<f64> = self.experiments.iter().flat_map(Experiment::left_out).collect();
+        Some(
+            message
+                + "; "
+                + &rows_left_out(&left_out, self.experiments.iter().map(|own| own.table.times().len()).sum())?,
+        )
+    }
+
+    /// The kind of each value that counts, in the order of the residuals.
+    fn kinds(&self) -> Vec<usize> {
+        let kinds =
+            |own: &Experiment| own.kept().iter().map(|&(_, column)| own.places.kinds[column]).collect::<Vec<_>>();
+        self.experiments.iter().flat_map(kinds).collect()
+    }
+
+    /// Simulated less measured values, SI: of each value that counts, experiment by experiment and row by row.
+    fn residuals(&self, motions: &[Along], quantities: usize) -> Residuals {
+        let count = self.experiments.iter().map(|own| own.kept().len()).sum();
+        let mut residuals = Residuals { values: DVector::zeros(count), derivatives: DMatrix::zeros(count, quantities) };
+        let mut index = 0;
+        for (own, motion) in self.experiments.iter().zip(motions) {
+            for &(row, column) in own.kept() {
+                let ((outputs, derivatives), place) = (&motion.rows[row], own.places.outputs[column]);
+                residuals.values[index] = outputs[place] - own.table.column(column)[row];
+                residuals.derivatives.row_mut(index).copy_from(&derivatives.row(place));
+                index += 1;
+            }
+        }
+        residuals
+    }
+}
+
+/// How motions began.
+fn starts(motions: Vec<Along>) -> Vec<State> {
+    motions.into_iter().map(|motion| motion.start).collect()
+}
+
+impl Experiment<'_, '_> {
     /// The motion with these values. It starts on the branch on which another one does: where lengths move far the guesses of the scene are near no branch, or another one.
     fn motion(&self, values: &[f64], from: Option<&State>) -> Result<Along, Failure> {
         let most = self.first.get().map_or(u64::MAX, |first| DEAREST.saturating_mul(first.work));
@@ -237,9 +315,9 @@ impl Problem<'_, '_> {
     fn judge(&self, found: &Along) -> Result<(), Failure> {
         let is_missing = |&&(row, column): &&(usize, usize)| {
             let (values, derivatives) = &found.rows[row];
-            !is_finite(values, derivatives, self.weighed.places[column])
+            !is_finite(values, derivatives, self.places.outputs[column])
         };
-        let measured = &self.weighed.measured;
+        let measured = &self.places.measured;
         let kept = || measured.iter().filter(|place| !is_missing(place)).copied().collect();
         let First { kept, .. } = self.first.get_or_init(|| First { work: found.work, kept: kept() });
         let lost = kept.iter().find(is_missing).or(if kept.is_empty() { measured.first() } else { None });
@@ -254,47 +332,40 @@ impl Problem<'_, '_> {
 
     /// The times of measured values that do not count.
     fn left_out(&self) -> Vec<f64> {
-        let others = self.weighed.measured.iter().filter(|place| self.kept().binary_search(place).is_err());
+        let others = self.places.measured.iter().filter(|place| self.kept().binary_search(place).is_err());
         let mut rows: Vec<usize> = others.map(|&(row, _)| row).collect();
         rows.dedup();
         rows.into_iter().map(|row| self.table.times()[row]).collect()
     }
 
-    /// Simulated less measured values, SI: of each value that counts, row by row.
-    fn residuals(&self, rows: &[At], quantities: usize) -> Residuals {
-        let count = self.kept().len();
-        let mut residuals = Residuals { values: DVector::zeros(count), derivatives: DMatrix::zeros(count, quantities) };
-        for (index, &(row, column)) in self.kept().iter().enumerate() {
-            let ((outputs, derivatives), place) = (&rows[row], self.weighed.places[column]);
-            residuals.values[index] = outputs[place] - self.table.column(column)[row];
-            residuals.derivatives.row_mut(index).copy_from(&derivatives.row(place));
-        }
-        residuals
-    }
-
-    fn columns(&self, rows: &[At]) -> Vec<Column> {
+    /// Beside the motion that fits best.
+    fn measured(&self, rows: &[At], weighed: &Weighed) -> Measured {
         let units: Vec<String> = self.varying.outputs().map(|(_, unit)| unit.si.clone()).collect();
         let column = |(index, name): (usize, &String)| {
+            let output = self.places.outputs[index];
             let measured = self.table.column(index).to_vec();
             let value = |(row, (outputs, _)): (usize, &At)| {
                 let is_left_out = !measured[row].is_nan() && self.kept().binary_search(&(row, index)).is_err();
-                if is_left_out { f64::NAN } else { outputs[self.weighed.places[index]] }
+                if is_left_out { f64::NAN } else { outputs[output] }
             };
             let fitted = rows.iter().enumerate().map(value).collect();
-            let (deviation, is_given) = self.weighed.deviations[index];
-            let unit = units[self.weighed.places[index]].clone();
-            Column { name: name.clone(), unit, measured, fitted, deviation, is_given }
+            let (deviation, is_given) = weighed.deviations[self.places.kinds[index]];
+            Column { name: name.clone(), unit: units[output].clone(), measured, fitted, deviation, is_given }
         };
-        self.table.names().iter().enumerate().map(column).collect()
+        Measured {
+            times: self.table.times().to_vec(),
+            left_out: self.left_out(),
+            columns: self.table.names().iter().enumerate().map(column).collect(),
+        }
     }
 }
 
 impl Residuals {
-    /// In standard deviations of their columns.
-    fn by(&self, weighed: &Weighed, kept: &[(usize, usize)]) -> Residuals {
+    /// In standard deviations of their kinds.
+    fn by(&self, weighed: &Weighed, kinds: &[usize]) -> Residuals {
         let mut scaled = self.clone();
-        for (row, (_, column)) in kept.iter().enumerate() {
-            let (deviation, _) = weighed.deviations[*column];
+        for (row, kind) in kinds.iter().enumerate() {
+            let (deviation, _) = weighed.deviations[*kind];
             scaled.values[row] /= deviation;
             scaled.derivatives.row_mut(row).scale_mut(1.0 / deviation);
         }

@@ -6,7 +6,7 @@ use cotree::report::data::{Cell, Report, Table, number, plain, unit};
 use cotree::{line, row};
 use serde_json::{Value, json};
 
-use super::{Column, Ended, Fit, Quantity};
+use super::{Column, Ended, Fit, Measured, Quantity};
 
 /// Correlations are known to this at best: they have four decimals.
 const CORRELATION: f64 = 0.01;
@@ -21,7 +21,8 @@ pub(super) fn rows_left_out(left_out: &[f64], all: usize) -> Option<String> {
 
 impl Fit {
     pub fn report(&self) -> Report {
-        let (quantities, values) = (self.quantities.len(), self.columns.iter().map(Column::count).sum::<usize>());
+        let columns = self.measured.iter().flat_map(|own| &own.columns);
+        let (quantities, values) = (self.quantities.len(), columns.map(Column::count).sum::<usize>());
         let ended = match self.ended {
             Ended::Settled => "at a minimum: no step makes the residuals smaller",
             Ended::Exhausted => "without a minimum: as many motions as are permitted were computed",
@@ -33,12 +34,23 @@ impl Fit {
             search +=
                 &format!("\nthe start has moved away from what is guessed of {names}; -o writes it with the values");
         }
-        search += &rows_left_out(&self.left_out, self.times.len()).map(|said| format!("\n{said}")).unwrap_or_default();
+        for (index, own) in self.measured.iter().enumerate() {
+            let of = if self.measured.len() > 1 { format!("experiment {}: ", index + 1) } else { String::new() };
+            search +=
+                &rows_left_out(&own.left_out, own.times.len()).map(|said| format!("\n{of}{said}")).unwrap_or_default();
+        }
+        let several = match self.measured.len() {
+            1 => String::new(),
+            count => format!(" of {count} experiments"),
+        };
         Report {
             tables: vec![self.estimates(), self.correlations(), self.residuals()],
             notes: row![search],
             data: self.data(),
-            ..Report::new(row![format!("{}: {quantities} of its values fitted to {values} measured ones", self.name)])
+            ..Report::new(row![format!(
+                "{}: {quantities} of its values fitted to {values} measured ones{several}",
+                self.name
+            )])
         }
     }
 
@@ -63,13 +75,16 @@ impl Fit {
     }
 
     fn residuals(&self) -> Table {
-        let row = |own: &Column| {
+        let row = |(experiment, own): (usize, &Column)| {
             let [rms, deviation] = [own.rms(), own.deviation].map(|value| number(value, &own.unit));
             let given = if own.is_given { " (given)" } else { "" };
-            row![own.name, own.count(), rms, deviation, line![unit(&own.unit), given]]
+            let name = if self.measured.len() > 1 { format!("{} ({experiment})", own.name) } else { own.name.clone() };
+            row![name, own.count(), rms, deviation, line![unit(&own.unit), given]]
         };
         let columns = row!["measured", "values", "residual RMS", "std. deviation", "unit"];
-        Table::new(columns, self.columns.iter().map(row))
+        let measured = self.measured.iter().enumerate();
+        let all = measured.flat_map(|(index, own)| own.columns.iter().map(move |column| (index + 1, column)));
+        Table::new(columns, all.map(row))
     }
 
     fn data(&self) -> Value {
@@ -78,21 +93,36 @@ impl Fit {
             json!({ "name": own.name, "unit": own.unit, "start": own.start, "value": own.value, "error": own.error,
                     "limits": own.limits, "correlation": correlation })
         };
-        let column = |own: &Column| {
-            let residuals: Value = own.measured.iter().zip(&own.fitted).map(|(own, fitted)| own - fitted).collect();
-            json!({ "name": own.name, "unit": own.unit, "rms": own.rms(), "deviation": own.deviation,
-                    "given": own.is_given, "fitted": own.fitted, "residuals": residuals })
-        };
         let ended = match self.ended {
             Ended::Settled => "minimum",
             Ended::Exhausted => "evaluations",
             Ended::Stopped => "stopped",
         };
-        json!({
-            "name": self.name, "ended": ended, "evaluations": self.evaluations, "times": self.times, "left_out": self.left_out,
+        let mut data = json!({
+            "name": self.name, "ended": ended, "evaluations": self.evaluations,
             "guesses": self.guesses.iter().map(|own| json!({ "name": own.name, "unit": own.unit.si, "guess": own.guessed, "found": own.found })).collect::<Value>(),
             "quantities": self.quantities.iter().enumerate().map(quantity).collect::<Value>(),
-            "columns": self.columns.iter().map(column).collect::<Value>(),
-        })
+        });
+        match self.measured.as_slice() {
+            [one] => {
+                if let (Value::Object(data), Value::Object(own)) = (&mut data, one.data()) {
+                    data.extend(own);
+                }
+            }
+            all => data["experiments"] = all.iter().map(Measured::data).collect(),
+        }
+        data
+    }
+}
+
+impl Measured {
+    fn data(&self) -> Value {
+        let column = |own: &Column| {
+            let residuals: Value = own.measured.iter().zip(&own.fitted).map(|(own, fitted)| own - fitted).collect();
+            json!({ "name": own.name, "unit": own.unit, "rms": own.rms(), "deviation": own.deviation,
+                    "given": own.is_given, "fitted": own.fitted, "residuals": residuals })
+        };
+        let columns: Value = self.columns.iter().map(column).collect();
+        json!({ "times": self.times, "left_out": self.left_out, "columns": columns })
     }
 }

@@ -12,8 +12,8 @@ use crate::analysis::{Varied, Varying};
 /// What is to be fitted to what.
 #[derive(Clone, Debug)]
 pub struct Request {
-    /// What was measured: columns named like outputs.
-    pub table: Table,
+    /// What was measured, a table for each experiment: columns named like outputs. Columns of one name have one standard deviation.
+    pub tables: Vec<Table>,
     /// What is varied.
     pub vary: Vec<Vary>,
     /// Standard deviations of columns, as far as they are known: a number (SI) or a number with its unit.
@@ -50,56 +50,116 @@ impl Vary {
 pub(super) struct Weighed {
     /// Of each quantity, SI.
     pub bounds: Vec<[f64; 2]>,
+    pub tables: Vec<Places>,
+    /// The standard deviation of each kind of column \[SI\], and whether it was given.
+    pub deviations: Vec<(f64, bool)>,
+    /// The extent of each kind, SI.
+    extents: Vec<f64>,
+}
+
+/// Where the values of a table belong.
+#[derive(Clone, Debug)]
+pub(super) struct Places {
     /// The output of each column.
-    pub places: Vec<usize>,
+    pub outputs: Vec<usize>,
+    /// Its kind: columns of one name are of one kind, in all experiments.
+    pub kinds: Vec<usize>,
     /// Row and column of each value that was measured, row by row.
     pub measured: Vec<(usize, usize)>,
-    /// The standard deviation of each column \[SI\], and whether it was given.
-    pub deviations: Vec<(f64, bool)>,
-    /// The extent of each column, SI.
-    extents: Vec<f64>,
 }
 
 impl Request {
     /// Everything that is wrong is said.
-    pub(super) fn weighed(&self, varying: &Varying, experiment: Experiment) -> Result<Weighed, Vec<String>> {
+    pub(super) fn weighed(&self, experiments: &[(&Varying, Experiment)]) -> Result<Weighed, Vec<String>> {
+        let Some((first, _)) = experiments.first() else { return Err(vec!["nothing was measured".to_owned()]) };
+        if experiments.len() != self.tables.len() {
+            return Err(vec![format!("{} experiments with {} tables", experiments.len(), self.tables.len())]);
+        }
         let mut faults = Vec::new();
-        let bounds = bounds(&self.vary, varying.parameters(), &mut faults);
-        let places = places(&self.table, varying, &mut faults);
-        check_times(&self.table, experiment, &mut faults);
-        let measured = measured(&self.table);
-        let empty = (0..self.table.names().len()).filter(|column| measured.iter().all(|(_, own)| own != column));
-        faults.extend(empty.map(|column| format!("the column `{}` has no value", self.table.names()[column])));
-        let (values, quantities) = (measured.len(), self.vary.len());
-        if !self.table.names().is_empty() {
+        let bounds = bounds(&self.vary, first.parameters(), &mut faults);
+        let kinds = self.kinds();
+        let mut tables = Vec::with_capacity(experiments.len());
+        for (index, (table, (varying, experiment))) in self.tables.iter().zip(experiments).enumerate() {
+            let mut own = Vec::new();
+            let outputs = places(table, varying, &mut own);
+            check_times(table, *experiment, &mut own);
+            own.extend(differing(varying.parameters(), first.parameters()));
+            let measured = measured(table);
+            let empty = (0..table.names().len()).filter(|column| measured.iter().all(|(_, own)| own != column));
+            own.extend(empty.map(|column| format!("the column `{}` has no value", table.names()[column])));
+            let kind = |name: &String| kinds.iter().position(|own| *own == name).unwrap_or_default();
+            tables.push(Places { outputs, kinds: table.names().iter().map(kind).collect(), measured });
+            let several =
+                |fault| if experiments.len() > 1 { format!("experiment {}: {fault}", index + 1) } else { fault };
+            faults.extend(own.into_iter().map(several));
+        }
+        let (values, quantities) = (tables.iter().map(|own| own.measured.len()).sum(), self.vary.len());
+        if !kinds.is_empty() {
             faults.extend(too_few(values, quantities));
         }
-        let extents: Vec<f64> = (0..self.table.names().len()).map(|column| extent(self.table.column(column))).collect();
+        let extents: Vec<f64> = kinds.iter().map(|kind| self.extent(kind)).collect();
         let mut deviations: Vec<(f64, bool)> = extents.iter().map(|&extent| (extent, false)).collect();
         for (name, text) in &self.deviations {
-            match self.deviation(varying, name, text) {
-                Ok((column, deviation)) => deviations[column] = (deviation, true),
+            match deviation(&kinds, experiments, name, text) {
+                Ok((kind, deviation)) => deviations[kind] = (deviation, true),
                 Err(message) => faults.push(message),
             }
         }
-        if faults.is_empty() { Ok(Weighed { bounds, places, measured, deviations, extents }) } else { Err(faults) }
+        if faults.is_empty() { Ok(Weighed { bounds, tables, deviations, extents }) } else { Err(faults) }
     }
 
-    /// The column, and its standard deviation.
-    fn deviation(&self, varying: &Varying, name: &str, text: &str) -> Result<(usize, f64), String> {
-        let names = self.table.names();
-        let Some(column) = names.iter().position(|own| own == name) else {
-            return Err(format!(
-                "there is no column `{name}`; {}",
-                suggest::known(name, names.iter().map(String::as_str))
-            ));
-        };
-        let unit = varying.outputs().find(|(own, _)| *own == name).map(|(_, unit)| unit.clone()).unwrap_or_default();
-        let value = quantity(text, &unit).map_err(|message| format!("`{name}={text}`: {message}"))?;
-        match value > 0.0 && value.is_finite() {
-            true => Ok((column, value)),
-            false => Err(format!("`{name}={text}`: a standard deviation is above zero")),
+    /// The names of all columns, each once.
+    fn kinds(&self) -> Vec<&String> {
+        let mut kinds: Vec<&String> = Vec::new();
+        for name in self.tables.iter().flat_map(Table::names) {
+            if !kinds.contains(&name) {
+                kinds.push(name);
+            }
         }
+        kinds
+    }
+
+    /// How far apart the values of a name are.
+    fn extent(&self, kind: &str) -> f64 {
+        let column = |table: &Table| {
+            let place = table.names().iter().position(|own| own == kind);
+            place.map_or_else(Vec::new, |place| table.column(place).to_vec())
+        };
+        extent(&self.tables.iter().flat_map(column).collect::<Vec<f64>>())
+    }
+}
+
+/// What is varied is the same in all experiments: none may set it otherwise.
+fn differing(parameters: &[Varied], first: &[Varied]) -> Vec<String> {
+    let differs = parameters.iter().zip(first).filter(|(own, first)| own.start != first.start);
+    let told = |(own, first): (&Varied, &Varied)| {
+        let [start, other] = [own, first].map(|own| own.start);
+        format!(
+            "`{}` is varied, but set to {start:?} {unit} here and to {other:?} {unit} in the first one",
+            own.name,
+            unit = own.unit.si
+        )
+    };
+    differs.map(told).collect()
+}
+
+/// The kind of a column, and its standard deviation.
+fn deviation(
+    kinds: &[&String],
+    experiments: &[(&Varying, Experiment)],
+    name: &str,
+    text: &str,
+) -> Result<(usize, f64), String> {
+    let Some(kind) = kinds.iter().position(|own| *own == name) else {
+        let known = suggest::known(name, kinds.iter().map(|own| own.as_str()));
+        return Err(format!("there is no column `{name}`; {known}"));
+    };
+    let mut outputs = experiments.iter().flat_map(|(varying, _)| varying.outputs());
+    let unit = outputs.find(|(own, _)| *own == name).map(|(_, unit)| unit.clone()).unwrap_or_default();
+    let value = quantity(text, &unit).map_err(|message| format!("`{name}={text}`: {message}"))?;
+    match value > 0.0 && value.is_finite() {
+        true => Ok((kind, value)),
+        false => Err(format!("`{name}={text}`: a standard deviation is above zero")),
     }
 }
 
@@ -167,21 +227,21 @@ pub(crate) fn check_times(table: &Table, Experiment { start, stop, .. }: Experim
 }
 
 impl Weighed {
-    /// Estimates the standard deviations that were not given from the residuals, with row and column of each; the largest change, as a share.
-    pub fn estimate(&mut self, (residuals, kept): (&Residuals, &[(usize, usize)]), quantities: usize) -> f64 {
-        let all = kept.len();
+    /// Estimates the standard deviations that were not given from the residuals, with the kind of each; the largest change, as a share.
+    pub fn estimate(&mut self, (residuals, kinds): (&Residuals, &[usize]), quantities: usize) -> f64 {
+        let all = kinds.len();
         let mut change: f64 = 0.0;
-        for (column, (deviation, is_given)) in self.deviations.iter_mut().enumerate() {
+        for (kind, (deviation, is_given)) in self.deviations.iter_mut().enumerate() {
             if *is_given {
                 continue;
             }
-            let own = residuals.values.iter().zip(kept).filter(|(_, (_, place))| *place == column);
+            let own = residuals.values.iter().zip(kinds).filter(|(_, own)| **own == kind);
             let (count, squares) = own.fold((0, 0.0), |(count, sum), (value, _)| (count + 1, sum + value * value));
             if count == 0 {
                 continue;
             }
             let degrees = f64::from(count) * (1.0 - quantities as f64 / all as f64);
-            let estimated = (squares / degrees).sqrt().max(LEAST * self.extents[column]);
+            let estimated = (squares / degrees).sqrt().max(LEAST * self.extents[kind]);
             change = change.max((estimated / *deviation - 1.0).abs());
             *deviation = estimated;
         }

@@ -107,25 +107,26 @@ pub fn moves(driver: &Part, (id, motion): (JointId, Derivatives), joint: &Part) 
     beside && motion_by(driver.component().name) == motion
 }
 
-/// What is driven: a mechanism without what the input replaces, whose outputs are what is looked at, and the text that it came from.
+/// What is driven: a mechanism without what the input replaces, what is looked at in it, and the text that it came from.
 #[derive(Clone, Debug)]
 pub struct Moved {
     pub mechanism: Mechanism,
+    pub watched: Vec<Output>,
     pub source: Source,
 }
 
 impl Moved {
-    fn compiled(&self, mechanism: Mechanism) -> Result<Compiled, Faults> {
-        let resolved = Resolved { mechanism, warnings: Vec::new() };
+    fn compiled(&self, outputs: Vec<Output>) -> Result<Compiled, Faults> {
+        let resolved = Resolved { mechanism: self.mechanism.clone(), outputs, warnings: Vec::new() };
         compile_resolved(resolved, &self.source).map(|(compiled, _)| compiled)
     }
 }
 
 /// The mechanism driven from a place on, forwards or backwards.
-pub fn driven(mechanism: &Mechanism, drive: &Drive, from: f64, direction: f64) -> Mechanism {
+pub fn driven(moved: &Moved, drive: &Drive, from: f64, direction: f64) -> Moved {
     let rate = Formula::Number(direction * drive.pace());
-    let mut driven = driven_by(mechanism, drive, Formula::Number(from) + rate * Formula::Time);
-    driven.experiment = begun(driven.experiment);
+    let mut driven = driven_by(moved, drive, Formula::Number(from) + rate * Formula::Time);
+    driven.mechanism.experiment = begun(driven.mechanism.experiment);
     driven
 }
 
@@ -135,30 +136,32 @@ fn begun(experiment: Experiment) -> Experiment {
 }
 
 /// The driven mechanism until its input has gone this way.
-fn lasting(mut driven: Mechanism, drive: &Drive, way: f64) -> Mechanism {
+fn lasting(mut driven: Moved, drive: &Drive, way: f64) -> Moved {
     let stop = way / drive.pace();
-    driven.experiment = Experiment { stop, step: stop, ..driven.experiment };
+    driven.mechanism.experiment = Experiment { stop, step: stop, ..driven.mechanism.experiment };
     driven
 }
 
 /// The mechanism whose input follows a law. Rates follow from the drive; positions pick the assembly.
-fn driven_by(mechanism: &Mechanism, drive: &Drive, law: Formula) -> Mechanism {
+fn driven_by(moved: &Moved, drive: &Drive, law: Formula) -> Moved {
+    let mechanism = &moved.mechanism;
     let joint = &mechanism.joints[drive.joint.0];
     let moves_it = |driver: &Part| moves(driver, (drive.joint, drive.motion), joint);
     let driver = match drive.motion {
         SLIDING => Part::displacement_driver(DRIVER, (drive.joint, joint), law),
         _ => Part::angle_driver(DRIVER, (drive.joint, joint), law),
     };
-    mechanism.without_drivers(moves_it).guessed().driven(driver)
+    let (left, watched) = mechanism.without_drivers(&moved.watched, moves_it);
+    Moved { mechanism: left.guessed().driven(driver), watched, source: moved.source.clone() }
 }
 
 /// What is asked of a driven mechanism: what is looked at, all motions and reactions, and what the drive exerts.
-fn asked(driven: &Mechanism, drive: &Drive) -> Vec<Output> {
-    let watched = driven.outputs.iter().map(|output| output.name.as_str());
-    let mut there: HashSet<String> = watched.map(str::to_owned).collect();
-    let driver = driven.drivers.last().map(|driver| Variable { owner: driver.owner, quantity: effort(drive) });
-    let all = variables(driven).into_iter().chain(driver).map(|variable| driven.output(variable));
-    driven.outputs.iter().cloned().chain(all.filter(|output| there.insert(output.name.clone()))).collect()
+fn asked(driven: &Moved, drive: &Drive) -> Vec<Output> {
+    let Moved { mechanism, watched, .. } = driven;
+    let mut there: HashSet<String> = watched.iter().map(|output| output.name.clone()).collect();
+    let driver = mechanism.drivers.last().map(|driver| Variable { owner: driver.owner, quantity: effort(drive) });
+    let all = variables(mechanism).into_iter().chain(driver).map(|variable| mechanism.output(variable));
+    watched.iter().cloned().chain(all.filter(|output| there.insert(output.name.clone()))).collect()
 }
 
 /// The names of the motions and reactions that are asked for.
@@ -195,20 +198,18 @@ struct Driven {
 
 impl Driven {
     /// Efforts are left out if the mechanism lacks masses for them, or where those at rest are asked for.
-    fn new(moved: &Moved, driven: &Mechanism, drive: &Drive) -> Result<Driven, SimulateError> {
-        let outputs = asked(driven, drive);
-        match (drive.speed != 0.0).then(|| moved.compiled(driven.asking(outputs))) {
+    fn new(driven: &Moved, drive: &Drive) -> Result<Driven, SimulateError> {
+        match (drive.speed != 0.0).then(|| driven.compiled(asked(driven, drive))) {
             Some(Err(faults)) if !lacks_masses(&faults) => Err(faults.into()),
             Some(Ok(compiled)) => Driven::of(compiled, drive),
-            Some(Err(_)) | None => Driven::of_motion(moved, driven, drive),
+            Some(Err(_)) | None => Driven::of_motion(driven, drive),
         }
     }
 
     /// Without efforts.
-    fn of_motion(moved: &Moved, driven: &Mechanism, drive: &Drive) -> Result<Driven, SimulateError> {
-        let is_motion = |output: &Output| !is_effort(driven, &output.name) && output.name != effort(drive).of(DRIVER);
-        let motions = asked(driven, drive).into_iter().filter(is_motion).collect();
-        Driven::of(moved.compiled(driven.asking(motions))?, drive)
+    fn of_motion(driven: &Moved, drive: &Drive) -> Result<Driven, SimulateError> {
+        let motions = asked(driven, drive).into_iter().filter(|output| !is_effort(&driven.mechanism, output)).collect();
+        Driven::of(driven.compiled(motions)?, drive)
     }
 
     fn of(compiled: Compiled, drive: &Drive) -> Result<Driven, SimulateError> {
@@ -245,36 +246,38 @@ fn effort(drive: &Drive) -> Quantity {
 /// # Errors
 /// The driven mechanism is at fault.
 pub fn lacking(moved: &Moved, drive: &Drive) -> Result<Vec<String>, Faults> {
-    let driven = driven(&moved.mechanism, drive, drive.start, 1.0);
-    let driven = driven.asking(asked(&driven, drive));
-    let lacking = formulate::lacking(&driven).map_err(|list| Faults::new(moved.source.clone(), list))?;
+    let driven = driven(moved, drive, drive.start, 1.0);
+    let outputs = asked(&driven, drive);
+    let lacking =
+        formulate::lacking(&driven.mechanism, &outputs).map_err(|list| Faults::new(moved.source.clone(), list))?;
     // Of each effort one body is named; a mass that is missing is missing for some.
     let needed: BTreeSet<usize> = lacking.into_iter().map(|(_, body, _)| body).collect();
     let lacks = |(index, body): &(usize, &Body)| needed.contains(index) || !needed.is_empty() && body.mass.is_none();
-    Ok(driven.bodies.iter().enumerate().filter(lacks).map(|(_, body)| body.name.to_string()).collect())
+    Ok(driven.mechanism.bodies.iter().enumerate().filter(lacks).map(|(_, body)| body.name.to_string()).collect())
 }
 
 /// Does the drive determine the motion?
 pub fn is_determined(moved: &Moved, drive: &Drive) -> bool {
-    let driven = driven(&moved.mechanism, drive, drive.start, 1.0);
-    let outputs = asked(&driven, drive);
-    moved.compiled(driven.asking(outputs)).is_ok()
+    let driven = driven(moved, drive, drive.start, 1.0);
+    driven.compiled(asked(&driven, drive)).is_ok()
 }
 
 fn lacks_masses(faults: &Faults) -> bool {
     faults.list.iter().any(|fault| fault.code == "scene::missing_mass")
 }
 
-fn is_effort(mechanism: &Mechanism, name: &str) -> bool {
-    let Some((owner, word)) = name.rsplit_once('.') else { return false };
-    let joint = mechanism.joints.iter().find(|joint| joint.name == owner);
-    let quantity = joint.and_then(|joint| joint.component().variables.iter().find(|quantity| quantity.word() == word));
-    quantity.is_some_and(|quantity| quantity.class() == Class::Effort)
+/// Is it an effort of a joint, or of the driver that moves the input?
+fn is_effort(driven: &Mechanism, output: &Output) -> bool {
+    let drives = |owner: Owner| driven.drivers.last().is_some_and(|driver| driver.owner == owner);
+    driven.variable_of(output).is_some_and(|variable| {
+        let Variable { owner, quantity } = variable;
+        quantity.class() == Class::Effort && (matches!(owner, Owner::Joint(_)) || drives(owner))
+    })
 }
 
 /// One turn or the range, with one more load if there is one.
 pub fn sample(moved: &Moved, drive: &Drive, load: Option<Part>) -> Result<Table, SimulateError> {
-    let loaded = load.map(|load| Moved { mechanism: moved.mechanism.loaded(load), source: moved.source.clone() });
+    let loaded = load.map(|load| Moved { mechanism: moved.mechanism.loaded(load), ..moved.clone() });
     let moved = loaded.as_ref().unwrap_or(moved);
     let table = match drive.range {
         None => turn(moved, drive),
@@ -290,14 +293,15 @@ pub fn sample(moved: &Moved, drive: &Drive, load: Option<Part>) -> Result<Table,
 /// What acts in each pose of a table while nothing moves, and what else is looked at. Where time matters it is that of the start.
 fn at_rest(moved: &Moved, drive: &Drive, table: &Table) -> Result<HashMap<String, Vec<f64>>, SimulateError> {
     let mechanism = &moved.mechanism;
-    let effort = effort(drive).of(DRIVER);
-    let is_watched = |name: &str| mechanism.outputs.iter().any(|output| output.name == name);
-    let is_wanted = |name: &str| is_watched(name) || name == effort || is_effort(mechanism, name);
     let (still, input) = mechanism.with_input(PLACE, Unit::default(), table.input(0));
-    let mut still = driven_by(&still, drive, Formula::Input(input));
-    still = still.posed(|variable| Some(*table.columns.get(&mechanism.variable_name(variable))?.first()?));
-    still.experiment = begun(still.experiment);
-    let compiled = moved.compiled(still.asking(asked(&still, drive)))?;
+    let mut still = driven_by(&Moved { mechanism: still, ..moved.clone() }, drive, Formula::Input(input));
+    let first = |variable| Some(*table.columns.get(&mechanism.variable_name(variable))?.first()?);
+    still.mechanism = still.mechanism.posed(first);
+    still.mechanism.experiment = begun(still.mechanism.experiment);
+    let outputs = asked(&still, drive);
+    let is_wanted = |output: &&Output| moved.watched.contains(output) || is_effort(&still.mechanism, output);
+    let wanted: HashSet<String> = outputs.iter().filter(is_wanted).map(|output| output.name.clone()).collect();
+    let compiled = still.compiled(outputs)?;
     let model = Arc::new(Model::new(compiled.program.clone()).map_err(RunError::from)?);
     if !model.is_driven() {
         let what = "where nothing moves forces are those of a rest only if the input determines the whole pose: give a speed, or hold what else can move";
@@ -305,7 +309,7 @@ fn at_rest(moved: &Moved, drive: &Drive, table: &Table) -> Result<HashMap<String
     }
     let variables = &compiled.description.variables;
     let named = |index: usize| (index, variables[index].name.clone());
-    let reported = compiled.reported().into_iter().map(named).filter(|(_, name)| is_wanted(name));
+    let reported = compiled.reported().into_iter().map(named).filter(|(_, name)| wanted.contains(name));
     let reported: Vec<(usize, String)> = reported.collect();
     let mut instance = Instance::new(model);
     let mut columns: HashMap<String, Vec<f64>> = reported.iter().map(|(_, name)| (name.clone(), Vec::new())).collect();
@@ -341,8 +345,8 @@ fn turn(moved: &Moved, drive: &Drive) -> Result<Table, SimulateError> {
     let beside = if drive.between { 0.5 * step } else { 0.0 };
     let first = ((drive.start - beside) / shown - 1e-9).ceil();
     let begin = first * shown + beside;
-    let driven = lasting(driven(&moved.mechanism, drive, begin, 1.0), drive, TAU);
-    let mut columns = Driven::new(moved, &driven, drive)?.run(step, count as f64)?;
+    let driven = lasting(driven(moved, drive, begin, 1.0), drive, TAU);
+    let mut columns = Driven::new(&driven, drive)?.run(step, count as f64)?;
     let periodic = closes(&columns, &moved.mechanism, count);
     if !periodic {
         return Ok(Table { grid: [begin, step], periodic, columns });
@@ -393,13 +397,14 @@ fn stroke(moved: &Moved, drive: &Drive, [from, to]: [f64; 2]) -> Result<Table, S
     let count = drive.shown * drive.fineness;
     let step = (to - from) / count as f64;
     let way = from - drive.start;
-    let mut there = lasting(driven(mechanism, drive, from, drive.direction()), drive, (to - from).abs());
+    let mut there = lasting(driven(moved, drive, from, drive.direction()), drive, (to - from).abs());
     if way.abs() > AT_ONCE * step.abs() {
-        let approach = lasting(driven(mechanism, drive, drive.start, way.signum()), drive, way.abs());
-        let columns = Driven::of_motion(moved, &approach, drive)?.run(way.abs(), 1.0)?;
-        there = there.posed(|variable| columns.get(&mechanism.variable_name(variable))?.last().copied());
+        let approach = lasting(driven(moved, drive, drive.start, way.signum()), drive, way.abs());
+        let columns = Driven::of_motion(&approach, drive)?.run(way.abs(), 1.0)?;
+        let last = |variable| columns.get(&mechanism.variable_name(variable))?.last().copied();
+        there.mechanism = there.mechanism.posed(last);
     }
-    let columns = Driven::new(moved, &there, drive)?.run(step.abs(), count as f64)?;
+    let columns = Driven::new(&there, drive)?.run(step.abs(), count as f64)?;
     Ok(Table { grid: [from, step], periodic: false, columns })
 }
 
@@ -419,8 +424,7 @@ pub fn size(mechanism: &Mechanism) -> f64 {
 /// # Errors
 /// The motion cannot be found or continued.
 pub fn change_points(moved: &Moved, drive: &Drive) -> Result<Vec<f64>, SimulateError> {
-    let driven = driven(&moved.mechanism, drive, drive.start, 1.0);
-    let compiled = moved.compiled(driven.asking(Vec::new()))?;
+    let compiled = driven(moved, drive, drive.start, 1.0).compiled(Vec::new())?;
     let model = Arc::new(Model::new(compiled.program).map_err(RunError::from)?);
     let place = |time: f64| (drive.start + drive.pace() * time).rem_euclid(TAU);
     let turned = || {
@@ -442,8 +446,8 @@ pub fn reach(moved: &Moved, drive: &Drive, direction: f64, most: f64) -> Result<
     if most <= 0.0 {
         return Ok(0.0);
     }
-    let driven = lasting(driven(&moved.mechanism, drive, drive.start, direction), drive, most);
-    let driven = Driven::new(moved, &driven, drive)?;
+    let driven = lasting(driven(moved, drive, drive.start, direction), drive, most);
+    let driven = Driven::new(&driven, drive)?;
     let try_it = |way: f64| driven.run(way, 1.0).ok();
     let (mut good, mut bad) = (0.0, most);
     for _ in 0..40 {

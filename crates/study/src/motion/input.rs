@@ -4,7 +4,6 @@ use std::collections::HashMap;
 
 use cotree::diagnostic::suggest;
 use cotree::formulate::formulate;
-use cotree::formulate::start::evaluate_at;
 use cotree::model::{Class, Formula, JointId, Mechanism, Output, Owner, Part, Quantity, Unit, Variable};
 use cotree::scene::{Asked, Faults, Scene};
 
@@ -131,7 +130,7 @@ fn variable(scene: &Scene, mechanism: &Mechanism, name: &str) -> Result<Watched,
         Some(fault) if fault.code == "scene::unknown_output" => unknown(fault.help.to_string()),
         _ => MotionError::Scene(faults),
     })?;
-    let Some(output) = resolved.mechanism.outputs.into_iter().next() else { return Err(unknown(String::new())) };
+    let Some(output) = resolved.outputs.into_iter().next() else { return Err(unknown(String::new())) };
     let mut variables = vec![name.to_owned()];
     let is_rate = matches!(&output.value, Formula::Variable(variable) if matches!(variable.quantity.class(), Class::Velocity | Class::Acceleration));
     if let (Formula::Variable(variable), Some((owner, _))) = (&output.value, name.rsplit_once('.')) {
@@ -145,26 +144,28 @@ fn variable(scene: &Scene, mechanism: &Mechanism, name: &str) -> Result<Watched,
 
 /// The variables that are the derivatives of another by time, one after the other.
 fn rates(of: Quantity) -> &'static [Quantity] {
-    use Quantity::{A, Acceleration, Alpha, Angle, Ax, Ay, Length, Omega, Rate, S, V, Vx, Vy, X, Y};
-    const CHAINS: [Derivatives; 5] =
-        [[Angle, Omega, Alpha], [S, V, A], [X, Vx, Ax], [Y, Vy, Ay], [Length, Rate, Acceleration]];
     let after = |chain: &'static Derivatives| Some(&chain[chain.iter().position(|own| *own == of)? + 1..]);
-    CHAINS.iter().find_map(after).unwrap_or_default()
+    Quantity::MOTIONS.iter().find_map(after).unwrap_or_default()
 }
 
-/// Is what is asked of a mechanism still there when the input is driven instead of what the scene drives? `begun` is the mechanism at its start.
-pub(super) fn is_there(asked: &Mechanism, begun: &Mechanism, drive: &Drive) -> Result<(), MotionError> {
-    let driven = drive::driven(begun, drive, drive.start, 1.0);
-    let is_left = |name: &str| driven.outputs.iter().any(|output| output.name == name);
-    let Some(output) = asked.outputs.iter().find(|output| !is_left(&output.name)) else { return Ok(()) };
+/// Is what is asked of a mechanism still there when the input is driven instead of what the scene drives? `moved` is the mechanism at its start.
+pub(super) fn is_there(
+    mechanism: &Mechanism,
+    asked: &[Output],
+    moved: &Moved,
+    drive: &Drive,
+) -> Result<(), MotionError> {
+    let driven = drive::driven(moved, drive, drive.start, 1.0);
+    let is_left = |name: &str| driven.watched.iter().any(|output| output.name == name);
+    let Some(output) = asked.iter().find(|output| !is_left(&output.name)) else { return Ok(()) };
     let mut used = Vec::new();
     output.value.visit(&mut |part| match part {
         Formula::Variable(variable) if matches!(variable.owner, Owner::Driver(_)) => {
-            used.push(asked.variable_name(*variable));
+            used.push(mechanism.variable_name(*variable));
         }
         _ => {}
     });
-    let input = drive::called(&asked.joints[drive.joint.0], drive.motion);
+    let input = drive::called(&mechanism.joints[drive.joint.0], drive.motion);
     let (name, used) = (&output.name, suggest::list(used));
     Err(MotionError::Request(format!(
         "while `{input}` is driven instead of what the scene drives: `{name}` uses {used}, of a driver that gives way"
@@ -178,7 +179,7 @@ pub(super) struct Start {
     /// [rad/s] or [m/s]
     pub speed: f64,
     /// The mechanism, in which nothing else drives what the input drives.
-    pub mechanism: Mechanism,
+    pub moved: Moved,
 }
 
 /// Where the input is when the scene starts, and how fast it moves. The driver of another joint gives way to the input, if it leaves nothing free: the pose that it chose
@@ -186,36 +187,37 @@ pub(super) struct Start {
 pub(super) fn start(
     scene: &Scene,
     mechanism: &Mechanism,
+    asked: &[Output],
     driven @ (joint, [position, rate, _]): (JointId, Derivatives),
 ) -> Result<Start, MotionError> {
     let input = &mechanism.joints[joint.0];
     // Where it starts does not depend on masses.
-    let formulated = formulate(&mechanism.with_mass(1.0).asking(Vec::new()));
+    let formulated = formulate(&mechanism.with_mass(1.0), &[]);
     let mut formulated = formulated.map_err(|list| Faults::new(scene.source.clone(), list))?;
     let free = formulated.mobility() > 0;
     let equations = &mut formulated.equations;
     let mut values = |variables: &[Variable]| {
         let exprs: Vec<_> = variables.iter().map(|&variable| equations.variable(variable)).collect();
-        evaluate_at(&equations.system.arena, &formulated.state, &exprs)
+        equations.system.arena.evaluate(&exprs, &formulated.state)
     };
     let of_input = values(&[position, rate].map(|quantity| Variable { owner: Owner::Joint(joint), quantity }));
     let pose = mechanism.pose();
     let pose: HashMap<Variable, f64> = pose.iter().copied().zip(values(&pose)).collect();
     let [position, speed] = [of_input[0], of_input[1]];
     let replaces = !free && !mechanism.drivers.iter().any(|driver| drive::moves(driver, driven, input));
-    let begun = match &mechanism.drivers[..] {
+    let (begun, watched) = match &mechanism.drivers[..] {
         [_] if replaces => {
-            let left = mechanism.without_drivers(|_| true);
-            left.posed(|variable| pose.get(&variable).copied())
+            let (left, watched) = mechanism.without_drivers(asked, |_| true);
+            (left.posed(|variable| pose.get(&variable).copied()), watched)
         }
         [_, _, ..] if replaces => {
             let names = suggest::list(mechanism.drivers.iter().map(|driver| driver.name.as_str()).collect::<Vec<_>>());
             let message = format!("the scene drives {names}: take the one out that `{}` is to replace", input.name);
             return Err(MotionError::Request(message));
         }
-        _ => mechanism.clone(),
+        _ => (mechanism.clone(), asked.to_vec()),
     };
-    Ok(Start { position, speed, mechanism: begun })
+    Ok(Start { position, speed, moved: Moved { mechanism: begun, watched, source: scene.source.clone() } })
 }
 
 /// What lacks a mass has none: forces are then those of the loads and of the other masses. Where motion itself needs masses it stays as it is.
@@ -223,6 +225,6 @@ pub(super) fn without_masses(moved: Moved, drive: &Drive, lacking: &[String]) ->
     if lacking.is_empty() {
         return moved;
     }
-    let light = Moved { mechanism: moved.mechanism.with_mass(0.0), source: moved.source.clone() };
+    let light = Moved { mechanism: moved.mechanism.with_mass(0.0), ..moved.clone() };
     if drive::is_determined(&light, drive) { light } else { moved }
 }

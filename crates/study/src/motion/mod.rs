@@ -19,7 +19,7 @@ mod samples;
 
 use std::f64::consts::TAU;
 
-use cotree::model::{JointId, Mechanism, Unit, Units};
+use cotree::model::{HeldWhat, JointId, Mechanism, Output, Unit, Units};
 use cotree::run::{RunError, SimulateError};
 use cotree::scene::{Faults, Scene};
 use cotree::typeset::rounded;
@@ -128,8 +128,16 @@ impl Drive {
     }
 }
 
-/// What states are in a pose depends on the way there: figures of a turn or stroke cannot say what acts.
+/// What states and sampled values are in a pose depends on the way there: figures of a turn or stroke cannot say what acts.
 fn without_states(mechanism: &Mechanism) -> Result<(), MotionError> {
+    if let Some(held) =
+        mechanism.held_inputs().find_map(|(_, input, held)| (held.what == HeldWhat::Sampled).then_some(input))
+    {
+        return Err(MotionError::Request(format!(
+            "what the sampled value `{}` is in a pose depends on the way there, so that no turn or stroke tells what acts: use `simulate`, or a scene without `[sampled]` and what uses it",
+            held.name
+        )));
+    }
     let Some(state) = mechanism.states.first() else { return Ok(()) };
     Err(MotionError::Request(format!(
         "what the state `{}` is in a pose depends on the way there, so that no turn or stroke tells what acts: use `simulate`, or a scene without `[states]` and what uses them",
@@ -170,9 +178,8 @@ fn worked_out(
     without_states(mechanism)?;
     let input @ (joint, motion) = input::driven(mechanism, request.input.as_deref())?;
     let output = input::output(scene, mechanism, input, request.output.as_deref())?;
-    let asked = mechanism.asking(output.iter().map(|output| output.asked.clone()).collect());
-    let Start { position: start, speed, mechanism: begun } = input::start(scene, &asked, input)?;
-    let moved = Moved { mechanism: begun, source: scene.source.clone() };
+    let asked: Vec<Output> = output.iter().map(|output| output.asked.clone()).collect();
+    let Start { position: start, speed, moved } = input::start(scene, mechanism, &asked, input)?;
     let still = speed.abs() <= 1e-9;
     let origin = match request.speed {
         Some(_) => Speed::Asked,
@@ -191,7 +198,7 @@ fn worked_out(
         fineness: 1,
     };
     permitted(&drive, request, output.as_ref())?;
-    input::is_there(&asked, &moved.mechanism, &drive)?;
+    input::is_there(mechanism, &asked, &moved, &drive)?;
     let lacking = drive::lacking(&moved, &drive)?;
     let moved = &input::without_masses(moved, &drive, &lacking);
     let (mut table, places) = match request.range {

@@ -6,9 +6,9 @@ use cotree::model::Quantity;
 /// Position, rate and acceleration: how a joint moves.
 pub type Derivatives = [Quantity; 3];
 /// The variables of a joint that turns.
-pub const ANGULAR: Derivatives = [Quantity::Angle, Quantity::Omega, Quantity::Alpha];
+pub const ANGULAR: Derivatives = Quantity::TURN;
 /// The variables of a joint that slides.
-pub const SLIDING: Derivatives = [Quantity::S, Quantity::V, Quantity::A];
+pub const SLIDING: Derivatives = Quantity::SLIDE;
 /// How many neighbours an interpolation uses.
 const NEIGHBOURS: usize = 8;
 /// Where polynomials through different neighbours differ by more than this share of what the values there do, the values are not smooth.

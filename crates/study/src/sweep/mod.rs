@@ -147,7 +147,7 @@ fn measured_value(measure: &Measure, kept: &Accumulator) -> Result<f64, String> 
 
 /// Counts further runs that are not as accurate as they should be.
 fn note<C>(before: Option<Inaccurate>, ended: &[(C, Ended)]) -> Option<Inaccurate> {
-    let found = ended.iter().filter_map(|(_, ended)| ended.as_ref().ok()?.as_ref());
+    let found = ended.iter().filter_map(|(_, ended)| ended.as_ref().ok()?.inaccuracy.as_ref());
     found.fold(before, |before, inaccuracy| match before {
         Some(Inaccurate { runs, first }) => Some(Inaccurate { runs: runs + 1, first }),
         None => Some(Inaccurate { runs: 1, first: inaccuracy.clone() }),

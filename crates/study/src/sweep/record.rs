@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use cotree::files::Draft;
 use cotree::report::csv::field;
+use csv::{ReaderBuilder, StringRecord};
 
 use super::{Outcome, Sweep};
 
@@ -96,16 +97,24 @@ impl Record {
     /// The file cannot be read.
     pub fn outcomes(&self, sweep: &Sweep) -> Result<Vec<Outcome>, RecordError> {
         let failed = |error: io::Error| RecordError::File { path: self.part.clone(), error };
-        let lines = BufReader::new(File::open(&self.part).map_err(failed)?).lines().skip(2).take(self.done);
+        let mut reader = ReaderBuilder::new();
+        // The first line says which sweep it is, the next one names the columns.
+        let reader = reader.comment(Some(b'#')).flexible(true).from_path(&self.part);
+        let reader = reader.map_err(|error| failed(error.into()))?;
         let factors = factors(sweep);
-        let outcome = |(run, line): (usize, io::Result<String>)| {
-            let line = line.map_err(failed)?;
-            let rest = line.strip_prefix(&given(sweep, &factors, run)).unwrap_or_default();
-            let fields = rest.split(',').zip(&factors[sweep.design.factors().len()..]);
-            let values: Option<Vec<f64>> = fields.map(|(field, by)| Some(field.parse::<f64>().ok()? * by)).collect();
-            Ok(values.ok_or_else(|| rest.trim_start_matches(',').to_owned()))
+        // The number of the run and its parameters come first.
+        let (given, factors) = (1 + sweep.design.factors().len(), &factors[sweep.design.factors().len()..]);
+        let outcome = |row: csv::Result<StringRecord>| {
+            let row = row.map_err(|error| failed(error.into()))?;
+            match row.get(given + factors.len()) {
+                Some(failure) if !failure.is_empty() => return Ok(Err(failure.to_owned())),
+                _ => {}
+            }
+            let values = row.iter().skip(given).zip(factors).map(|(field, by)| Ok(field.parse::<f64>()? * by));
+            let values: Result<Vec<f64>, std::num::ParseFloatError> = values.collect();
+            values.map(Ok).map_err(|error| failed(io::Error::new(io::ErrorKind::InvalidData, error)))
         };
-        lines.enumerate().map(outcome).collect()
+        reader.into_records().take(self.done).map(outcome).collect()
     }
 
     /// Keeps outcomes.

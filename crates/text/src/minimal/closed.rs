@@ -3,7 +3,7 @@
 use cotree::equations::Equations;
 use cotree::expr::{Binary, Expr, Order, Symbol, Unary};
 
-use crate::steps::Values;
+use crate::steps::Moment;
 
 /// What the loop equations give one after the other.
 #[derive(Debug, Default)]
@@ -16,7 +16,7 @@ pub struct Closed {
 }
 
 impl Closed {
-    pub fn new(equations: &mut Equations, start: &Values, rows: &[usize], dependent: &[usize]) -> Closed {
+    pub fn new(equations: &mut Equations, start: &Moment, rows: &[usize], dependent: &[usize]) -> Closed {
         let numbers: Vec<usize> = equations.loops().map(|(index, _)| index).collect();
         let number = |index: &usize| numbers.iter().position(|own| own == index).unwrap_or_default();
         let mut closed = Closed {
@@ -33,7 +33,7 @@ impl Closed {
     }
 
     /// A loop equation with one unknown, that unknown, and its value.
-    fn next(&self, equations: &mut Equations, start: &Values) -> Option<(usize, usize, Expr)> {
+    fn next(&self, equations: &mut Equations, start: &Moment) -> Option<(usize, usize, Expr)> {
         (0..self.rows.len()).find_map(|place| {
             let (_, index) = self.rows[place];
             let jacobian = equations.constraints[index].jacobian.clone();
@@ -46,7 +46,7 @@ impl Closed {
 }
 
 /// C + B u = 0, or C + A cos u + B sin u = 0, if the equation is that.
-fn solved(equations: &mut Equations, start: &Values, index: usize, column: usize) -> Option<Expr> {
+fn solved(equations: &mut Equations, start: &Moment, index: usize, column: usize) -> Option<Expr> {
     let symbol = Symbol::Coordinate(column, Order::Position);
     let phi = equations.constraints[index].value;
     let arena = &mut equations.system.arena;
@@ -72,7 +72,7 @@ fn solved(equations: &mut Equations, start: &Values, index: usize, column: usize
 }
 
 /// Is the equation C + A cos u + B sin u for other values of u too?
-fn is_trigonometric(equations: &Equations, start: &Values, index: usize, column: usize, [a, b, c]: [Expr; 3]) -> bool {
+fn is_trigonometric(equations: &Equations, start: &Moment, index: usize, column: usize, [a, b, c]: [Expr; 3]) -> bool {
     let phi = equations.constraints[index].value;
     [0.3, 1.1, 2.9, 4.6].into_iter().all(|u: f64| {
         let mut values = start.clone();

@@ -4,7 +4,7 @@ use cotree::equations::Equations;
 use cotree::expr::Expr;
 use cotree_study::analysis::independent_columns;
 
-use crate::steps::Values;
+use crate::steps::Moment;
 
 /// v_u = R v_w + r, a_u = R a_w + g, in the order of the dependent coordinates.
 pub struct Solved {
@@ -43,7 +43,7 @@ struct AugmentedRow {
 ///
 /// # Errors
 /// The loops determine no choice of coordinates at the start.
-pub fn solve(equations: &mut Equations, start: &Values, rows: &[usize]) -> Result<Solved, String> {
+pub fn solve(equations: &mut Equations, start: &Moment, rows: &[usize]) -> Result<Solved, String> {
     let jacobian = start.jacobian(equations, rows);
     let (independent, dependent) = independent_columns(&jacobian)
         .ok_or("where the motion starts the loops do not determine the dependent coordinates: it is a singular pose")?;
@@ -80,7 +80,7 @@ pub fn solve(equations: &mut Equations, start: &Values, rows: &[usize]) -> Resul
 }
 
 /// Gauss-Jordan elimination: pivots with few other entries in their row and column come first. Returns rows with their columns.
-fn eliminate(equations: &mut Equations, start: &Values, system: &mut [AugmentedRow]) -> Vec<(usize, usize)> {
+fn eliminate(equations: &mut Equations, start: &Moment, system: &mut [AugmentedRow]) -> Vec<(usize, usize)> {
     let mut order: Vec<(usize, usize)> = Vec::new();
     while let Some((row, column)) = pivot(system, &order) {
         let arena = &mut equations.system.arena;

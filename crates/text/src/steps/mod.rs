@@ -35,7 +35,7 @@ use super::tree::{Tree, formulas};
 use super::{Prose, page};
 use abbreviations::Abbreviations;
 use letters::Letters;
-pub use numbers::Values;
+pub use numbers::Moment;
 use view::View;
 
 /// The lesson of one mechanism: its equations with names for all numbers, and the mechanism with its numbers at the start.

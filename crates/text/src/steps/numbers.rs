@@ -1,7 +1,7 @@
 //! The equations at the start: values of expressions, accelerations and multipliers.
 
 use cotree::equations::Equations;
-use cotree::expr::{Expr, Order, Symbol};
+use cotree::expr::{Expr, Order, Symbol, Values};
 use cotree::model::Mechanism;
 use cotree_fmu::model::State;
 use cotree_study::analysis::{dense, saddle};
@@ -9,9 +9,9 @@ use nalgebra::{DMatrix, DVector};
 
 use super::Lesson;
 
-/// Where values come from: a state, other rates than its own if there are any, and what has been solved for.
+/// A moment of the motion, where the values of symbols come from: a state, or one with other rates, and what has been solved for.
 #[derive(Clone, Debug, Default)]
-pub struct Values {
+pub struct Moment {
     pub time: f64,
     pub parameters: Vec<f64>,
     pub inputs: Vec<f64>,
@@ -24,21 +24,7 @@ pub struct Values {
     pub reactions: Vec<f64>,
 }
 
-impl Values {
-    /// Those of a state, for a mechanism with further parameters.
-    pub fn new(mechanism: &Mechanism, state: &State) -> Values {
-        Values {
-            time: state.time(),
-            parameters: mechanism.parameter_values(),
-            inputs: state.inputs().to_vec(),
-            followers: [state.follower_positions().to_vec(), state.follower_rates().to_vec()],
-            positions: state.positions().to_vec(),
-            rates: state.rates().to_vec(),
-            states: state.states().to_vec(),
-            ..Values::default()
-        }
-    }
-
+impl Values for Moment {
     fn value(&self, symbol: Symbol) -> f64 {
         let of = |list: &[f64], index: usize| list.get(index).copied().unwrap_or(0.0);
         match symbol {
@@ -56,9 +42,25 @@ impl Values {
             Symbol::Missing(..) | Symbol::Argument => 0.0,
         }
     }
+}
+
+impl Moment {
+    /// Those of a state, for a mechanism with further parameters.
+    pub fn new(mechanism: &Mechanism, state: &State) -> Moment {
+        Moment {
+            time: state.time(),
+            parameters: mechanism.parameter_values(),
+            inputs: state.inputs().to_vec(),
+            followers: [state.follower_positions().to_vec(), state.follower_rates().to_vec()],
+            positions: state.positions().to_vec(),
+            rates: state.rates().to_vec(),
+            states: state.states().to_vec(),
+            ..Moment::default()
+        }
+    }
 
     pub fn of(&self, equations: &Equations, exprs: &[Expr]) -> Vec<f64> {
-        equations.system.arena.evaluate(exprs, &|symbol| self.value(symbol))
+        equations.system.arena.evaluate(exprs, self)
     }
 
     /// Some rows of Phi_q.
@@ -90,12 +92,12 @@ impl Values {
 }
 
 impl Lesson<'_> {
-    pub fn start(&self) -> Values {
-        Values::new(&self.equations.system.mechanism, &self.source.state)
+    pub fn start(&self) -> Moment {
+        Moment::new(&self.equations.system.mechanism, &self.source.state)
     }
 
     /// The start with other rates, so that nothing vanishes because it is at rest.
-    pub fn moving(&self) -> Values {
+    pub fn moving(&self) -> Moment {
         let mut values = self.start();
         values.rates = (0..values.rates.len()).map(|index| 1.3 + 0.7 * (2.1 * index as f64).sin()).collect();
         values

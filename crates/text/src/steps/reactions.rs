@@ -6,7 +6,7 @@ use cotree::model::{BodyId, Coordinates, Mechanism, Owner, Place, Quantity, Vari
 use cotree::network::{ElementId, Held, Origin};
 
 use super::graphs::list;
-use super::numbers::{Values, agree, short};
+use super::numbers::{Moment, agree, short};
 use super::projection::{Cut, Rows, inserted, is_free};
 use super::{Lesson, check, heading, words};
 use crate::document::{Block, Piece};
@@ -94,7 +94,7 @@ impl Lesson<'_> {
     }
 
     /// Coordinates, rates, accelerations, multipliers and reactions at the start.
-    fn numbers(&mut self, values: &Values) -> Vec<Block> {
+    fn numbers(&mut self, values: &Moment) -> Vec<Block> {
         let mut rows = Vec::new();
         for (index, own) in self.equations.coordinates.iter().enumerate() {
             let of = |list: &[f64]| list.get(index).copied().unwrap_or(0.0);
@@ -139,18 +139,18 @@ impl Lesson<'_> {
     }
 
     /// Accelerations of the bodies and joint forces against those in absolute coordinates, where all is found in another way.
-    fn against_absolute(&mut self, values: &Values) -> Vec<Block> {
+    fn against_absolute(&mut self, values: &Moment) -> Vec<Block> {
         let mechanism = &*self.source.equations.system.mechanism.clone();
         let Ok(mut other) = equations(mechanism, &Coordinates::Absolute) else { return Vec::new() };
         let size = other.coordinates.len() + other.loops().count();
         if size > LARGEST {
             return vec![words(format!("In absolute coordinates these would be {size} equations: not solved here."))];
         }
-        let mut absolute = Values::new(mechanism, &self.source.state);
+        let mut absolute = Moment::new(mechanism, &self.source.state);
         let wanted = other.coordinates.clone();
         for (order, list) in [(Order::Position, 0), (Order::Velocity, 1)] {
             let exprs: Vec<Expr> = wanted.iter().map(|own| self.source.equations.value_of(own, order)).collect();
-            let start = Values::new(mechanism, &self.source.state);
+            let start = Moment::new(mechanism, &self.source.state);
             let numbers = start.of(&self.source.equations, &exprs);
             if list == 0 { absolute.positions = numbers } else { absolute.rates = numbers }
         }
@@ -170,7 +170,7 @@ impl Lesson<'_> {
     }
 
     /// The kinetic energy grows by the power of all loads, weights and drivers.
-    fn power(&mut self, values: &Values) -> Block {
+    fn power(&mut self, values: &Moment) -> Block {
         let kinetic = self.equations.variable(Variable { owner: Owner::System, quantity: Quantity::KineticEnergy });
         let growth = self.equations.system.arena.time_derivative(kinetic);
         let mechanism = &*self.equations.system.mechanism.clone();

@@ -55,16 +55,16 @@ pub unsafe extern "C" fn fmi2GetIntegerStatus(
     call::<Fmi2>(c, "fmi2GetIntegerStatus", |_| Ok(fmi2Discard))
 }
 
-/// The simulation never asks to be terminated.
+/// An event of the scene can end the simulation.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetBooleanStatus(
     c: fmi2Component,
     s: fmi2StatusKind,
     value: *mut fmi2Boolean,
 ) -> fmi2Status {
-    call::<Fmi2>(c, "fmi2GetBooleanStatus", |_| match s {
+    call::<Fmi2>(c, "fmi2GetBooleanStatus", |component| match s {
         fmi2Terminated => {
-            *place(value)? = fmi2False;
+            *place(value)? = component.instance.is_ended().into();
             Ok(fmi2OK)
         }
         _ => Ok(fmi2Discard),

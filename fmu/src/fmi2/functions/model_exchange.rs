@@ -3,6 +3,7 @@
 use crate::fmi::boundary::{array, array_mut, place, plain};
 use crate::fmi2::component::{Component, Fmi2};
 use crate::fmi2::types::*;
+use crate::instance::Handled;
 
 /// Sets the time of Model Exchange.
 #[unsafe(no_mangle)]
@@ -27,17 +28,21 @@ pub unsafe extern "C" fn fmi2EnterEventMode(c: fmi2Component) -> fmi2Status {
 pub unsafe extern "C" fn fmi2NewDiscreteStates(c: fmi2Component, eventInfo: *mut fmi2EventInfo) -> fmi2Status {
     plain::<Fmi2>(c, "fmi2NewDiscreteStates", |component| {
         let info = place(eventInfo)?;
-        let moved = component.new_discrete_states();
+        let handled = component.new_discrete_states();
         // Some importers look at the answer even where the call fails, and would ask again for ever.
+        let (Handled { moved, next, ended }, failed) = match &handled {
+            Ok(handled) => (*handled, false),
+            Err(_) => (Handled::default(), true),
+        };
         *info = fmi2EventInfo {
             newDiscreteStatesNeeded: fmi2False,
-            terminateSimulation: moved.is_err().into(),
+            terminateSimulation: (failed || ended).into(),
             nominalsOfContinuousStatesChanged: fmi2False,
-            valuesOfContinuousStatesChanged: moved.as_ref().is_ok_and(|&moved| moved).into(),
-            nextEventTimeDefined: fmi2False,
-            nextEventTime: 0.0,
+            valuesOfContinuousStatesChanged: moved.into(),
+            nextEventTimeDefined: next.is_some().into(),
+            nextEventTime: next.unwrap_or_default(),
         };
-        moved.map(|_| ())
+        handled.map(|_| ())
     })
 }
 

@@ -20,7 +20,7 @@ struct Results {
 impl Results {
     fn write(self, end: End) -> Outcome {
         *place(self.event)? = end.event.into();
-        *place(self.terminate)? = fmi3False;
+        *place(self.terminate)? = end.ended.into();
         *place(self.early)? = end.early.into();
         *place(self.time)? = end.time;
         Ok(())
@@ -46,7 +46,7 @@ pub unsafe extern "C" fn fmi3DoStep(
         time: lastSuccessfulTime,
     };
     if fast_path::<Fmi3>(instance, |component| {
-        let end = End { event: false, early: false, time: component.instance.time() };
+        let end = End { event: false, early: false, ended: false, time: component.instance.time() };
         results.write(end).is_ok()
             && component.is_undivided()
             && component.interpolate(currentCommunicationPoint, communicationStepSize)
@@ -69,7 +69,7 @@ fn step(
         let progress = match done {
             Ok(progress) => progress,
             Err(refusal) => {
-                results.write(End { event: false, early: false, time })?;
+                results.write(End { event: false, early: false, ended: false, time })?;
                 return Err(refusal);
             }
         };

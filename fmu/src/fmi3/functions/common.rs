@@ -10,7 +10,7 @@ use crate::fmi3::component::{Component, Fmi3};
 use crate::fmi3::logging;
 use crate::fmi3::references::{References, Referent};
 use crate::fmi3::types::*;
-use crate::instance::{Instance, InstanceError};
+use crate::instance::{Handled, Instance, InstanceError};
 
 /// Version of the standard.
 #[unsafe(no_mangle)]
@@ -228,12 +228,16 @@ pub unsafe extern "C" fn fmi3UpdateDiscreteStates(
         let (again, terminate) = (place(discreteStatesNeedUpdate)?, place(terminateSimulation)?);
         let (nominals, values) = (place(nominalsOfContinuousStatesChanged)?, place(valuesOfContinuousStatesChanged)?);
         let (defined, time) = (place(nextEventTimeDefined)?, place(nextEventTime)?);
-        let moved = component.update_discrete_states();
+        let handled = component.update_discrete_states();
         // Some importers look at the answer even where the call fails, and would ask again for ever.
-        (*again, *nominals, *defined, *time) = (fmi3False, fmi3False, fmi3False, 0.0);
-        *terminate = moved.is_err().into();
-        *values = moved.as_ref().is_ok_and(|&moved| moved).into();
-        moved.map(|_| ())
+        let (Handled { moved, next, ended }, failed) = match &handled {
+            Ok(handled) => (*handled, false),
+            Err(_) => (Handled::default(), true),
+        };
+        (*again, *nominals) = (fmi3False, fmi3False);
+        (*terminate, *values) = ((failed || ended).into(), moved.into());
+        (*defined, *time) = (next.is_some().into(), next.unwrap_or_default());
+        handled.map(|_| ())
     })
 }
 

@@ -17,10 +17,13 @@ mod rule;
 mod start;
 mod step;
 
+use std::sync::Arc;
+
 use cotree::diagnostic::{every, suggest};
 use cotree::expr::{Order, Symbol};
-use cotree::formulate::Formulated;
-use cotree::model::Unit;
+use cotree::formulate::{Formulated, formulate_written};
+use cotree::model::{Mechanism, Unit};
+use cotree::scene::Faults;
 use cotree_fmu::instance;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::{Model, State};
@@ -28,6 +31,7 @@ use cotree_fmu::program::Condition;
 use nalgebra::{DMatrix, DVector};
 
 use super::driven::Driven;
+use super::kept::Key;
 use super::variation::Variation;
 use super::{Failure, Study, StudyError};
 use corner::Switched;
@@ -86,10 +90,21 @@ pub struct Guess {
 /// A motion that can be repeated with other values of what it is differentiated with respect to: the equations are differentiated once.
 #[derive(Debug)]
 pub struct Varying<'f> {
-    formulated: &'f Formulated,
-    variation: Variation,
+    own: &'f Differentiated,
     parameters: Vec<Varied>,
+    /// What else has other values than the program, SI.
+    set: Vec<(String, f64)>,
     driven: Driven,
+}
+
+/// Equations and their derivatives, for motions with any values.
+#[derive(Debug)]
+pub(crate) struct Differentiated {
+    formulated: Formulated,
+    variation: Variation,
+    model: Arc<Model>,
+    /// With the values of the program.
+    parameters: Vec<Varied>,
 }
 
 /// What a motion is differentiated with respect to.
@@ -107,9 +122,9 @@ pub struct Varied {
     symbol: Symbol,
 }
 
-impl<'f> Varying<'f> {
-    fn new(formulated: &'f mut Formulated, driven: Driven, to: &[String]) -> Result<Self, Failure> {
-        let parameters = varied(formulated, to)?;
+impl Differentiated {
+    fn new(mut formulated: Formulated, driven: &Driven, to: &[String]) -> Result<Self, Failure> {
+        let parameters = varied(&formulated, to)?;
         let program = &formulated.lowered.program;
         let refused = |what: String| Failure::NoDerivative { time: program.experiment.start, what };
         let given =
@@ -132,11 +147,33 @@ impl<'f> Varying<'f> {
                 "a driver integrates an input: derivatives of such motions are not computed".to_owned(),
             ));
         }
+        let model = Arc::new(Model::new(program.clone())?);
         // Time is a column of its own, and so are the inputs that change with it: switching functions may depend on them.
         let moving = driven.inputs().iter().map(|&input| Symbol::Input(input, Order::Position));
         let signals = parameters.iter().map(|own| own.symbol).chain([Symbol::Time]).chain(moving).collect();
-        let variation = Variation::of_constraints(formulated, signals);
-        Ok(Varying { formulated, variation, parameters, driven })
+        let variation = Variation::of_constraints(&mut formulated, signals);
+        Ok(Differentiated { formulated, variation, model, parameters })
+    }
+
+    /// The value that the program gives a parameter, an initial value or an input.
+    fn value(&self, name: &str) -> Option<f64> {
+        let program = self.model.program();
+        let parameters = program.parameters.iter().map(|own| (&own.name, own.start));
+        let mut all = parameters.chain(program.inputs.iter().map(|own| (&own.name, own.start)));
+        all.find(|(own, _)| *own == name).map(|(_, value)| value)
+    }
+}
+
+impl<'f> Varying<'f> {
+    fn new(own: &'f Differentiated, settings: &[(String, f64)], driven: Driven) -> Self {
+        let set = |name: &str| settings.iter().find(|(known, _)| known == name).map(|(_, value)| *value);
+        let started =
+            |parameter: &Varied| Varied { start: set(&parameter.name).unwrap_or(parameter.start), ..parameter.clone() };
+        let parameters: Vec<Varied> = own.parameters.iter().map(started).collect();
+        let others = settings.iter().filter(|(name, value)| {
+            own.value(name) != Some(*value) && parameters.iter().all(|parameter| parameter.name != *name)
+        });
+        Varying { own, set: others.cloned().collect(), parameters, driven }
     }
 
     /// What is varied.
@@ -145,7 +182,7 @@ impl<'f> Varying<'f> {
     }
 
     pub fn outputs(&self) -> impl Iterator<Item = (&str, &Unit)> + Clone {
-        let outputs = &self.formulated.equations.system.mechanism.outputs;
+        let outputs = &self.own.formulated.outputs;
         outputs.iter().map(|output| (output.name.as_str(), &output.unit))
     }
 
@@ -179,14 +216,19 @@ impl<'f> Varying<'f> {
     /// # Errors
     /// As of [`Varying::at`], or the work is more.
     pub fn along(&self, values: &[f64], times: &[f64], from: Option<&State>, most: u64) -> Result<Along, Failure> {
-        let changed = self.parameters.iter().zip(values).filter(|(own, value)| own.start != **value);
-        let changed: Vec<(&str, f64)> = changed.map(|(own, &value)| (own.name.as_str(), value)).collect();
-        let mut course =
-            Course::new(self.formulated, &self.variation, (&self.parameters, &self.driven), &changed, from)?;
+        let mut course = self.begin(values, from)?;
         let start = course.motion.state();
         let mut rows = Vec::with_capacity(times.len());
         course.run(times, most, |outputs| rows.push(outputs))?;
         Ok(Along { rows, start, steps: course.tried, work: course.work(), switched: course.switched })
+    }
+
+    /// The motion and its derivatives at the start, with the parameters at these values \[SI\].
+    fn begin(&self, values: &[f64], from: Option<&State>) -> Result<Course<'_>, Failure> {
+        let changed = self.own.parameters.iter().zip(values).filter(|(own, value)| own.start != **value);
+        let changed = changed.map(|(own, &value)| (own.name.as_str(), value));
+        let set = self.set.iter().map(|(name, value)| (name.as_str(), *value));
+        Course::new(self.own, (&self.parameters, &self.driven), &set.chain(changed).collect::<Vec<_>>(), from)
     }
 
     /// The guesses, and what has become of them at a start.
@@ -194,12 +236,12 @@ impl<'f> Varying<'f> {
     /// # Errors
     /// A program that is none.
     pub fn guesses(&self, start: &State) -> Result<Vec<Guess>, Failure> {
-        let model = Model::new(self.formulated.lowered.program.clone())?;
+        let model = &self.own.model;
         let initial = &model.program().initial;
-        let mut machine = Machine::new(&model);
-        machine.load(&model, start);
+        let mut machine = Machine::new(model);
+        machine.load(model, start);
         machine.run(&initial.position);
-        let mechanism = &self.formulated.equations.system.mechanism;
+        let mechanism = &self.own.formulated.equations.system.mechanism;
         let count = initial.positions.len();
         let guess = |(index, condition): (usize, &Condition)| {
             let line =
@@ -214,6 +256,12 @@ impl<'f> Varying<'f> {
 }
 
 impl Varying<'_> {
+    /// Is there a start with the values that were set, and do the loop equations count there as the program imposes them?
+    fn begins(&self) -> bool {
+        let start: Vec<f64> = self.parameters.iter().map(|own| own.start).collect();
+        self.begin(&start, None).and_then(|course| course.counts_as_imposed()).unwrap_or(false)
+    }
+
     /// The guesses that lie so far from the start that they are written anew.
     ///
     /// # Errors
@@ -259,9 +307,66 @@ impl Study {
         to: &[String],
         then: impl FnOnce(&Varying) -> Result<T, Failure>,
     ) -> Result<T, StudyError> {
-        let (mechanism, driven) = (self.mechanism().clone(), self.driven().clone());
-        self.formulated(&mechanism, |formulated| then(&Varying::new(formulated, driven, to)?))
+        uneventful(self.mechanism(), "derivatives of the motion")?;
+        let own = self.differentiated(to)?;
+        Ok(then(&self.varying_of(&own))?)
     }
+
+    /// The equations and their derivatives: those of the scene where what was set can be given to its program, so that they are made once; of their own where it cannot.
+    ///
+    /// # Errors
+    /// A name that cannot be set, or equations that cannot be formulated.
+    pub(crate) fn differentiated(&mut self, to: &[String]) -> Result<Arc<Differentiated>, StudyError> {
+        let experiment = self.experiment();
+        let written = self.written.as_ref().map(|written| Mechanism { experiment, ..Mechanism::clone(written) });
+        match written {
+            Some(written) if self.settings().is_empty() => self.kept_or_made(&written, to),
+            Some(written) => {
+                let known = self.warnings.clone();
+                match self.kept_or_made(&written, to) {
+                    Ok(own) if self.varying_of(&own).begins() => Ok(own),
+                    Ok(_) | Err(_) => {
+                        self.warnings = known;
+                        self.made(&self.mechanism().clone(), to)
+                    }
+                }
+            }
+            None => self.made(&self.mechanism().clone(), to),
+        }
+    }
+
+    fn kept_or_made(&mut self, written: &Mechanism, to: &[String]) -> Result<Arc<Differentiated>, StudyError> {
+        let driven = self.driven().inputs().to_vec();
+        let key = Key { to: to.to_vec(), driven, experiment: written.experiment };
+        if let Some(found) = self.kept.find(&key) {
+            return Ok(found);
+        }
+        let made = self.made(written, to)?;
+        self.kept.keep(key, &made);
+        Ok(made)
+    }
+
+    fn made(&mut self, mechanism: &Mechanism, to: &[String]) -> Result<Arc<Differentiated>, StudyError> {
+        let mut formulated = formulate_written(mechanism, &self.outputs).map_err(|list| Faults::new(self.source.clone(), list))?;
+        self.warnings.append(&mut formulated.warnings);
+        Ok(Arc::new(Differentiated::new(formulated, self.driven(), to)?))
+    }
+
+    /// A motion of this study.
+    pub(crate) fn varying_of<'f>(&self, own: &'f Differentiated) -> Varying<'f> {
+        Varying::new(own, self.settings(), self.driven().clone())
+    }
+}
+
+/// Held values jump at ticks and events, and with them what depends on them.
+fn uneventful(mechanism: &Mechanism, what: &str) -> Result<(), Failure> {
+    let sampled = mechanism.samplers.first().map(|own| format!("sampler `{}`", own.name));
+    let Some(own) = sampled.or_else(|| mechanism.events.first().map(|own| format!("event `{}`", own.name))) else {
+        return Ok(());
+    };
+    Err(Failure::Instants(format!(
+        "there are no {what} through the instants of {own}, where values jump; compare runs with other values instead, with `cotree sweep`"
+    )))
 }
 
 /// True if an output has a value and derivatives.
@@ -293,7 +398,7 @@ fn parameter(formulated: &Formulated, name: &str) -> Result<Varied, String> {
         let place = instance::Varied::Parameter(index);
         return Ok(Varied { name, unit, start, bounds: [min, max], place, symbol });
     }
-    if let Some(index) = program.inputs.iter().position(|own| own.name == name) {
+    if let Some(index) = program.inputs[..program.open_inputs()].iter().position(|own| own.name == name) {
         let cotree_fmu::program::Input { start, min, max, .. } = program.inputs[index];
         let (name, symbol) = (name.to_owned(), Symbol::Input(index, Order::Position));
         let place = instance::Varied::Input(index);
@@ -304,6 +409,6 @@ fn parameter(formulated: &Formulated, name: &str) -> Result<Varied, String> {
         return Err(why);
     }
     let names = program.parameters.iter().map(|own| own.name.as_str());
-    let names = names.chain(program.inputs.iter().map(|own| own.name.as_str()));
+    let names = names.chain(program.inputs[..program.open_inputs()].iter().map(|own| own.name.as_str()));
     Err(format!("the scene has no parameter, input or initial value `{name}`; {}", suggest::known(name, names)))
 }

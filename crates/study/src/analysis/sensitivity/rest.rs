@@ -60,7 +60,7 @@ impl Study {
             let of = |column: Column| numbers.block(RowBlock::Outputs, column);
             let derivatives =
                 of(Column::Positions) * &rest.positions + of(Column::Reactions) * &rest.reactions + of(Column::Signals);
-            let outputs = &formulated.equations.system.mechanism.outputs;
+            let outputs = &formulated.outputs;
             Ok(Sensitivities {
                 times: vec![equilibrium.point.time()],
                 outputs: outputs.iter().map(|output| (output.name.clone(), output.unit.si.clone())).collect(),

@@ -42,6 +42,19 @@ pub fn check_repeated(numbers: &Numbers, parameters: usize, positions: &DMatrix<
     (0..parameters).find(contradicts).map_or(Ok(()), Err)
 }
 
+/// Do the loop equations that repeat others still do so? With other lengths they may not.
+pub fn still_repeat(numbers: &Numbers) -> Result<bool, Failure> {
+    let of = |row: RowBlock| numbers.block(row, Column::Positions);
+    let (imposed, repeated) = (of(RowBlock::Loops), of(RowBlock::Repeated));
+    if imposed.is_empty() || repeated.is_empty() {
+        return Ok(repeated.iter().all(|entry| *entry == 0.0));
+    }
+    let parts = svd(imposed, false, true)?;
+    let Some(along) = parts.v_t else { return Err(Failure::Range) };
+    let left = &repeated - (&repeated * along.transpose()) * along;
+    Ok((0..left.nrows()).all(|row| left.row(row).amax() <= CONTRADICTION * repeated.row(row).amax()))
+}
+
 /// The smallest solution of A X = B, and whether it is the only one.
 fn least(a: &DMatrix<f64>, b: &DMatrix<f64>) -> Result<(DMatrix<f64>, bool), String> {
     let n = a.ncols();

@@ -12,12 +12,12 @@ use super::super::driven::Driven;
 use super::super::point::Point;
 use super::super::variation::{Column, Numbers, RowBlock, Variation, unknown};
 use super::super::{Failure, decompose};
-use super::Varied;
 use super::collocation::SMALLEST;
 use super::corner::Switched;
 use super::event::Crossing;
 use super::rule::{NODES, Rule};
-use super::start::{check_repeated, start};
+use super::start::{check_repeated, start, still_repeat};
+use super::{Differentiated, Varied};
 
 /// The motion is computed that much more accurately than its derivatives.
 const FINER: f64 = 1e-2;
@@ -97,16 +97,15 @@ struct Before {
 impl<'f> Course<'f> {
     /// Begins at the start of the experiment, with these values changed \[SI\].
     pub fn new(
-        formulated: &'f Formulated,
-        variation: &'f Variation,
+        own: &'f Differentiated,
         (varied, driven): (&[Varied], &'f Driven),
         changed: &[(&str, f64)],
         from: Option<&State>,
     ) -> Result<Self, Failure> {
-        let program = formulated.lowered.program.clone();
+        let Differentiated { formulated, variation, model, .. } = own;
+        let (program, model) = (model.program(), Arc::clone(model));
         let (experiment, kinematic) = (program.experiment, program.is_driven());
         let (program_coordinates, mechanical) = (program.coordinates.len(), program.mechanical());
-        let model = Arc::new(Model::new(program)?);
         let mut motion = Instance::new(Arc::clone(&model));
         let finer = (experiment.tolerance * FINER).max(FINEST);
         motion.setup(experiment.start, None, Some(finer))?;
@@ -134,7 +133,7 @@ impl<'f> Course<'f> {
             begun: None,
             motion,
             variational: Variational::new(&model, &places, (experiment.tolerance * CLOSER).max(FINEST)),
-            outputs: rows.filter(|(_, row)| row.output).map(|(place, _)| place).collect(),
+            outputs: rows.filter(|(_, row)| row.is_output()).map(|(place, _)| place).collect(),
             parameters: varied.len(),
             model,
             positions: empty.clone(),
@@ -347,19 +346,18 @@ impl<'f> Course<'f> {
     /// Why the steps are so short: most likely a singular pose is near, which the motion itself passes; otherwise this.
     fn stuck(&self, otherwise: String) -> Failure {
         let time = self.motion.time();
-        let jacobian = self
-            .at(&mut self.motion.clone(), time)
-            .map(|(_, numbers)| numbers.block(RowBlock::Loops, Column::Positions));
-        let singular = |values: &DVector<f64>| values.min() < SINGULAR * values.max();
-        let parts = jacobian.and_then(|jacobian| match jacobian.is_empty() {
-            true => Ok(None),
-            false => decompose::svd(jacobian, false, false).map(Some),
-        });
-        match parts {
+        let here = self.at(&mut self.motion.clone(), time);
+        match here.and_then(|(_, numbers)| is_singular(&numbers)) {
             Err(failure) => failure,
-            Ok(Some(parts)) if singular(&parts.singular_values) => singular_pose(time),
-            Ok(_) => Failure::NoDerivative { time, what: otherwise },
+            Ok(true) => singular_pose(time),
+            Ok(false) => Failure::NoDerivative { time, what: otherwise },
         }
+    }
+
+    /// Do the loop equations count in the present pose as the program imposes them? With other lengths than its own some may depend on others, or repeat them no more.
+    pub(super) fn counts_as_imposed(&self) -> Result<bool, Failure> {
+        let (_, numbers) = self.at(&mut self.motion.clone(), self.motion.time())?;
+        Ok(!is_singular(&numbers)? && still_repeat(&numbers)?)
     }
 
     /// Tries a step; gives the length of the next.
@@ -439,6 +437,16 @@ pub(super) fn switches(motion: &mut Instance) -> Result<DVector<f64>, Failure> {
     let mut values = vec![0.0; motion.model().program().tapes.indicators.results.len()];
     motion.indicators(&mut values)?;
     Ok(DVector::from_vec(values))
+}
+
+/// Do loop equations nearly depend on each other?
+fn is_singular(numbers: &Numbers) -> Result<bool, Failure> {
+    let jacobian = numbers.block(RowBlock::Loops, Column::Positions);
+    if jacobian.is_empty() {
+        return Ok(false);
+    }
+    let parts = decompose::svd(jacobian, false, false)?;
+    Ok(parts.singular_values.min() < SINGULAR * parts.singular_values.max())
 }
 
 fn singular_pose(time: f64) -> Failure {

@@ -1,0 +1,136 @@
+//! When a comparison begins to hold within a step.
+//!
+//! The excess of one side over the other is looked at in places so close that it has at most one extremum between three of them: steps are shorter than a sixth of the distance to
+//! where their series end, and within that an analytic function is a polynomial of low degree. Where an extremum could cross zero it is sought.
+
+/// Parts of a step between which the excess is looked at.
+pub(crate) const PARTS: usize = 16;
+/// Halvings of an interval of one, to its last bit.
+const HALVINGS: usize = 60;
+/// Steps of the golden section: after these an extremum is known to the root of rounding errors, and its value to rounding errors.
+const SECTIONS: usize = 40;
+const SECTION: f64 = 0.618_033_988_749_894_8;
+
+/// The excess of the first side of a comparison over the second at a share of the step; not a number where it has none.
+pub(crate) trait Excess {
+    fn at(&mut self, share: f64) -> f64;
+}
+
+impl<F: FnMut(f64) -> f64> Excess for F {
+    fn at(&mut self, share: f64) -> f64 {
+        self(share)
+    }
+}
+
+/// What a comparison does in a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Onset {
+    /// The share of the step at which it begins to hold, if it does.
+    pub begin: Option<f64>,
+    /// Can it begin to hold later: did it not hold at last?
+    pub armed: bool,
+}
+
+/// Looks through a step at whose beginning the comparison can begin to hold (`armed`), or holds; `values` are those of the excess in `PARTS` + 1 places.
+pub(crate) fn first(values: &[f64; PARTS + 1], armed: bool, strict: bool, excess: &mut impl Excess) -> Onset {
+    let holds = |value: f64| if strict { value > 0.0 } else { value >= 0.0 };
+    let share = |place: usize| place as f64 / PARTS as f64;
+    let mut armed = armed;
+    for place in 1..=PARTS {
+        let (before, now) = (values[place - 1], values[place]);
+        if !armed {
+            // At the beginning the value may be a rounding error.
+            armed = now < 0.0;
+            continue;
+        }
+        if holds(now) {
+            let from = share(place - 1);
+            return Onset { begin: Some(turn(&holds, from, share(place), excess)), armed: false };
+        }
+        let peak = place >= 2 && may_cross([values[place - 2], before, now]);
+        if peak && let Some(top) = summit(&holds, share(place - 2), share(place), excess) {
+            return Onset { begin: Some(turn(&holds, share(place - 2), top, excess)), armed: false };
+        }
+    }
+    Onset { begin: None, armed }
+}
+
+/// May there be a value of zero between three that are negative, of which the middle one is the largest? The parabola through them reaches no higher than the middle one and an
+/// eighth of their second difference, if that is right to a factor of four.
+fn may_cross([left, middle, right]: [f64; 3]) -> bool {
+    let bend = 2.0 * middle - left - right;
+    middle >= left && middle >= right && middle + 0.5 * bend >= 0.0
+}
+
+/// The first place between two, at the second of which the comparison holds, where it does.
+fn turn(holds: &impl Fn(f64) -> bool, mut from: f64, mut to: f64, excess: &mut impl Excess) -> f64 {
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (from + to);
+        if middle <= from || middle >= to {
+            break;
+        }
+        *(if holds(excess.at(middle)) { &mut to } else { &mut from }) = middle;
+    }
+    to
+}
+
+/// A place between two where the comparison holds, if there is one about the largest value.
+fn summit(holds: &impl Fn(f64) -> bool, mut from: f64, mut to: f64, excess: &mut impl Excess) -> Option<f64> {
+    let inner = |from: f64, to: f64| [to - SECTION * (to - from), from + SECTION * (to - from)];
+    let mut places = inner(from, to);
+    let mut values = places.map(|place| excess.at(place));
+    for _ in 0..SECTIONS {
+        if let Some(place) = (0..2).find(|&index| holds(values[index])) {
+            return Some(places[place]);
+        }
+        if values[0] >= values[1] {
+            to = places[1];
+            places = inner(from, to);
+            values = [excess.at(places[0]), values[0]];
+        } else {
+            from = places[0];
+            places = inner(from, to);
+            values = [values[1], excess.at(places[1])];
+        }
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn look(armed: bool, mut excess: impl FnMut(f64) -> f64) -> Onset {
+        let values = std::array::from_fn(|place| excess(place as f64 / PARTS as f64));
+        first(&values, armed, true, &mut excess)
+    }
+
+    #[test]
+    fn the_first_crossing_is_found_to_the_last_bit() {
+        let found = look(true, |t| t - 0.3).begin.unwrap();
+        assert!(found - 0.3 > 0.0 && found - 0.3 < 1e-16);
+        // Up at 0.2, down at 0.4, up at 0.9.
+        let cubic = |t: f64| (t - 0.2) * (t - 0.4) * (t - 0.9);
+        assert!((look(true, cubic).begin.unwrap() - 0.2).abs() < 1e-15);
+        // Already true: it must end first.
+        assert!((look(false, cubic).begin.unwrap() - 0.2).abs() < 1e-15);
+        assert!((look(false, |t| -cubic(t)).begin.unwrap() - 0.4).abs() < 1e-15);
+    }
+
+    #[test]
+    fn two_crossings_between_two_places_are_seen_and_a_near_miss_is_none() {
+        for (top, width) in [(0.51, 1e-3), (0.3337, 1e-6), (0.97, 3e-3)] {
+            let peak = |height: f64| move |t: f64| height - (t - top) * (t - top);
+            let found = look(true, peak(width * width)).begin.unwrap();
+            assert!((found - (top - width)).abs() < 1e-9, "{top} {width} {found}");
+            assert_eq!(look(true, peak(-width * width)), Onset { begin: None, armed: true });
+        }
+    }
+
+    #[test]
+    fn what_has_just_begun_to_hold_does_not_begin_again_by_rounding_errors() {
+        assert_eq!(look(false, |t| t - 1e-17), Onset { begin: None, armed: false });
+        assert_eq!(look(false, |t| 0.5 - t), Onset { begin: None, armed: true });
+        assert_eq!(look(true, |_| f64::NAN), Onset { begin: None, armed: true });
+    }
+}

@@ -1,0 +1,262 @@
+//! Events: steps are looked through for where comparisons begin to hold, and what holds happens.
+
+use super::super::snapshot::{Phase, Snapshot};
+use super::super::{Computed, Instance, InstanceError};
+use super::{Instants, Searched};
+use crate::hybrid::onset::{self, PARTS};
+use crate::hybrid::tick::is_later;
+
+/// A side of a comparison that has just been equal to the other one is off by no more than this share of both.
+const ROUNDING: f64 = 1e-12;
+
+/// An importer finds where a comparison begins to hold so well, as a share of what its sides differed by before.
+const LOCATED: f64 = 1e-9;
+
+impl Instance {
+    /// The first event up to a time, and when. Each step of the method is looked through as a whole.
+    pub(super) fn first_event(&mut self, target: f64) -> Result<Option<(f64, usize)>, InstanceError> {
+        if self.model.program().instants.events.is_empty() {
+            return Ok(None);
+        }
+        while self.time() < target {
+            let now = self.time();
+            if self.now.run.is_changed() || self.now.run.step_end() <= now {
+                self.leave_step();
+                // Only the steps of the method count, wherever the communication points are.
+                self.now.run.join(false);
+                // The whole step is taken, of which only the very beginning is looked at.
+                self.advance(now.next_up().min(target))?;
+            }
+            if let Some((at, event)) = self.search() {
+                return Ok((!is_later(at, target)).then_some((at, event)));
+            }
+            if self.now.run.step_end() >= target {
+                return Ok(None);
+            }
+            self.reach(self.now.run.step_end())?;
+        }
+        Ok(None)
+    }
+
+    /// What is armed at the end of a step is so at the beginning of the next one.
+    pub(super) fn leave_step(&mut self) {
+        let last = &self.now.run.last;
+        let step = [last.start_time, last.end_time];
+        if let Some(own) = &self.instants
+            && own.searched.is_some_and(|searched| searched.step == step)
+        {
+            self.now.happened.armed.clone_from(&own.armed);
+        }
+    }
+
+    /// Something changes within the last step: what has ceased to hold up to here is armed.
+    pub(super) fn arm_until_now(&mut self) {
+        let step = [self.now.run.last.start_time, self.now.run.before().time()];
+        let is_covered = step[0] < step[1] && step[1] <= self.now.run.last.end_time;
+        let Some(mut own) = self.instants.take() else { return };
+        if is_covered && !own.due.is_empty() && self.search_step(&mut own, step).first.is_none() {
+            self.now.happened.armed.clone_from(&own.armed);
+        }
+        own.searched = None;
+        self.instants = Some(own);
+    }
+
+    /// Looks through the last step for the first event.
+    fn search(&mut self) -> Option<(f64, usize)> {
+        let step = [self.now.run.last.start_time, self.now.run.last.end_time];
+        let mut own = self.instants.take()?;
+        let known = own.searched.filter(|searched| searched.step == step);
+        let found = known.unwrap_or_else(|| self.search_step(&mut own, step));
+        own.searched = Some(found);
+        self.instants = Some(own);
+        found.first
+    }
+
+    fn search_step(&mut self, own: &mut Instants, step: [f64; 2]) -> Searched {
+        for part in 0..=PARTS {
+            self.look_at(own, step, part as f64 / PARTS as f64);
+            let sides = own.sides.chunks_exact(2);
+            own.excesses.iter_mut().zip(sides).for_each(|(excess, sides)| excess[part] = sides[0] - sides[1]);
+        }
+        own.armed.clone_from(&self.now.happened.armed);
+        let mut first: Option<(f64, usize)> = None;
+        for event in 0..own.armed.len() {
+            if self.is_over(event) {
+                continue;
+            }
+            let (values, strict) = (own.excesses[event], self.model.program().instants.events[event].strict);
+            let onset = onset::first(&values, own.armed[event], strict, &mut |share: f64| {
+                self.look_at(own, step, share);
+                own.sides[2 * event] - own.sides[2 * event + 1]
+            });
+            own.armed[event] = onset.armed;
+            if let Some(share) = onset.begin {
+                let at = between(step, share);
+                first = Some(first.filter(|(time, _)| *time <= at).unwrap_or((at, event)));
+            }
+        }
+        self.computed = Computed::default();
+        Searched { step, first }
+    }
+
+    /// Evaluates the sides of all comparisons at a share of the last step; none is a number where the motion is not known.
+    fn look_at(&mut self, own: &mut Instants, step: [f64; 2], share: f64) {
+        let settings = self.settings();
+        let Snapshot { run, memory, .. } = &mut self.now;
+        let at = (between(step, share), &mut own.look);
+        let mut known = self.stepper.look(&self.model, &mut self.machine, (run, memory), at, &settings).is_ok();
+        self.machine.load(&self.model, &own.look);
+        if own.sides_solved {
+            known = known && self.accelerations.evaluate(&self.model, &mut self.machine).is_ok();
+            self.machine.load(&self.model, &own.look);
+        }
+        self.machine.evaluate(&self.model.program().instants.sides, &mut own.sides);
+        if !known {
+            own.sides.fill(f64::NAN);
+        }
+    }
+
+    /// Has it happened, and happens once only?
+    fn is_over(&self, event: usize) -> bool {
+        self.model.program().instants.events[event].once && self.now.happened.counts[event] > 0
+    }
+
+    /// Lets everything happen that holds at the present time and has not held before, and what has been found to begin here. What that changes may let other comparisons hold.
+    pub(super) fn happen(&mut self, found: Option<usize>) -> Result<(), InstanceError> {
+        let events = self.model.program().instants.events.len();
+        let mut found = found;
+        // After it has happened an event cannot begin to hold at the same instant.
+        for _ in 0..=events {
+            if !self.find_due(found)? {
+                break;
+            }
+            self.let_happen()?;
+            found = None;
+        }
+        self.arm();
+        Ok(())
+    }
+
+    /// Says whether an event is due.
+    fn find_due(&mut self, found: Option<usize>) -> Result<bool, InstanceError> {
+        let model = self.model.clone();
+        let Some(mut own) = self.instants.take() else { return Ok(false) };
+        let evaluated = self.evaluate(&model.program().instants.sides, own.sides_solved, &mut own.sides);
+        for (index, event) in model.program().instants.events.iter().enumerate() {
+            let excess = own.sides[2 * index] - own.sides[2 * index + 1];
+            let nearly = self.now.phase == Phase::Exchange && excess > -LOCATED * self.now.happened.sizes[index];
+            let holds = nearly || if event.strict { excess > 0.0 } else { excess >= 0.0 };
+            let begins = found == Some(index) || self.now.happened.armed[index] && holds;
+            own.due[index] = begins && !self.is_over(index);
+        }
+        let any = own.due.contains(&true);
+        self.instants = Some(own);
+        evaluated.map(|()| any)
+    }
+
+    /// Writes what the events that are due write, all at once.
+    fn let_happen(&mut self) -> Result<(), InstanceError> {
+        self.evaluate_written()?;
+        let model = self.model.clone();
+        let Some(own) = self.instants.take() else { return Ok(()) };
+        let mut written = Ok(());
+        for (index, event) in model.program().instants.events.iter().enumerate().filter(|(index, _)| own.due[*index]) {
+            written = written.and_then(|()| event.writes.iter().try_for_each(|write| self.write(&own, *write)));
+            let happened = &mut self.now.happened;
+            happened.armed[index] = false;
+            happened.counts[index] = happened.counts[index].saturating_add(1);
+            if event.stop {
+                happened.ended = Some(index as u32);
+            }
+        }
+        self.instants = Some(own);
+        written?;
+        self.go_on_anew();
+        Ok(())
+    }
+
+    /// Arms the events whose comparisons do not hold at the present time, by more than rounding errors.
+    fn arm(&mut self) {
+        let Some(own) = &self.instants else { return };
+        for (armed, sides) in self.now.happened.armed.iter_mut().zip(own.sides.chunks_exact(2)) {
+            *armed |= sides[0] - sides[1] < -ROUNDING * (sides[0].abs() + sides[1].abs());
+        }
+    }
+
+    /// By how much the first side of each comparison exceeds the second.
+    pub(in crate::instance) fn excesses(&mut self, excesses: &mut [f64]) -> Result<(), InstanceError> {
+        let Some(mut own) = self.instants.take() else { return Ok(()) };
+        let model = self.model.clone();
+        let evaluated = self.evaluate(&model.program().instants.sides, own.sides_solved, &mut own.sides);
+        excesses.iter_mut().zip(own.sides.chunks_exact(2)).for_each(|(excess, sides)| *excess = sides[0] - sides[1]);
+        for (size, excess) in
+            self.now.happened.sizes.iter_mut().zip(&*excesses).filter(|(_, excess)| excess.is_finite())
+        {
+            *size = size.max(excess.abs());
+        }
+        self.instants = Some(own);
+        evaluated
+    }
+
+    /// In Model Exchange: is there a tick or an event that the importer must let happen?
+    pub(in crate::instance) fn is_due(&mut self) -> Result<bool, InstanceError> {
+        if self.instants.is_none() {
+            return Ok(false);
+        }
+        let due = self.find_due(None)?;
+        self.arm();
+        let tick = self.next_tick(self.now.happened.ticked)?;
+        Ok(due || !is_later(tick, self.time()))
+    }
+
+    /// At an event of Model Exchange: lets everything happen that is due.
+    ///
+    /// # Errors
+    /// The importer has gone past a tick.
+    pub(in crate::instance) fn handle_instants(&mut self) -> Result<(), InstanceError> {
+        if self.instants.is_none() {
+            return Ok(());
+        }
+        let (now, tick) = (self.time(), self.next_tick(self.now.happened.ticked)?);
+        if is_later(now, tick) {
+            return Err(InstanceError::Passed { time: tick, now });
+        }
+        if !is_later(tick, now) {
+            self.tick()?;
+        }
+        self.happen(None)
+    }
+
+    /// Has an event ended the run?
+    pub(crate) fn is_ended(&self) -> bool {
+        self.now.happened.ended.is_some()
+    }
+
+    /// Has something happened in the last step?
+    pub(in crate::instance) fn take_happened(&mut self) -> bool {
+        self.instants.as_mut().is_some_and(|own| std::mem::take(&mut own.happened))
+    }
+
+    /// Every event of the scene, and how often it has happened.
+    pub fn events(&self) -> impl Iterator<Item = (&str, u32)> {
+        let events = self.model.program().instants.events.iter().map(|event| event.name.as_str());
+        events.zip(self.now.happened.counts.iter().copied())
+    }
+
+    /// Reports the events that have happened since the last report.
+    pub(crate) fn report_events(&mut self, mut report: impl FnMut(&str, f64)) {
+        let Some(own) = &mut self.instants else { return };
+        let events = &self.model.program().instants.events;
+        for ((event, count), reported) in events.iter().zip(&self.now.happened.counts).zip(&mut own.reported) {
+            if count > reported {
+                report(&event.name, self.now.state.time());
+            }
+            *reported = *count;
+        }
+    }
+}
+
+/// The time at a share of a step.
+fn between([start, end]: [f64; 2], share: f64) -> f64 {
+    if share < 1.0 { start + share * (end - start) } else { end }
+}

@@ -1,0 +1,362 @@
+//! What happens at instants: ticks of sampled values, and events when a comparison begins to hold.
+//!
+//! A tick is known beforehand: steps end there, by every method. For an event every step is looked through when it has been taken, whatever communication points lie in it; the motion goes on from
+//! where the comparison begins to hold. So what happens, and when, does not depend on the communication points.
+
+mod events;
+
+use serde::{Deserialize, Serialize};
+
+use super::snapshot::Phase;
+use super::{Computed, Instance, InstanceError, Snapshot};
+use crate::context::Deadline;
+use crate::failure::Failure;
+use crate::hybrid::onset::PARTS;
+use crate::hybrid::tick::{Clock, is_later};
+use crate::integrator::control::shortest;
+use crate::model::{Model, State};
+use crate::program::{Program, Write};
+use crate::tape::Tape;
+
+/// What a run remembers of what has happened.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Happened {
+    /// Of each event: can it begin to hold, where the last step begins?
+    armed: Vec<bool>,
+    /// How often each has happened.
+    counts: Vec<u32>,
+    /// In Model Exchange: by how much the sides of each have differed at most.
+    sizes: Vec<f64>,
+    /// Ticks up to this time are done \[s\].
+    ticked: f64,
+    /// The event that has ended the run.
+    ended: Option<u32>,
+}
+
+impl Happened {
+    pub fn new(model: &Model) -> Self {
+        let events = model.program().instants.events.len();
+        Self {
+            armed: vec![true; events],
+            counts: vec![0; events],
+            sizes: vec![0.0; events],
+            ticked: f64::MIN,
+            ended: None,
+        }
+    }
+
+    pub fn copy_from(&mut self, other: &Self) {
+        self.armed.clone_from(&other.armed);
+        self.counts.clone_from(&other.counts);
+        self.sizes.clone_from(&other.sizes);
+        (self.ticked, self.ended) = (other.ticked, other.ended);
+    }
+
+    pub fn belongs_to(&self, model: &Model) -> bool {
+        let events = model.program().instants.events.len();
+        self.armed.len() == events
+            && self.counts.len() == events
+            && self.sizes.len() == events
+            && self.sizes.iter().all(|size| size.is_finite())
+            && self.ticked.is_finite()
+            && self.ended.is_none_or(|event| (event as usize) < events)
+    }
+}
+
+/// Storage of a model in which something happens.
+#[derive(Clone, Debug)]
+pub(super) struct Instants {
+    clocks: Vec<Clock>,
+    /// The next tick \[s\]; infinite if there is none.
+    tick: f64,
+    /// No step goes beyond this time \[s\].
+    pub limit: f64,
+    /// When the computer must be done with the step under way.
+    pub deadline: Option<Deadline>,
+    /// Results of the tapes.
+    begin: Vec<f64>,
+    written: Vec<f64>,
+    sides: Vec<f64>,
+    /// Do the tapes read accelerations or reactions?
+    write_solved: bool,
+    sides_solved: bool,
+    /// Before a step: a failure leaves the instance as it was.
+    before: Snapshot,
+    /// A state within the last step.
+    look: State,
+    /// The excess of each event in the parts of the last step.
+    excesses: Vec<[f64; PARTS + 1]>,
+    searched: Option<Searched>,
+    /// Events that are due, and what `armed` becomes at the end of the last step.
+    due: Vec<bool>,
+    armed: Vec<bool>,
+    /// Counts that have been reported.
+    reported: Vec<u32>,
+    /// Has something happened since this was last asked?
+    happened: bool,
+}
+
+/// What has been found in the last step.
+#[derive(Clone, Copy, Debug)]
+struct Searched {
+    step: [f64; 2],
+    /// The first event, and when.
+    first: Option<(f64, usize)>,
+}
+
+/// What has come of an event of Model Exchange.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Handled {
+    /// Have the states changed?
+    pub moved: bool,
+    /// When the next tick is \[s\].
+    pub next: Option<f64>,
+    /// Does the run end?
+    pub ended: bool,
+}
+
+impl Instants {
+    pub fn of(model: &Model, now: &Snapshot) -> Option<Box<Self>> {
+        let program = model.program();
+        let instants = &program.instants;
+        if instants.is_empty() && instants.held == 0 {
+            return None;
+        }
+        let events = instants.events.len();
+        Some(Box::new(Self {
+            clocks: Vec::with_capacity(instants.samplers.len()),
+            tick: f64::INFINITY,
+            limit: f64::INFINITY,
+            deadline: None,
+            begin: vec![0.0; instants.begin.results.len()],
+            written: vec![0.0; instants.written.results.len()],
+            sides: vec![0.0; instants.sides.results.len()],
+            write_solved: reads_solved(program, &instants.written),
+            sides_solved: reads_solved(program, &instants.sides),
+            before: now.clone(),
+            look: model.default_state(0.0),
+            excesses: vec![[0.0; PARTS + 1]; events],
+            searched: None,
+            due: vec![false; events],
+            armed: vec![true; events],
+            reported: vec![0; events],
+            happened: false,
+        }))
+    }
+
+    /// To be called when the continuation was replaced by another one.
+    pub fn forget(&mut self) {
+        self.searched = None;
+    }
+}
+
+/// Does a tape read accelerations or reactions?
+fn reads_solved(program: &Program, tape: &Tape) -> bool {
+    let layout = program.layout();
+    let operands = tape.instructions().iter().flat_map(|instruction| instruction.operands());
+    let mut registers = operands.chain(tape.results.iter().copied());
+    registers.any(|register| (layout.accelerations()..layout.constants()).contains(&(register as usize)))
+}
+
+/// Moves a step on through everything that happens in it.
+impl Instance {
+    /// Sets the held values to what they begin with in the state, which is consistent.
+    pub(super) fn begin_held(&mut self, state: &mut State) -> Result<(), InstanceError> {
+        let Some(own) = &mut self.instants else { return Ok(()) };
+        self.machine.load(&self.model, state);
+        self.machine.evaluate(&self.model.program().instants.begin, &mut own.begin);
+        let first = self.model.program().open_inputs();
+        for (index, &value) in own.begin.iter().enumerate() {
+            if !value.is_finite() {
+                let name = self.model.program().inputs[first + index].name.clone();
+                return Err(InstanceError::Undefined { name, time: state.time() });
+            }
+            state.inputs_mut()[first + index] = value;
+        }
+        Ok(())
+    }
+
+    /// What happens at the start, when the run has begun.
+    pub(super) fn begin_instants(&mut self) -> Result<(), InstanceError> {
+        if self.instants.is_none() {
+            return Ok(());
+        }
+        let start = self.time();
+        self.now.happened = Happened::new(&self.model);
+        self.now.happened.ticked = start - 2.0 * shortest(start);
+        if self.next_tick(self.now.happened.ticked)? <= start + shortest(start) {
+            self.tick()?;
+        }
+        self.now.happened.ticked = start;
+        self.happen(None)
+    }
+
+    /// Moves on to a later time through everything that happens on the way. On failure the instance stays as it was.
+    pub(super) fn pass_instants(&mut self, time: f64, to_first: bool) -> Result<(), InstanceError> {
+        let Some(mut own) = self.instants.take() else { return self.advance(time) };
+        self.save_into(&mut own.before);
+        own.happened = false;
+        own.deadline = Deadline::after(self.model.program().experiment.budget);
+        self.instants = Some(own);
+        let changed = self.now.run.is_changed();
+        let done = self.go_through(time, to_first, changed);
+        if let Some(own) = &mut self.instants {
+            own.limit = f64::INFINITY;
+        }
+        match done {
+            Err(failure) if !failure.is_unfinished() && !failure.is_end() => {
+                if let Some(own) = self.instants.take() {
+                    self.now.copy_from(&own.before);
+                    self.instants = Some(own);
+                }
+                self.forget_continuation();
+                Err(failure)
+            }
+            done => {
+                self.now.run.join(changed);
+                done
+            }
+        }
+    }
+
+    fn go_through(&mut self, time: f64, to_first: bool, changed: bool) -> Result<(), InstanceError> {
+        self.check_end()?;
+        let begin = self.statistics().work;
+        let each_ends = self.now.run.ends_at_communication_points();
+        if changed {
+            self.arm_until_now();
+            self.happen(None)?;
+        }
+        loop {
+            let tick = self.next_tick(self.time())?;
+            let (target, ticks) = if is_later(tick, time) { (time, false) } else { (tick, true) };
+            if let Some(own) = &mut self.instants {
+                own.limit = if each_ends { target } else { tick };
+            }
+            match self.first_event(target)? {
+                Some((at, event)) => {
+                    self.reach(at)?;
+                    self.happen(Some(event))?;
+                }
+                None => {
+                    self.reach(target)?;
+                    if !ticks {
+                        return Ok(());
+                    }
+                    self.tick()?;
+                    self.happen(None)?;
+                }
+            }
+            self.check_end()?;
+            // Each part has a measure of its own; together they may not do more than one step may.
+            if self.statistics().work - begin > self.most_work {
+                return Err(Failure::TooMuchWork { time: self.time(), target: time }.into());
+            }
+            if to_first || self.time() >= time {
+                return Ok(());
+            }
+        }
+    }
+
+    /// Has an event ended the run?
+    fn check_end(&self) -> Result<(), InstanceError> {
+        let Some(event) = self.now.happened.ended else { return Ok(()) };
+        let name = self.model.program().instants.events[event as usize].name.clone();
+        Err(InstanceError::Ended { event: name, time: self.time() })
+    }
+
+    /// Moves on to a time, unless it has been reached.
+    fn reach(&mut self, time: f64) -> Result<(), InstanceError> {
+        if time > self.time() { self.advance(time) } else { Ok(()) }
+    }
+
+    /// The next tick later than a time; infinite if there is none.
+    fn next_tick(&mut self, after: f64) -> Result<f64, InstanceError> {
+        let Some(own) = &mut self.instants else { return Ok(f64::INFINITY) };
+        let samplers = &self.model.program().instants.samplers;
+        if samplers.is_empty() {
+            return Ok(f64::INFINITY);
+        }
+        self.machine.load_parameters(&self.model, self.now.state.parameters());
+        let tape = &self.model.program().instants.clocks;
+        self.machine.run(tape);
+        own.clocks.clear();
+        own.tick = f64::INFINITY;
+        for (index, sampler) in samplers.iter().enumerate() {
+            let [period, offset] = [0, 1].map(|half| self.machine.result(tape, 2 * index + half));
+            let clock = Clock { period, offset };
+            if !clock.is_sound(after) {
+                return Err(InstanceError::Period { sampler: sampler.name.clone(), period });
+            }
+            own.tick = own.tick.min(clock.after(after));
+            own.clocks.push(clock);
+        }
+        Ok(own.tick)
+    }
+
+    /// When the next tick is, if there are any \[s\].
+    pub(crate) fn next_event_time(&mut self) -> Result<Option<f64>, InstanceError> {
+        let after = if self.now.phase == Phase::Exchange { self.now.happened.ticked } else { self.time() };
+        Ok(Some(self.next_tick(after)?).filter(|tick| tick.is_finite()))
+    }
+
+    /// Writes the values whose samplers tick now.
+    fn tick(&mut self) -> Result<(), InstanceError> {
+        let time = self.time();
+        self.evaluate_written()?;
+        let model = self.model.clone();
+        let Some(own) = self.instants.take() else { return Ok(()) };
+        let ticking = model.program().instants.samplers.iter().zip(&own.clocks).filter(|(_, clock)| clock.is_at(time));
+        let written = ticking.flat_map(|(sampler, _)| &sampler.writes).try_for_each(|write| self.write(&own, *write));
+        self.instants = Some(own);
+        written?;
+        self.now.happened.ticked = time;
+        self.go_on_anew();
+        Ok(())
+    }
+
+    /// Everything that ticks and events could write now.
+    fn evaluate_written(&mut self) -> Result<(), InstanceError> {
+        let Some(mut own) = self.instants.take() else { return Ok(()) };
+        let evaluated =
+            self.evaluate(&self.model.clone().program().instants.written, own.write_solved, &mut own.written);
+        self.instants = Some(own);
+        evaluated
+    }
+
+    /// Results of a tape at the present state.
+    fn evaluate(&mut self, tape: &Tape, solved: bool, results: &mut [f64]) -> Result<(), InstanceError> {
+        if results.is_empty() {
+            return Ok(());
+        }
+        if solved {
+            self.accelerate()?;
+        }
+        self.load()?;
+        self.machine.evaluate(tape, results);
+        Ok(())
+    }
+
+    fn write(&mut self, own: &Instants, Write { held, result }: Write) -> Result<(), InstanceError> {
+        let (input, value) = (self.model.program().open_inputs() + held as usize, own.written[result as usize]);
+        if !value.is_finite() {
+            let name = self.model.program().inputs[input].name.clone();
+            return Err(InstanceError::Undefined { name, time: self.time() });
+        }
+        self.now.state.inputs_mut()[input] = value;
+        Ok(())
+    }
+
+    /// The run begins anew at the present state, whose held values have changed.
+    fn go_on_anew(&mut self) {
+        self.computed = Computed::default();
+        if let Some(own) = &mut self.instants {
+            (own.searched, own.happened) = (None, true);
+        }
+        if self.now.phase == Phase::Running {
+            let settings = self.settings();
+            let Snapshot { state, run, memory, .. } = &mut self.now;
+            self.stepper.begin_anew(&self.model, &mut self.machine, (run, memory), state, &settings);
+        }
+    }
+}

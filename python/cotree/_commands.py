@@ -1,0 +1,338 @@
+"""What the command does beside runs and studies: reports, drawings, films, FMUs, sweeps, optima."""
+
+from __future__ import annotations
+
+import csv
+import html
+import io
+import json
+import os
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from . import _cotree
+from . import _given as given
+from ._faults import RunError, raised, unknown
+from ._given import Value
+from ._results import Compared, Results, Table
+
+if TYPE_CHECKING:
+    import pandas
+
+    from ._model import Model
+
+#: What the Rust part hands over: JSON, text, table, picture.
+Told = tuple[str, str, str, str | None]
+
+
+class Report(Mapping[str, Any]):
+    """What a command finds: `report["range"]` is a part of its JSON, SI; `str(report)` is what it prints, `csv` its table, `picture` its picture (SVG), if it has one."""
+
+    def __init__(self, told: Told) -> None:
+        data, self.text, self.csv, self.picture = told
+        self.data: dict[str, Any] = json.loads(data)
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in self.data:
+            raise unknown(name, self.data, "is not in the report")
+        return self.data[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.data)
+
+    def __len__(self) -> int:
+        return len(self.data)
+
+    def __str__(self) -> str:
+        return self.text
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}: {', '.join(self)}>"
+
+    def columns(self) -> dict[str, np.ndarray]:
+        """The table by its columns, SI; what is not a number is a text."""
+        head, *rows = csv.reader(io.StringIO(self.csv)) if self.csv.strip() else [[]]
+        return {name: _column([row[place] for row in rows]) for place, name in enumerate(head)}
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """The table as a data frame."""
+        import pandas
+
+        return pandas.DataFrame(self.columns())
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{html.escape(self.text)}</pre>{self.picture or ''}"
+
+
+def _column(texts: list[str]) -> np.ndarray:
+    try:
+        return np.array([float(text) if text else np.nan for text in texts])
+    except ValueError:
+        return np.array(texts)
+
+
+class Best(Report):
+    """The best values that `optimize` has found: `best.optimum["rod"]` is one of them, SI; `model` is the model with them."""
+
+    def __init__(self, told: Told, origin: Model, settings: Mapping[str, Any]) -> None:
+        super().__init__(told)
+        self.optimum: dict[str, float] = {own["name"]: own["value"] for own in self["quantities"]}
+        self._origin, self._set = origin, dict(settings)
+
+    @property
+    def model(self) -> Model:
+        """The model with what was set and the best values."""
+        return self._origin.replace({**self._set, **self.optimum})
+
+
+@dataclass(frozen=True)
+class Assembly:
+    """A way in which the loops close: positions and angles by name, SI, and how many starts led to it; `own` if it is that of the scene."""
+
+    values: dict[str, float]
+    found: int
+    own: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Profile(Compared):
+    """The outline of a cam in its own axes with the shaft as origin: `contact` and the curve of the follower's point, `pitch`, are (angle, xy) [m] at the cam's `angle` [rad]."""
+
+    angle: np.ndarray = field(repr=False)
+    contact: np.ndarray = field(repr=False)
+    pitch: np.ndarray = field(repr=False)
+
+
+def dxf(curves: Mapping[str, np.ndarray]) -> str:
+    """Curves as a drawing for CAD: names, and places (point, xy) [m]."""
+    return _cotree.curves([(name, np.asarray(places, dtype=float).tolist()) for name, places in curves.items()])
+
+
+def png(svg: str, *, width: int = 1280) -> bytes:
+    """A picture as PNG, so many pixels wide."""
+    return _cotree.png(svg, float(width))
+
+
+def summary(results: Results) -> Report:
+    """A run in figures."""
+    columns = [(name, results.units[name], results[name].tolist()) for name in results]
+    return Report(_cotree.summary(results.time.tolist(), columns))
+
+
+class Commands:
+    """What a model can be asked as on the command line."""
+
+    _core: _cotree.Core
+    name: Any
+
+    def export(
+        self,
+        path: str | os.PathLike[str] | None = None,
+        *,
+        fmi: int | str = 2,
+        all: bool = False,
+        platforms: str | Sequence[str] = (),
+        runtimes: str | os.PathLike[str] | None = None,
+        lean: bool = False,
+    ) -> Path:
+        """Writes the scene as an FMU, FMI 2.0 or 3.0 [default: the scene's name, .fmu, in the current folder]; returns its path.
+
+        With `all` it has every variable. It is for this platform, or for others, such as "win64", whose runtimes lie in the folder `runtimes`
+        (tools/build-runtimes.sh makes them). Its page has the solver for browsers where the package has it, unless it is to be `lean`.
+
+        Raises SceneError, ValueError for a platform that there is not, OSError.
+        """
+        target = Path(f"{self.name}.fmu") if path is None else Path(path)
+        names = given.names("platforms", platforms)
+        with raised():
+            _cotree.export(self._core, target, str(fmi).removesuffix(".0"), names, _folder(runtimes), (all, lean))
+        return target
+
+    def page(self, *, runtimes: str | os.PathLike[str] | None = None) -> str:
+        """A page for a browser that shows the mechanism in motion, with plots and sliders where the package, or the folder `runtimes`, has the solver for browsers."""
+        with raised():
+            return self._core.page(_folder(runtimes))
+
+    def drawing(self, at: Value | None = None, *, set: Mapping[str, Value] | None = None, format: str = "svg") -> str:
+        """The mechanism at its start, or at a time [s]: as SVG, or for CAD ("dxf")."""
+        time = None if at is None else given.times("at", at)[0]
+        with raised():
+            return _cotree.drawing(self._core, time, given.settings(set), format)
+
+    def graph(self, *, format: str = "svg") -> str:
+        """The linear graphs with their trees: as SVG, or for Graphviz ("dot")."""
+        with raised():
+            return _cotree.graph(self._core, format)
+
+    def film(self, *, speed: float = 1.0) -> str:
+        """A picture that moves by itself (SVG), with so many seconds of the mechanism in one. Where the motion ends early it has what comes before, and a RuntimeWarning says why."""
+        with raised():
+            film, _, cut = _cotree.filmed(self._core, speed, None)
+        _warn(cut)
+        return film
+
+    def frames(self, *, fps: float = 25.0, speed: float = 1.0, width: int = 1280) -> list[bytes]:
+        """The pictures of a film, PNG; as `film` otherwise."""
+        with raised():
+            _, frames, cut = _cotree.filmed(self._core, speed, (fps, float(width)))
+        _warn(cut)
+        return frames
+
+    def motion(
+        self,
+        input: str | None = None,
+        output: str | None = None,
+        *,
+        speed: Value | None = None,
+        range: tuple[Value, Value] | None = None,
+        every: Value | None = None,
+        point: str | None = None,
+        dwell: Value | None = None,
+        fluctuation: float | None = None,
+        set: Mapping[str, Value] | None = None,
+    ) -> Report:
+        """What the mechanism does in one turn or stroke of its input: range, limits, transmission, drive, reactions, shaking, cams; with a row of its table for `every` so much.
+
+        `input` is the joint that is driven, `output` what is of interest, `speed` that of the input, `range` from where to where; `point` is one whose path is of interest,
+        `dwell` how near an end of its stroke the output is to stay, `fluctuation` that of the speed for a flywheel. Raises SceneError, ValueError, RunError.
+        """
+        with raised():
+            told = _cotree.turned(
+                self._core, (input, output, point), speed, range, every, dwell, fluctuation, given.settings(set)
+            )
+        return Report(told)
+
+    def assemblies(self, *, starts: int = 200, set: Mapping[str, Value] | None = None) -> list[Assembly]:
+        """The ways in which the loops close, from so many starts, the scene's first; raises RunError where poses are no single ones."""
+        with raised():
+            found = json.loads(_cotree.assemblies(self._core, starts, given.settings(set)))
+        if found["continuous"]:
+            raise RunError(f"more than {len(found['poses']) - 1} poses: they are no single ones")
+        each = enumerate(zip(found["poses"], found["found"], strict=True))
+        return [Assembly({**found["held"], **pose}, count, bool(found["own"] and index == 0)) for index, (pose, count) in each]
+
+    def profile(self, cam: str, *, points: int = 720, set: Mapping[str, Value] | None = None) -> Profile:
+        """The outline of a cam, by the name of its joint. Raises ValueError where there is no such cam."""
+        with raised():
+            return Profile(*_cotree.profile(self._core, cam, points, given.settings(set)))
+
+    def compare(self) -> Report:
+        """What other trees would cost, as `cotree show --compare` says it."""
+        with raised():
+            return Report(_cotree.comparison(self._core))
+
+    def _measured(
+        self,
+        measures: str | Sequence[str],
+        runs: tuple[list[str], np.ndarray],
+        times: given.Times,
+        settings: list[tuple[str, Value]],
+        inputs: Any,
+        threads: int,
+    ) -> Table:
+        """Measures of runs: names, and a row of values for each run."""
+        names, values = runs
+        with raised():
+            columns, table, failures = self._core.measure(
+                times, settings, given.names("measures", measures), given.inputs(inputs), names, values, given.threads(threads)
+            )
+        varied = {name: values[:, place] for place, name in enumerate(names)}
+        return Table(varied, columns, table, failures)
+
+    def sweep(
+        self,
+        measures: str | Sequence[str],
+        values: Mapping[str, Value | Sequence[Value]],
+        *,
+        random: int | None = None,
+        latin: int | None = None,
+        seed: int = 0,
+        start: Value | None = None,
+        stop: Value | None = None,
+        step: Value | None = None,
+        tolerance: float | None = None,
+        set: Mapping[str, Value] | None = None,
+        inputs: Any = None,
+        threads: int = 0,
+    ) -> Table:
+        """As `measure`, of the runs that `cotree sweep` makes: all combinations of `values`, which are written as there ("0.4..0.6:21", "1,1.2 m"), or lists; with `random` or `latin`,
+        a number of runs, values are drawn, also from ranges ("0.4..0.6", "0.5+-2%", "0.5~0.01")."""
+        if random is not None and latin is not None:
+            raise ValueError("random, latin: give one of them")
+        drawn = (False, random) if random is not None else (True, latin) if latin is not None else None
+        with raised():
+            factors = [f"{name}={self._levels(name, own)}" for name, own in values.items()]
+            runs = _cotree.design(self._core, factors, drawn, seed)
+        times = given.Times(start, stop, step, tolerance)
+        return self._measured(measures, runs, times, given.settings(set), inputs, threads)
+
+    def _levels(self, name: str, values: Any) -> str:
+        """Values as the command reads them; each of a list may have a unit of its own."""
+        if isinstance(values, str):
+            return values
+        listed = list(values) if isinstance(values, Sequence | np.ndarray) else [values]
+        for value in listed:
+            given.check_value(f"values: {name}", value)
+        return ",".join(map(repr, self._core.numbers(name, listed)))
+
+    def optimize(
+        self,
+        vary: str | Sequence[str] | Mapping[str, tuple[Value | None, Value | None] | None],
+        *,
+        minimize: str | None = None,
+        maximize: str | None = None,
+        match: Any = None,
+        subject_to: str | Sequence[str] = (),
+        turn: str | None = None,
+        of: str | None = None,
+        starts: int | None = None,
+        seed: int = 0,
+        threads: int = 0,
+        set: Mapping[str, Value] | None = None,
+        stop: Value | None = None,
+        step: Value | None = None,
+        tolerance: float | None = None,
+    ) -> Best:
+        """The best values of parameters, constant inputs and initial values, by many searches with exact derivatives, as `cotree optimize` finds them.
+
+        `vary` are names, or a mapping of names to their bounds; a measure such as "peak(pivot.torque)" is made small or large, or columns over time are to be matched (as those of `fit`);
+        `subject_to` are limits such as "max(ram.s) <= 3 mm". With `turn`, a joint, the measures are figures of one turn of it, and `of` is what is of interest there.
+        Raises SceneError, ValueError, RunError where no values meet the limits.
+        """
+        aims = {"minimize": minimize, "maximize": maximize, "match": match}
+        asked = [name for name, aim in aims.items() if aim is not None]
+        if len(asked) != 1:
+            raise ValueError("give one of minimize, maximize, match")
+        [aim] = asked
+        goal, table = (None, given.inputs(match, "match")) if aim == "match" else (str(aims[aim]), None)
+        settings = given.settings(set)
+        # As on the command line: searches of a turn take longer.
+        searches = starts if starts is not None else 64 if turn is None else 8
+        with raised():
+            told = _cotree.optimized(
+                self._core,
+                given.Times(None, stop, step, tolerance),
+                settings,
+                given.varied(vary),
+                (aim, goal, table),
+                given.names("subject_to", subject_to),
+                None if turn is None else (turn, of),
+                (searches, seed, given.threads(threads)),
+            )
+        return Best(told, self, dict(settings))  # type: ignore[arg-type]
+
+
+def _folder(runtimes: str | os.PathLike[str] | None) -> str | None:
+    """A folder of runtimes: that which is given, else the package's if it has one."""
+    own = Path(__file__).parent / "runtimes"
+    return os.fspath(runtimes) if runtimes is not None else os.fspath(own) if own.is_dir() else None
+
+
+def _warn(cut: str | None) -> None:
+    if cut is not None:
+        warnings.warn(cut, RuntimeWarning, stacklevel=3)

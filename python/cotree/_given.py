@@ -1,0 +1,189 @@
+"""What calls are given: values by name, times, names, inputs over time; each is checked where it is read."""
+
+from __future__ import annotations
+
+import inspect
+import math
+import numbers
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from . import _cotree
+
+if TYPE_CHECKING:
+    from ._run import Run
+
+#: A number in SI units.
+Number = float | np.floating[Any] | np.integer[Any]
+#: A number in SI units, or a text with a unit such as "120 mm".
+Value = Number | str
+#: Times, names and columns of values over time.
+Columns = tuple[list[float], list[str], list[list[float]]]
+#: An experiment: settings, what was measured, inputs over time.
+Fitted = tuple[list[tuple[str, Value]], Columns, Columns | None]
+
+
+class Times:
+    """Times and tolerance of a run; None is the scene's. `at` are communication points in place of `stop` and `step`."""
+
+    __slots__ = ("at", "start", "step", "stop", "tolerance")
+
+    def __init__(
+        self,
+        start: Value | None,
+        stop: Value | None,
+        step: Value | None,
+        tolerance: float | None,
+        at: Value | Iterable[Value] | None = None,
+    ) -> None:
+        for name, value in (("start", start), ("stop", stop), ("step", step)):
+            if value is not None:
+                _finite(name, value)
+        if tolerance is not None and not isinstance(tolerance, float | numbers.Real):
+            raise TypeError(f"tolerance: {tolerance!r} is not a number")
+        if at is not None and not (stop is None and step is None):
+            raise ValueError("times: they are the communication points; leave `stop` and `step` out")
+        self.at = None if at is None else times("times", at)
+        self.start, self.stop, self.step, self.tolerance = start, stop, step, tolerance
+
+
+def _finite(name: str, value: Any) -> None:
+    """Raises TypeError unless it is a number or a text, ValueError for a number that is not finite."""
+    check_value(name, value)
+    if not isinstance(value, str) and not math.isfinite(value):
+        raise ValueError(f"{name}: {value!r} is not a finite number")
+
+
+def check_value(name: str, value: Any) -> None:
+    """Raises TypeError unless it is None, a number, or a text."""
+    if isinstance(value, float | str):
+        return
+    is_number = isinstance(value, numbers.Real) or (isinstance(value, np.ndarray) and value.ndim == 0)
+    if value is not None and not is_number and not isinstance(value, str):
+        raise TypeError(f"{name}: {value!r} is neither a number nor a text with a unit")
+
+
+def settings(given: Mapping[str, Value] | None, what: str = "set") -> list[tuple[str, Value]]:
+    """Names and values; TypeError says which is none."""
+    if given is None:
+        return []
+    if not (isinstance(given, Mapping) or (hasattr(given, "items") and hasattr(given, "index"))):
+        raise TypeError(f"{what}: give a mapping of names to values, not {type(given).__name__}")
+    for name, value in given.items():
+        if value is None:
+            raise TypeError(f"{what}: {name} has no value")
+        check_value(f"{what}: {name}", value)
+    return [(str(name), value) for name, value in given.items()]
+
+
+def names(what: str, given: str | Iterable[str]) -> list[str]:
+    """One name, or several."""
+    try:
+        names = [given] if isinstance(given, str) else list(given)
+    except TypeError:
+        names = [given]  # type: ignore[list-item]
+    for name in names:
+        if not isinstance(name, str):
+            raise TypeError(f"{what}: {name!r} is not a name; give one or several")
+    return names
+
+
+def times(name: str, given: Any, neither: str = "not a time") -> list[float]:
+    """One time, or several [s]."""
+    is_one = isinstance(given, str) or not isinstance(given, Iterable) or (isinstance(given, np.ndarray) and given.ndim == 0)
+    listed = [given] if is_one else list(given)
+    if any(isinstance(value, np.ndarray) and value.ndim for value in listed):
+        raise TypeError(f"{name}: {given!r} is to be one time or several")
+    return [seconds(name, value, neither) for value in listed]
+
+
+def seconds(name: str, value: Any, neither: str) -> float:
+    if isinstance(value, str):
+        try:
+            return _cotree.seconds(value)
+        except ValueError as error:
+            raise ValueError(f"{name}: {value!r} is {neither}: {error}") from None
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name}: {value!r} is {neither}; times are numbers [s] or texts such as '20 ms'") from None
+
+
+def varied(vary: str | Iterable[str] | Mapping[str, Any]) -> list[tuple[str, Value | None, Value | None]]:
+    """Names of what is varied, each with its bounds."""
+    named = {vary: None} if isinstance(vary, str) else vary if isinstance(vary, Mapping) else dict.fromkeys(vary)
+    return [(name, *bounds(name, pair)) for name, pair in named.items()]
+
+
+def bounds(name: str, pair: Any) -> tuple[Value | None, Value | None]:
+    """The bounds of what is varied."""
+    if pair is None:
+        return None, None
+    if isinstance(pair, str) or not isinstance(pair, Sequence | np.ndarray) or len(pair) != 2:
+        raise TypeError(f"vary: {name}: {pair!r} is to be its bounds (low, high), where None is the scene's, or None for both")
+    for value in pair:
+        check_value(f"vary: {name}", value)
+    low, high = pair
+    return low, high
+
+
+def laws(inputs: Any) -> dict[str, Callable[[float, Run], float]] | None:
+    """Inputs that are functions, each of the time and the run; none if there is a table."""
+    if not isinstance(inputs, Mapping) or "time" in inputs or not any(map(callable, inputs.values())):
+        return None
+    for name, law in inputs.items():
+        if not callable(law):
+            raise TypeError(f"inputs: {name}: {law!r} is no function, as others are; give a constant input by `set`")
+    return {str(name): one_law(law) for name, law in inputs.items()}
+
+
+def one_law(law: Callable[..., Any]) -> Callable[[float, Run], float]:
+    """A function of the time, or of the time and the run."""
+    try:
+        named = inspect.signature(law).parameters.values()
+    except ValueError:  # functions of numpy have none
+        return lambda time, run: float(law(time))
+    needed = [own for own in named if own.default is own.empty and own.kind in (own.POSITIONAL_ONLY, own.POSITIONAL_OR_KEYWORD)]
+    if len(needed) > 1:
+        return lambda time, run: float(law(time, run))
+    return lambda time, run: float(law(time))
+
+
+def threads(count: int) -> int:
+    if count < 0:
+        raise ValueError(f"threads: {count} is below 0, which stands for one for each processor")
+    return count
+
+
+def inputs(given: Any, what: str = "inputs") -> Columns | None:
+    """Times, names and columns of values over time."""
+    if given is None:
+        return None
+    if hasattr(given, "columns") and not isinstance(given, Mapping):
+        columns = {str(name): given[name] for name in given.columns}
+        if "time" not in columns and hasattr(given, "index"):
+            columns["time"] = given.index
+    elif isinstance(given, Mapping):
+        columns = {str(name): column for name, column in given.items()}
+    else:
+        raise TypeError(f"{what}: give a data frame or a mapping with a column `time`, not {type(given).__name__}")
+    if "time" not in columns:
+        raise ValueError(f"{what}: there is no column `time`")
+    times = over_time(what, "time", columns.pop("time"))
+    return times, list(columns), [over_time(what, name, column) for name, column in columns.items()]
+
+
+def over_time(what: str, name: str, column: Any) -> list[float]:
+    """Numbers over time."""
+    if callable(column):
+        raise TypeError(f"{what}: {name} is a function; functions stand in a mapping without `time`, and only `simulate` takes them")
+    try:
+        values = np.asarray(column, dtype=float)
+    except (TypeError, ValueError):
+        raise ValueError(f"{what}: {name} has values that are no numbers; give them in SI units") from None
+    if values.ndim != 1:
+        raise ValueError(f"{what}: {name} is to be a list of numbers, one for each time")
+    listed: list[float] = values.tolist()
+    return listed

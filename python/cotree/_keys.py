@@ -1,0 +1,312 @@
+"""The keys of scenes, made by tools/python/keys.py from schema/scene.schema.json."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal, Required, TypedDict
+
+import numpy as np
+
+#: A number in SI units, a text with a unit, or an expression.
+Quantity = float | str | np.floating[Any] | np.integer[Any]
+#: Components.
+Vector = Sequence[Quantity] | np.ndarray
+
+
+class Shape(TypedDict, total=False):
+    """Keys of the shapes of bodies."""
+
+    #: the area of its cross-section, with a density in kg/m3 [m2]; must be given with a density in kg/m3 if absent
+    area: Quantity
+    #: its density: kg/m3, or per length or area in kg/m or kg/m2 [kg/m3]; mass of the body if absent
+    density: Quantity
+    #: its centre [m]
+    disc: str | Vector
+    #: two opposite corners; its sides are along the body's axes [m]
+    plate: Sequence[str | Vector]
+    #: its corners, counter-clockwise [m]
+    polygon: Sequence[str | Vector]
+    #: its radius [m]
+    radius: Quantity
+    #: its two ends [m]
+    rod: Sequence[str | Vector]
+    #: its thickness, with a density in kg/m3 [m]; must be given with a density in kg/m3 if absent
+    thickness: Quantity
+
+
+class ParameterKeys(TypedDict, total=False):
+    """Keys of a parameter."""
+
+    #: one line about it
+    description: str
+    #: its largest value
+    max: Quantity
+    #: its smallest value
+    min: Quantity
+    #: whether it may change while the FMU runs; false if absent
+    tunable: bool
+    #: the unit of numbers without one; SI, as the value is used if absent
+    unit: str
+
+
+class InputKeys(TypedDict, total=False):
+    """Keys of an input."""
+
+    #: one line about it
+    description: str
+    #: its largest value
+    max: Quantity
+    #: its smallest value
+    min: Quantity
+    #: the unit of numbers without one; SI, as the value is used if absent
+    unit: str
+
+
+class StateKeys(TypedDict, total=False):
+    """Keys of a state."""
+
+    #: one line about it
+    description: str
+    #: its usual size: tolerances are relative to it; the size of its start, or 1 if absent
+    nominal: Quantity
+    #: its unit, that of numbers without one; that of its start if absent
+    unit: str
+
+
+class SignalKeys(TypedDict, total=False):
+    """Keys of a signal."""
+
+    #: one line about it
+    description: str
+    #: its unit: the law must have it, and of numbers that stand alone it is the unit; the one that follows from the law if absent
+    unit: str
+
+
+class OutputKeys(TypedDict, total=False):
+    """Keys of an output."""
+
+    #: one line about it
+    description: str
+    #: the unit that it is shown in; the one that follows from its variables if absent
+    unit: str
+
+
+class PartKeys(TypedDict, total=False):
+    """Keys of a part."""
+
+    #: by how much it is turned [rad]; 0 if absent
+    angle: Quantity
+    #: where its origin is [m]; [0, 0] if absent
+    at: Vector
+    #: whether its left and right are exchanged, before it is turned; false if absent
+    mirror: bool
+    #: the body of this scene that its ground is fixed to; "ground" if absent
+    on: str
+    #: new values of its parameters, expressions of this file's; its own if absent
+    parameters: Mapping[str, Quantity]
+
+
+class BodyKeys(TypedDict, total=False):
+    """Keys of a body."""
+
+    #: its mass centre in the frame of the points [m]; that of the shape, or the origin if absent
+    com: Vector
+    #: whether gravity acts on it; true if absent
+    gravity: bool
+    #: its moment of inertia about the mass centre [kg.m2]; that of the shape if absent
+    inertia: Quantity
+    #: its mass [kg]; that of the shape if absent
+    mass: Quantity
+    #: its points, in a frame that is fixed in it [m]
+    points: Mapping[str, Vector]
+    #: a uniform shape in the frame of the points
+    shape: Shape
+
+
+class DriverKeys(TypedDict, total=False):
+    """Keys of a driver."""
+
+    #: the motion [rad]
+    angle: Quantity | Mapping[str, Any]
+    #: between = ["ground", "BODY"] turns the second body against the first
+    between: Sequence[str]
+    #: the motion [m]
+    displacement: Quantity | Mapping[str, Any]
+    #: joint = "JOINT" turns this joint; joint = "JOINT" slides along this joint
+    joint: str
+    #: on = "BODY.POINT" moves this point
+    on: str
+    #: the motion in the world [m]
+    position: Vector
+
+
+class SolverKeys(TypedDict, total=False):
+    """Settings of the solver."""
+
+    #: absolute tolerance of a step; the solver's if absent
+    atol: Quantity
+    #: the longest step [s]
+    max_step: Quantity
+    #: the integrator: of both kinds as the motion asks for, or of one
+    method: Literal['auto', 'explicit', 'implicit']
+    #: relative tolerance of a step; the solver's if absent
+    rtol: Quantity
+    #: how long the computer may take for one communication step; longer is an error [s]
+    time_budget: Quantity
+
+
+#: The kinds of joints.
+JointType = Literal["revolute", "prismatic", "weld", "slot", "rolling", "distance", "gear", "rack", "belt", "screw", "cam"]
+
+
+class JointKeys(TypedDict, total=False):
+    """Keys of joints, whatever their kind."""
+
+    #: the second body's angle minus the first's [rad]; the second wheel's angle where the first's is zero [rad]; the second pulley's angle where the first's is zero [rad]
+    angle: Quantity
+    #: the direction in the first body's frame; the direction in the carrier's frame
+    axis: Vector
+    #: the radius of the base circle, on which the follower is where the law is zero [m]
+    base: Quantity
+    #: the body in which the wheels have their bearings; the ground if absent; the point from which the displacement counts; the ground's origin if absent
+    carrier: str
+    #: what keeps the follower on the cam: a force, or the form of a groove or of a conjugate cam, which also pulls
+    closure: Literal['force', 'form']
+    #: viscous friction [N.m.s]; viscous friction [N.s/m]
+    damping: Quantity
+    #: the displacement where the angle is zero [m]
+    displacement: Quantity
+    #: the direction of a flat follower's face in its frame; the follower is on its left
+    face: Vector
+    #: the radius of the first pulley [m]
+    first_radius: Quantity
+    #: dry friction [N.m, rad/s]; dry friction [N, m/s]
+    friction: Mapping[str, Any]
+    #: the joint in which the follower moves on the carrier: prismatic, from the carrier to the follower, or revolute
+    guide: str
+    #: how far the follower rises, in terms of angle, the cam's from 0 to 360 deg against the carrier [m or rad]
+    law: Quantity
+    #: how far the nut moves in one turn; negative for a left-hand thread [m]
+    lead: Quantity
+    #: the length of the rod [m]
+    length: Quantity
+    #: the radius of the disc [m]; the radius of the pinion; negative if the rack goes back when the pinion turns forward [m]
+    radius: Quantity
+    #: the second wheel's turns for one of the first; negative for external teeth
+    ratio: Quantity
+    #: the radius of the follower's roller; a knife edge if absent [m]
+    roller: Quantity
+    #: whether the belt is open or crossed
+    run: Literal['open', 'crossed']
+    #: the radius of the second pulley [m]
+    second_radius: Quantity
+    #: the revolute joint in which the cam turns on the carrier
+    shaft: str
+    #: on which side of the line the disc rolls, seen along the axis; where a turning follower touches, seen from the shaft towards its pivot
+    side: Literal['left', 'right']
+
+
+class RevoluteKeys(TypedDict, total=False):
+    """Keys of a revolute joint."""
+
+    #: viscous friction [N.m.s]
+    damping: Quantity
+    #: dry friction [N.m, rad/s]
+    friction: Mapping[str, Any]
+
+
+class PrismaticKeys(TypedDict, total=False):
+    """Keys of a prismatic joint."""
+
+    #: the second body's angle minus the first's [rad]
+    angle: Quantity
+    #: viscous friction [N.s/m]
+    damping: Quantity
+    #: dry friction [N, m/s]
+    friction: Mapping[str, Any]
+
+
+class WeldKeys(TypedDict, total=False):
+    """Keys of a weld joint."""
+
+    #: the second body's angle minus the first's [rad]
+    angle: Quantity
+
+
+#: The kinds of loads.
+LoadType = Literal["force", "torque", "spring", "torsion_spring", "actuator", "damper", "torsion_actuator", "gas_spring", "constant_force_spring", "torsion_damper", "bushing", "dc_motor", "cylinder"]
+
+
+class LoadKeys(TypedDict, total=False):
+    """Keys of loads, whatever their kind."""
+
+    #: the free angle [rad]
+    angle: Quantity
+    #: the areas of the piston: behind it, and around the rod [m2]
+    areas: Vector
+    #: between = ["BODY", "BODY"] turns the second against the first; the two points; the two bodies
+    between: Sequence[str]
+    #: the bulk modulus of the oil [Pa]
+    bulk: Quantity
+    #: the length of the column of gas there: its volume over the area of the piston [m]
+    column: Quantity
+    #: its torque by current, which is its voltage by angular velocity, too [N.m/A]
+    constant: Quantity
+    #: the cubic stiffness [N/m3]; the cubic stiffness [N.m/rad3]
+    cubic: Quantity
+    #: its current at the start [A]; 0 if absent
+    current: Quantity
+    #: the damping coefficient [N.s/m]; the damping coefficient [N.m.s]
+    damping: Quantity
+    #: the exponent of the volume in p V^n: 1 at constant temperature, 1.4 for air without exchange of heat
+    exponent: Quantity
+    #: the law; positive pushes the points apart [N]
+    force: Quantity
+    #: whose axes the components are along
+    frame: Literal['world', 'body']
+    #: the inductance of its winding [H]
+    inductance: Quantity
+    #: flow past the piston by the difference of the pressures [m3/s by Pascal]; 0 if absent
+    leakage: Quantity
+    #: the free length [m]; the distance between the points where the force is push [m]
+    length: Quantity
+    #: the point; on = "BODY" turns a body
+    on: str
+    #: the opening of its valve, from -1 to 1: a law; positive lets the supply into the cap
+    opening: Quantity
+    #: the pressures at the start: behind the piston, and around the rod [Pa]
+    pressures: Vector
+    #: the force that pulls the points together [N]
+    pull: Quantity
+    #: the force that pushes the points apart at length [N]
+    push: Quantity
+    #: turns of its rotor for one turn between the bodies; its gear has no mass and no play; 1 if absent
+    ratio: Quantity
+    #: the resistance of its winding [ohm]
+    resistance: Quantity
+    #: the length at which the volumes are these [m]
+    retracted: Quantity
+    #: on which side of its free length or angle it acts
+    side: Literal['both', 'above', 'below']
+    #: the stiffness [N/m]; the stiffness [N.m/rad]; the stiffness, the same in all directions [N/m]
+    stiffness: Quantity
+    #: the pressure of the pump [Pa]
+    supply: Quantity
+    #: the pressure of the tank [Pa]; 0 if absent
+    tank: Quantity
+    #: the law [N.m]
+    torque: Quantity
+    #: the torsional damping [N.m.s]
+    torsion_damping: Quantity
+    #: the torsional stiffness [N.m/rad]
+    torsion_stiffness: Quantity
+    #: the torque [N.m]
+    value: Quantity
+    #: flow through the open valve by the root of the pressure that is left [m3/s by the root of a Pascal]
+    valve: Quantity
+    #: the components [N]
+    vector: Vector
+    #: the voltage at its terminals: a law [V]
+    voltage: Quantity
+    #: the volumes of oil, pipes included, where its length is retracted: behind the piston, and around the rod [m3]
+    volumes: Vector

@@ -1,0 +1,70 @@
+//! What ticks and events write, and when: the kernels of held values.
+
+use cotree_fmu::program::{Event, Instants, Sampler, Write};
+use cotree_fmu::tape::Tape;
+
+use crate::equations::Equations;
+use crate::expr::Expr;
+use crate::model::{Formula, InputId, Mechanism};
+
+/// The expressions behind [`Instants`].
+#[derive(Clone, Debug, Default)]
+pub(super) struct InstantKernels {
+    pub begin: Vec<Expr>,
+    pub clocks: Vec<Expr>,
+    pub written: Vec<Expr>,
+    pub sides: Vec<Expr>,
+}
+
+impl InstantKernels {
+    pub fn new(equations: &mut Equations) -> Self {
+        let mechanism = equations.system.mechanism.clone();
+        let mut all = |formulas: Vec<&Formula>| -> Vec<Expr> {
+            formulas.into_iter().map(|formula| equations.formula(formula)).collect()
+        };
+        Self {
+            begin: all(mechanism.held.iter().map(|held| &held.begin).collect()),
+            clocks: all(mechanism.samplers.iter().flat_map(|own| [&own.period, &own.offset]).collect()),
+            written: all(writes(&mechanism).map(|(_, formula)| formula).collect()),
+            sides: all(mechanism.events.iter().flat_map(|event| event.ordered()).collect()),
+        }
+    }
+
+    /// What is read of the motion at instants.
+    pub fn read(&self) -> Vec<Expr> {
+        [&self.written[..], &self.sides].concat()
+    }
+
+    /// With the tapes of its kernels.
+    pub fn lower(&self, mechanism: &Mechanism, [begin, clocks, written, sides]: [Tape; 4]) -> Instants {
+        let (first, held) = (mechanism.open_inputs().len(), mechanism.held.len() as u32);
+        // A program of positions alone has no kernels of the motion, and nothing happens in it.
+        if self.begin.len() < mechanism.held.len() {
+            return Instants { held, ..Instants::default() };
+        }
+        let mut result = 0;
+        let mut write = |(input, _): &(InputId, Formula)| {
+            result += 1;
+            Write { held: (input.0 - first) as u32, result: result - 1 }
+        };
+        let samplers = mechanism
+            .samplers
+            .iter()
+            .map(|own| Sampler { name: own.name.clone(), writes: own.writes.iter().map(&mut write).collect() });
+        let samplers = samplers.collect();
+        let events = mechanism.events.iter().map(|own| Event {
+            name: own.name.clone(),
+            strict: own.is_strict(),
+            once: own.once,
+            stop: own.stop,
+            writes: own.writes.iter().map(&mut write).collect(),
+        });
+        Instants { held, samplers, events: events.collect(), begin, clocks, written, sides }
+    }
+}
+
+/// Everything that is written at instants, those of samplers first.
+fn writes(mechanism: &Mechanism) -> impl Iterator<Item = &(InputId, Formula)> {
+    let ticks = mechanism.samplers.iter().flat_map(|own| &own.writes);
+    ticks.chain(mechanism.events.iter().flat_map(|own| &own.writes))
+}

@@ -1,0 +1,346 @@
+//! What changes at instants: sampled values and events.
+
+use std::collections::HashMap;
+
+use super::Resolver;
+use super::context::Context;
+use super::names::Named;
+use super::parameters::{hertz, is_bare};
+use crate::diagnostic::fault::Fault;
+use crate::diagnostic::span::Text;
+use crate::diagnostic::suggest;
+use crate::model::measure::{ANYTHING, TIME};
+use crate::model::{Event, Formula, Held, HeldWhat, Input, InputId, LoadId, Range, Sampler, Unit};
+use crate::scene::dimension::Known;
+use crate::scene::expression::comparison;
+use crate::scene::model;
+use crate::scene::quantity::{Reading, Value, read};
+
+/// What the next value of a sampled value is.
+pub(super) type Next = Option<(Formula, Known)>;
+
+/// Next values of sampled values, as far as they are known.
+#[derive(Default)]
+pub(super) struct Nexts {
+    known: HashMap<InputId, Next>,
+    /// Those that are being looked for, each for the one before it.
+    pending: Vec<InputId>,
+}
+
+impl model::Scene {
+    /// All sampled values, as the inputs that they are.
+    pub(super) fn sampled_values(&self) -> impl Iterator<Item = (InputId, &model::SampledValue)> {
+        let first = self.inputs.len();
+        let values = self.sampled.iter().flat_map(|sampler| &sampler.values);
+        values.enumerate().map(move |(index, value)| (InputId(first + index), value))
+    }
+
+    /// When an event happened last, as an input.
+    fn time_of(&self, event: usize) -> InputId {
+        InputId(self.inputs.len() + self.sampled_values().count() + event)
+    }
+
+    /// The event whose time is called so.
+    pub(super) fn event_of_time(&self, name: &str) -> Option<(usize, InputId)> {
+        let event = name.strip_prefix("events.")?.strip_suffix(".time")?;
+        let place = self.events.iter().position(|own| own.name.text == event)?;
+        Some((place, self.time_of(place)))
+    }
+
+    /// The input that says whether a load is there, if an event removes it.
+    pub(super) fn presence(&self, load: LoadId) -> Option<InputId> {
+        let place = self.removed().iter().position(|own| *own == load)?;
+        Some(InputId(self.time_of(self.events.len()).0 + place))
+    }
+
+    /// The loads that events remove, each once.
+    fn removed(&self) -> Vec<LoadId> {
+        let names = self.events.iter().flat_map(|event| &event.remove);
+        let place = |name: &Text| self.loads.iter().position(|load| load.name.text == name.text);
+        let mut removed: Vec<LoadId> = names.filter_map(place).map(LoadId).collect();
+        removed.sort_unstable();
+        removed.dedup();
+        removed
+    }
+}
+
+impl Resolver<'_> {
+    /// Adds the held values to the inputs, still without what they begin with; their units are known from here on.
+    pub(super) fn declare_held(&mut self, inputs: &mut Vec<Input>) {
+        let scene = self.scene;
+        for sampler in &scene.sampled {
+            for value in &sampler.values {
+                let own = self.within(sampler.within, |resolver| resolver.declare_sampled(value));
+                inputs.push(own);
+            }
+        }
+        for event in &scene.events {
+            self.input_units.push(Some((crate::model::Exponents::SECOND, 0)));
+            inputs.push(Input {
+                name: format!("events.{}.time", event.name.text),
+                description: format!("when `{}` happened last; less than zero before that", event.name.text),
+                unit: Unit::time(),
+                ..held_input(&event.name)
+            });
+        }
+        for load in scene.removed() {
+            let name = &scene.loads[load.0].name;
+            self.input_units.push(None);
+            let (description, start) = (format!("1 while load `{}` is there", name.text), 1.0);
+            inputs.push(Input { name: format!("{}.presence", name.text), description, start, ..held_input(name) });
+        }
+    }
+
+    fn declare_sampled(&mut self, value: &model::SampledValue) -> Input {
+        let declared = self.unit(value.unit.as_ref());
+        // What moves is not known yet, and has no unit of its own.
+        let measure = value.start.as_ref().filter(|start| match &start.value {
+            Value::Number(_) => false,
+            Value::Text(text) => !matches!(read(&Text::from(text.as_str())), Ok(Reading::Expression) | Err(_)),
+        });
+        let own = measure.and_then(|start| {
+            let what = format!("`start` of sampled value `{}`", value.name.text);
+            self.formula_and_unit(start, &what, &ANYTHING, Context::Constant).1
+        });
+        let unit = declared.or(own);
+        let hertz = hertz(unit.as_ref(), value.start.as_ref(), value.unit.as_ref());
+        self.input_units.push(unit.as_ref().map(|unit| (unit.exponents, hertz)));
+        let description = value.description.as_ref().map(|text| text.text.clone()).unwrap_or_default();
+        Input { description, unit: unit.unwrap_or_default(), ..held_input(&value.name) }
+    }
+
+    /// What held values begin with, and the samplers.
+    pub(super) fn held(&mut self, inputs: &mut [Input]) -> (Vec<Held>, Vec<Sampler>) {
+        let scene = self.scene;
+        let (mut held, mut samplers) = (Vec::new(), Vec::new());
+        let mut ids = scene.sampled_values();
+        for (place, sampler) in scene.sampled.iter().enumerate() {
+            let own: Vec<_> = ids.by_ref().take(sampler.values.len()).collect();
+            let what = format!("`period` of sampler `{}`", sampler.name.text);
+            let (period, offset) = self.within(sampler.within, |resolver| {
+                let period = resolver.constant_in(Range::Positive, &sampler.period, &what, &TIME);
+                let what = format!("`offset` of sampler `{}`", sampler.name.text);
+                let offset = sampler.offset.as_ref().map(|offset| resolver.constant(offset, &what, &TIME));
+                (period, offset.unwrap_or(Formula::Number(0.0)))
+            });
+            let mut writes = Vec::new();
+            for (id, value) in own {
+                let begin = self.within(sampler.within, |resolver| resolver.begin(value, &inputs[id.0].unit));
+                if let Formula::Number(start) = begin {
+                    inputs[id.0].start = start;
+                }
+                held.push(Held { what: HeldWhat::Sampled, begin });
+                if let Some((next, _)) = value.next.as_ref().and_then(|_| self.next(id, place)) {
+                    writes.push((id, next));
+                }
+            }
+            let name = sampler.name.text.clone();
+            samplers.push(Sampler { name, period, offset, writes, span: sampler.name.span });
+        }
+        let before = crate::expr::Function::Two(crate::expr::Binary::Min);
+        let never = Formula::Call(before, vec![Formula::Number(-1.0), Formula::Time + Formula::Number(-1.0)]);
+        held.extend(scene.events.iter().map(|_| Held { what: HeldWhat::Time, begin: never.clone() }));
+        let there = |load| Held { what: HeldWhat::Presence(load), begin: Formula::Number(1.0) };
+        held.extend(scene.removed().into_iter().map(there));
+        (held, samplers)
+    }
+
+    fn begin(&mut self, value: &model::SampledValue, unit: &Unit) -> Formula {
+        let Some(start) = &value.start else { return Formula::Number(0.0) };
+        let what = format!("`start` of sampled value `{}`", value.name.text);
+        self.in_unit(start, (!unit.si.is_empty()).then_some(unit), &what, Context::Start).0
+    }
+
+    /// What a sampled value gets at a tick of its sampler.
+    pub(super) fn next(&mut self, id: InputId, sampler: usize) -> Next {
+        if let Some(known) = self.nexts.known.get(&id) {
+            return known.clone();
+        }
+        let scene = self.scene;
+        let (_, value) = scene.sampled_values().find(|(own, _)| *own == id)?;
+        let Some(next) = &value.next else {
+            let unit = self.input_units[id.0].map(|(exponents, _)| exponents);
+            return Some((Formula::Input(id), Known::moving(unit)));
+        };
+        if let Some(first) = self.nexts.pending.iter().position(|own| *own == id) {
+            self.refuse_circle_of_news(first, next.span);
+            return None;
+        }
+        self.nexts.pending.push(id);
+        let found = self.within(scene.sampled[sampler].within, |resolver| {
+            let what = format!("`next` of sampled value `{}`", value.name.text);
+            resolver.held_formula(next, id, &what, Context::Instant(Some(sampler)))
+        });
+        self.nexts.pending.pop();
+        let found = Some(found);
+        self.nexts.known.insert(id, found.clone());
+        found
+    }
+
+    fn refuse_circle_of_news(&mut self, first: usize, span: crate::diagnostic::Span) {
+        let scene = self.scene;
+        let name =
+            |id: &InputId| scene.sampled_values().find(|(own, _)| own == id).map(|(_, own)| own.name.text.as_str());
+        let mut names: Vec<&str> = self.nexts.pending[first..].iter().filter_map(name).collect();
+        names.extend(names.first().copied());
+        let message = format!("new values of sampled values depend on each other in a circle: {}", names.join(" -> "));
+        let fault = Fault::new("scene::cycle", message, span).label("part of the circle");
+        self.faults.push(fault.help("use the value before the tick somewhere: `x` instead of `new(x)`"));
+    }
+
+    /// What a held value becomes: a bare number is in its unit, an expression must have it.
+    fn held_formula(
+        &mut self,
+        quantity: &crate::scene::quantity::Quantity,
+        id: InputId,
+        what: &str,
+        context: Context,
+    ) -> (Formula, Known) {
+        let (formula, own, known) = self.formula_and_known(quantity, what, &ANYTHING, context);
+        let unit = self.input_units[id.0].map(|(exponents, _)| crate::scene::unit::from_exponents(exponents));
+        let declared = unit.filter(|unit| !unit.si.is_empty());
+        self.must_agree(what, declared.as_ref(), own.as_ref().filter(|_| known != Known::Number), quantity.span);
+        let display = declared.as_ref().and_then(|unit| unit.display.as_ref()).filter(|_| is_bare(quantity));
+        let factor = display.map_or(1.0, |display| display.factor);
+        let known = declared.map_or(known, |unit| Known::moving(Some(unit.exponents)));
+        (formula * Formula::Number(factor), known)
+    }
+
+    /// What `new(x)` stands for.
+    pub(super) fn new_value(&mut self, name: &Text, sampler: Option<usize>, what: &str) -> Next {
+        let own = match self.names.get(&name.text) {
+            Some(Named::Held(id)) => Some(id),
+            _ => None,
+        };
+        let scene = self.scene;
+        let values = sampler.map(|sampler| &scene.sampled[sampler].values[..]).unwrap_or_default();
+        let is_here = values.iter().any(|value| value.name.text == name.text);
+        if let (Some(id), Some(sampler), true) = (own, sampler, is_here) {
+            self.used_inputs.insert(id);
+            return self.next(id, sampler);
+        }
+        if !self.is_reported(name, &name.text) {
+            let names = values.iter().map(|value| value.name.text.as_str());
+            let help = match values.is_empty() {
+                true => "`new(x)` stands in `next` only".to_owned(),
+                false => format!("the values of this sampler are {}", suggest::list(names)),
+            };
+            let message =
+                format!("{what} uses `new({})`, which is no value that is sampled at the same tick", name.text);
+            self.faults
+                .push(Fault::new("scene::unknown_name", message, name.span).label("not sampled here").help(help));
+        }
+        None
+    }
+
+    pub(super) fn events(&mut self) -> Vec<Event> {
+        let scene = self.scene;
+        let mut events = Vec::new();
+        for (place, event) in scene.events.iter().enumerate() {
+            events.extend(self.within(event.within, |resolver| resolver.event(place, event)));
+        }
+        events
+    }
+
+    fn event(&mut self, place: usize, event: &model::Event) -> Option<Event> {
+        let scene = self.scene;
+        let what = format!("event `{}`", event.name.text);
+        if event.remove.is_empty() && event.set.is_empty() && !event.stop {
+            self.nothing_happens(event, &what);
+        }
+        let mut writes = vec![(scene.time_of(place), Formula::Time)];
+        for (name, value) in &event.set {
+            writes.extend(self.set(name, value, &what));
+        }
+        for name in &event.remove {
+            let presence = self.removed(name, &what).and_then(|load| scene.presence(load));
+            writes.extend(presence.map(|presence| (presence, Formula::Number(0.0))));
+        }
+        let (comparison, sides) = self.sides(&event.when, &format!("`when` of {what}"))?;
+        Some(Event {
+            name: event.name.text.clone(),
+            description: event.description.as_ref().map(|text| text.text.clone()).unwrap_or_default(),
+            comparison,
+            sides,
+            writes,
+            once: event.once,
+            stop: event.stop,
+            span: event.name.span,
+        })
+    }
+
+    fn sides(&mut self, when: &Text, what: &str) -> Option<(crate::model::Comparison, [Formula; 2])> {
+        let (comparison, trees) = match comparison(when) {
+            Ok(found) => found,
+            Err(fault) => {
+                self.faults.push(fault);
+                return None;
+            }
+        };
+        let [left, right] = trees.map(|tree| self.instant_tree(&tree, when, what));
+        let ((left, first), (right, second)) = (left?, right?);
+        self.must_compare(first, second, when, what);
+        Some((comparison, [left, right]))
+    }
+
+    fn nothing_happens(&mut self, event: &model::Event, what: &str) {
+        let fault = Fault::new("scene::missing_key", format!("nothing happens at {what}"), event.name.span);
+        let help = "say what happens: `remove = [\"spring\"]`, `set = { x = 0 }` or `stop = true`";
+        self.faults.push(fault.label("neither `remove` nor `set` nor `stop`").help(help));
+    }
+
+    fn set(&mut self, name: &Text, value: &crate::scene::quantity::Quantity, what: &str) -> Option<(InputId, Formula)> {
+        let scene = self.scene;
+        let Some(Named::Held(id)) = self.names.get(&name.text) else {
+            if !self.is_reported(name, &name.text) {
+                let names = scene.sampled_values().map(|(_, own)| own.name.text.as_str());
+                let known: Vec<&str> = names.collect();
+                let otherwise = match known.is_empty() {
+                    true => "there are none: give it under `[sampled]`".to_owned(),
+                    false => format!("they are {}", suggest::list(known.iter().copied())),
+                };
+                let message = format!("{what} sets `{}`, but only sampled values can be set", name.text);
+                let fault = Fault::new("scene::unknown_name", message, name.span).label("no sampled value");
+                self.faults.push(fault.help(suggest::hint(&name.text, known, otherwise)));
+            }
+            return None;
+        };
+        let what = format!("`set.{}` of {what}", name.text);
+        Some((id, self.held_formula(value, id, &what, Context::Instant(None)).0))
+    }
+
+    fn removed(&mut self, name: &Text, what: &str) -> Option<LoadId> {
+        if let Some(Named::Load(load)) = self.names.get(&name.text) {
+            return Some(load);
+        }
+        if !self.is_reported(name, &name.text) {
+            let message = match self.names.get(&name.text) {
+                Some(named) => {
+                    format!("{what} removes the {} `{}`, but only loads can be removed", named.word(), name.text)
+                }
+                None => format!("{what} removes `{}`, which is not in the scene", name.text),
+            };
+            let scene = self.scene;
+            let names = || scene.loads.iter().map(|load| load.name.text.as_str());
+            let otherwise = match scene.loads.is_empty() {
+                true => "there is no load".to_owned(),
+                false => format!("the loads are {}", suggest::list(names())),
+            };
+            let fault = Fault::new("scene::unknown_name", message, name.span).label("no load");
+            self.faults.push(fault.help(suggest::hint(&name.text, names(), otherwise)));
+        }
+        None
+    }
+}
+
+fn held_input(name: &Text) -> Input {
+    Input {
+        name: name.text.clone(),
+        description: String::new(),
+        unit: Unit::default(),
+        start: 0.0,
+        min: None,
+        max: None,
+        span: name.span,
+    }
+}

@@ -1,0 +1,11 @@
+const draw = page.cotreeDraw, { drawing } = draw, board = $("board");
+const until = async done => { for (let k = 0; k < 3000 && !done(); k++) await wait(20); return Boolean(done()); };
+const settled = () => until(() => drawing.shown === drawing.text);
+const place = at => { const [x, y] = draw.pixel(at), { left, top } = board.getBoundingClientRect(); return { clientX: left + x, clientY: top + y }; };
+const send = (kind, at) => board.dispatchEvent(new page.PointerEvent(kind, { pointerId: 7, button: 0, bubbles: true, ...place(at) }));
+const drag = async (from, to) => { send("pointerdown", from); for (const part of [.3, .7, 1]) send("pointermove", from.map((value, k) => value + part * (to[k] - value))); send("pointerup", to); await settled(); };
+const press = async at => { send("pointermove", at); send("pointerdown", at); send("pointerup", at); await settled(); };
+const use = name => page.document.querySelector(`[data-tool=${name}]`).click();
+const key = (name, more = {}) => board.dispatchEvent(new page.KeyboardEvent("keydown", { key: name, bubbles: true, cancelable: true, ...more }));
+const base64 = bytes => { let text = ""; for (let k = 0; k < bytes.length; k += 8192) text += String.fromCharCode(...bytes.subarray(k, k + 8192)); return btoa(text); };
+await settled();
