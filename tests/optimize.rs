@@ -307,6 +307,35 @@ fn limits_are_met_and_cost_what_they_cost() {
     assert!((most.limits[0].multiplier.unwrap() - 1.0).abs() < 1e-6, "{:?}", most.limits);
 }
 
+/// Two equations for three quantities leave a bent line, along which the rod leans less the lower the slide is: all searches follow it to its end, where both dead points have a triangle with a
+/// right angle each.
+#[test]
+fn searches_follow_the_line_that_equations_leave() {
+    let scene = CARRIAGE
+        .replace("[parameters]", "[parameters]\noffset = { value = 0, min = \"-100 mm\", max = \"100 mm\" }")
+        .replace("[bodies]", "[ground.points]\nguide = [0, \"offset\"]\n[bodies]")
+        .replace("[\"ground\", \"carriage\"]", "[\"ground.guide\", \"carriage\"]");
+    let limits = ["max(slide.s) = 400 mm", "range(slide.s) = 100 mm"];
+    let vary = ["crank", "rod", "offset"];
+    let found = best(&scene, &Request { starts: 8, ..request(&vary, least("max(link.angle)"), &limits) });
+    let (far, near) = (0.4_f64.hypot(0.1), 0.3_f64.hypot(0.1));
+    let known = [0.5 * (far - near), 0.5 * (far + near), -0.1];
+    for own in &found.searches {
+        let off = own.values.iter().zip(known).map(|(own, known)| (own - known).abs()).fold(0.0, f64::max);
+        assert!(own.ended == "optimum" && off < 1e-6, "{known:?} {own:?}");
+    }
+    let angle = ((known[0] - 0.1) / known[1]).asin();
+    assert!((found.values[1].unwrap() - angle).abs() < 1e-6, "{angle} {found:?}");
+    // Each equation has one multiplier: what the goal changes by when the equation does.
+    let told = found.limits[1].multiplier.unwrap();
+    let with = |stroke: &str| {
+        let limits = [limits[0], &*format!("range(slide.s) = {stroke}")];
+        best(&scene, &Request { starts: 1, ..request(&vary, least("max(link.angle)"), &limits) }).values[1].unwrap()
+    };
+    let slope = (with("100.1 mm") - with("99.9 mm")) / 2e-4;
+    assert!((told / slope - 1.0).abs() < 1e-2, "{told} {slope}");
+}
+
 /// The same request gives the same answer, in any number of threads; whoever stops it keeps the best values.
 #[test]
 fn threads_change_nothing_and_a_stop_keeps_the_best() {
@@ -411,6 +440,8 @@ fn the_command_writes_a_scene_that_keeps_its_promise() {
         "best.toml",
         "--table",
         "searches.csv",
+        "--plot",
+        "around.svg",
         "--units",
         "mm",
     ];
@@ -435,6 +466,27 @@ fn the_command_writes_a_scene_that_keeps_its_promise() {
         "{table} {json}"
     );
     assert_eq!(fs::read_to_string(folder.path().join("searches.csv")).unwrap().lines().count(), 5);
+    // Resumed from its table, in whatever units, it is where it was, at once; what was not searched begins at its start.
+    let table = fs::read_to_string(folder.path().join("searches.csv")).unwrap();
+    let part: Vec<&str> = table.lines().take(3).collect();
+    fs::write(folder.path().join("part.csv"), part.join("\n")).unwrap();
+    for (file, fewer) in [("searches.csv", true), ("part.csv", false)] {
+        let resumed = [&arguments[..10], &["--resume", file, "--json"]].concat();
+        let again: serde_json::Value = serde_json::from_str(&run(&resumed)).unwrap();
+        let [before, after] = [&json, &again].map(|own| own["goal"]["value"].as_f64().unwrap());
+        assert!((after / before - 1.0).abs() < 1e-9, "{before} {after}");
+        let [before, after] = [&json, &again].map(|own| own["evaluations"].as_u64().unwrap());
+        assert!(after < before && (!fewer || after <= 4 * 4), "{before} {after}");
+    }
+    let other =
+        [&arguments[..2], &["--vary", "crank,rod", "--minimize", "slide.s", "--starts", "1", "--resume", "part.csv"]]
+            .concat();
+    let output = cotree(folder.path(), &other);
+    assert!(code(&output) == 2 && stderr(&output).contains("search 1 is not one of 1"), "{}", stderr(&output));
+    let picture = fs::read_to_string(folder.path().join("around.svg")).unwrap();
+    for part in ["peak(motor.torque)", "range(slide.s)", "crank", "rod", "bound", "best"] {
+        assert!(picture.contains(part) && !picture.contains("NaN"), "{part}");
+    }
     // What is not there is said by its name, and as no fault of the scene.
     let wrong =
         |more: &[&str]| cotree(folder.path(), &[&["optimize", "carriage.toml", "--vary", "crank,rod"], more].concat());

@@ -6,21 +6,24 @@ use crate::support::ROOT;
 use std::path::Path;
 
 use cotree::scene::Scene;
+use cotree::task::Task;
 use serde_json::Value;
 
 use command::{code, cotree, stdout};
 
 fn schema() -> Value {
-    let path = Path::new(ROOT).join("schema/scene.schema.json");
-    let made = stdout(&cotree(Path::new("."), &["schema"]));
+    written("schema/scene.schema.json", &["schema"])
+}
+
+/// The schema of a file, which has to be what the command prints.
+fn written(file: &str, command: &[&str]) -> Value {
+    let path = Path::new(ROOT).join(file);
+    let made = stdout(&cotree(Path::new("."), command));
     if std::env::var_os("COTREE_WRITE_REFERENCE").is_some() {
         std::fs::write(&path, &made).unwrap();
     }
     let written = std::fs::read_to_string(path).unwrap();
-    assert!(
-        written == made,
-        "schema/scene.schema.json is not up to date: COTREE_WRITE_REFERENCE=1 cargo test --test all schema::"
-    );
+    assert!(written == made, "{file} is not up to date: COTREE_WRITE_REFERENCE=1 cargo test --test all schema::");
     serde_json::from_str(&made).unwrap()
 }
 
@@ -175,6 +178,42 @@ fn what_the_program_refuses_for_its_form_the_schema_refuses_too() {
     {
         let scene = json(&format!("name = \"d\"\n[drivers.d]\n{text}"));
         assert_eq!(wrong(&schema, &schema, &scene, "").is_none(), right, "{text}");
+    }
+}
+
+/// What the program reads as a task the schema permits, and what it refuses for its form the schema refuses too.
+#[test]
+fn tasks_have_a_schema_that_says_what_is_read() {
+    let schema = written("schema/task.schema.json", &["schema", "--task"]);
+    let permitted = |text: &str| wrong(&schema, &schema, &json(text), "").is_none();
+    let is_read = |text: &str| Task::from_text(text).is_ok();
+    let page = std::fs::read_to_string(Path::new(ROOT).join("docs/synthesis.md")).unwrap();
+    let blocks = page.split("```toml ").skip(1).filter_map(|block| block.split_once('\n'));
+    let mut tasks: Vec<&str> = blocks.filter_map(|(_, text)| text.split("```").next()).collect();
+    tasks.extend([
+        "[poses]\nat = [[0, 0, 0], [1, 0, 0.5]]\ntolerance = \"1 mm\"\nweight = [1, 2]\n",
+        "[function]\ninput = [0, 1, 2]\noutput = [0, \"1 mm\", 3]\ninput_zero = 0.1\n",
+        "[function]\ninput = [0, 1]\noutput = \"x^2\"\nx = [0, 1]\nrange = [0, 1]\nground = 2\n",
+        "[path]\npoints = [[0, 0], [1, 0], [1, 1]]\nclosed = true\ncrank = [0, 1, 2]\npivots = [[0, 0], [1, 0]]\n",
+        "[stroke]\ncrank_turn = 3\nstroke = 0.2\noffset = 0\n[limits]\nground = [[0, 0], [1, 0], [1, 1]]\ncrank = true\nlength = [0.1, 1]\n",
+    ]);
+    assert!(tasks.len() >= 8);
+    for text in tasks {
+        assert!(permitted(text) && is_read(text), "{text}");
+    }
+    for text in [
+        "name = \"none\"\n",
+        "[poses]\nat = [[0, 0], [1, 0]]\n",
+        "[poses]\nat = [[0, 0, 0]]\n",
+        "[poses]\nat = [[0, 0, 0], [1, 0, 1]]\n[path]\npoints = [[0, 0], [1, 0], [1, 1]]\n",
+        "[path]\npoints = [[0, 0], [1, 0]]\n",
+        "[path]\npoints = [[0, 0], [1, 0], [1, 1]]\nopen = true\n",
+        "[function]\ninput = [0, 1, 2]\n",
+        "[stroke]\ncrank_turn = 3\nstroke = true\n",
+        "[stroke]\ncrank_turn = 3\nstroke = 1\n[limits]\nlength = [1]\n",
+        "[stroke]\ncrank_turn = 3\nstroke = 1\n[limits]\nground = { x = [0, 1], z = [0, 1] }\n",
+    ] {
+        assert!(!permitted(text) && !is_read(text), "{text}");
     }
 }
 

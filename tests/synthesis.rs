@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 
 use command::{code, cotree, stderr, stdout};
-use cotree::task::Task;
+use cotree::task::{Kind, Task};
 use cotree_study::synthesis::{Answer, synthesize};
 use cotree_synthesis::{Dyad, Linkage, Point, Pose, Random};
 use serde_json::Value;
@@ -190,6 +190,45 @@ fn the_limit_that_removed_the_last_one_is_named() {
     assert_eq!(answer.good().count(), 0);
     let text = answer.report().text(&cotree_study::synthesis::report::usual());
     assert!(text.contains("no linkage is left; what removed the last"), "{text}");
+}
+
+/// Between given pivots five points have finitely many four-bars: this many, as Morgan and Wampler 1990 published, and all are looked at.
+#[test]
+fn five_points_between_given_pivots_have_all_their_four_bars() {
+    let answer = answered(
+        "name = \"five\"\n[path]\npoints = [[0.5, 1.06], [-0.83, -0.27], [-0.34, 0.22], [-0.13, 0.43], [0.22, 0.78]]\npivots = [[0, 0], [1, 0]]\n",
+    );
+    assert_eq!(answer.looked_at, 15, "{:?}", answer.left_out);
+}
+
+/// A task whose poses or points stand in a table is the same task.
+#[test]
+fn tables_of_poses_and_points_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let put = |name: &str, text: &str| {
+        fs::write(folder.path().join(name), text).unwrap();
+        folder.path().join(name)
+    };
+    put("poses.csv", "x [mm]; y [mm]; angle [deg]; weight\n0;0;0;1\n35;120;20;1\n130;260;52;2\n");
+    put("curve.csv", "x,y,crank [deg]\n0,0,10\n1,0,40\n1,1,70\n");
+    let read = |text: &str| Task::read(&put("task.toml", text));
+    let Kind::Poses { at, tolerance, weight } = read("[poses]\nat = \"poses.csv\"\n").unwrap().kind else { panic!() };
+    assert!((at[2][0] - 0.13).abs() < 1e-15 && (at[2][2] - 52f64.to_radians()).abs() < 1e-15, "{at:?}");
+    assert_eq!((tolerance, weight), (None, Some(vec![1.0, 1.0, 2.0])));
+    let Kind::Path { points, crank, .. } = read("[path]\npoints = \"curve.csv\"\n").unwrap().kind else { panic!() };
+    assert_eq!(points, [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]);
+    assert!((crank.unwrap()[2] - 60f64.to_radians()).abs() < 1e-15);
+    let refused = |table: &str, more: &str| {
+        put("poses.csv", table);
+        read(&format!("[poses]\nat = \"poses.csv\"\n{more}")).unwrap_err().to_string()
+    };
+    let right = "x [mm],y [mm],angle [deg],weight\n0,0,0,1\n35,120,20,1\n";
+    assert!(refused(right, "weight = 2\n").contains("poses whose table has it"));
+    assert!(refused(&right.replace("mm],angle", "deg],angle"), "").contains("must be in m"));
+    assert!(refused(&right.replace("angle [deg]", "turn [deg]"), "").contains("no task has a column `turn`"));
+    assert!(refused("x,y\n0,0\n1,1\n", "").contains("no column is `angle`"));
+    assert!(refused(&right.replace(",20,", ",,"), "").contains("the cell is empty"));
+    assert!(read("[poses]\nat = \"none.csv\"\n").unwrap_err().to_string().contains("none.csv"));
 }
 
 /// A parabola is followed best by bars hundreds of times as long as the ground, of which nobody can make one: they are left out with their number, and asked for by `length` they come.

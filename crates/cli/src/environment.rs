@@ -5,17 +5,20 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Command};
 use clap_complete::Shell;
 use clap_mangen::Man;
-use cotree::{component, files};
+use cotree::{component, files, task};
 
 use super::failure::Failure;
 use super::output;
 
-/// Print the JSON Schema of scene files, by which editors complete and check them
+/// Print the JSON Schema of scene files or of tasks, by which editors complete and check them
 ///
 /// It is made from the keys that cotree itself reads. A TOML scene names it in its first line: `#:schema scene.schema.json`.
 #[derive(Args)]
-#[command(after_help = "Example:\n  cotree schema -o scene.schema.json")]
+#[command(after_help = "Examples:\n  cotree schema -o scene.schema.json\n  cotree schema --task -o task.schema.json")]
 pub struct Schema {
+    /// That of tasks for `cotree synthesize`
+    #[arg(long)]
+    task: bool,
     /// Where it goes; `-` is standard output [default: -]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -23,7 +26,8 @@ pub struct Schema {
 
 impl Schema {
     pub fn run(self) -> Result<(), Failure> {
-        output::put(output::file(self.output.as_deref()), &component::schema())
+        let schema = if self.task { task::schema() } else { component::schema() };
+        output::put(output::file(self.output.as_deref()), &schema)
     }
 }
 

@@ -1,6 +1,6 @@
 //! `cotree optimize`
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
 use clap::{ArgGroup, Args};
@@ -83,6 +83,12 @@ pub struct Optimize {
     /// Where each search ended: a CSV file
     #[arg(long, value_name = "FILE")]
     table: Option<PathBuf>,
+    /// Go on where searches ended before: the file of an earlier --table; searches that are not in it begin at their starts
+    #[arg(long, value_name = "FILE")]
+    resume: Option<PathBuf>,
+    /// Draw the goal and the limits while one quantity after the other goes from bound to bound, the others at their best [.svg or .png]
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
     /// Write the scene with the best values; all else in it stays as it is
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -92,7 +98,11 @@ pub struct Optimize {
 
 impl Optimize {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
-        output::apart(&[Some(&self.scene), self.matched.as_deref()], &[self.table.as_deref(), self.output.as_deref()])?;
+        output::apart(
+            &[Some(&self.scene), self.matched.as_deref()],
+            &[self.table.as_deref(), self.plot.as_deref(), self.output.as_deref()],
+        )?;
+        output::is_written_as(self.plot.as_deref(), &["svg", "png"])?;
         output::is_table(self.table.as_deref(), "; with --json everything is printed as JSON")?;
         let scene = output::load(&self.scene)?;
         let request = self.request(&scene)?;
@@ -101,7 +111,8 @@ impl Optimize {
         let mut study = study::asking(&scene, &wanted, &self.settings).map_err(asked)?;
         study.set_experiment(self.times.experiment(study.experiment())?);
         let (stop, bar) = (stop::listen()?, bar(request.starts));
-        let found = optimize::optimize(&scene, &mut study, &request, &|progress| {
+        let from = self.resume.as_deref().map_or(Ok(Vec::new()), |path| searched(path, &request))?;
+        let found = optimize::resume(&scene, &mut study, &request, &from, &|progress| {
             show(&bar, progress);
             !stop.load(Ordering::Relaxed)
         });
@@ -115,6 +126,11 @@ impl Optimize {
             output::wrote(path, &format!("{} searches", found.searches.len()), format);
         }
         self.write(&scene, &found, format)?;
+        if let (Some(path), false) = (&self.plot, stop.load(Ordering::Relaxed)) {
+            let around = optimize::around(&scene, &mut study, &request, &found)?;
+            let picture = cotree_draw::study::optimize::plot(&found, &around, &units).svg();
+            output::picture(path, &picture, "the goal and the limits around the best values", format)?;
+        }
         match stop.load(Ordering::Relaxed) {
             true => Err(Failure::Stopped("stopped: these are the best values so far".to_owned())),
             false => Ok(()),
@@ -164,6 +180,12 @@ impl Optimize {
         output::wrote(path, what, format);
         Ok(())
     }
+}
+
+/// Where searches ended before.
+fn searched(path: &Path, request: &Request) -> Result<Vec<(usize, Vec<f64>)>, Failure> {
+    let text = std::fs::read_to_string(path).map_err(|error| Failure::file("read", path, error))?;
+    optimize::searched(&text, request).map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))
 }
 
 /// A bar on standard error, if that is a terminal.

@@ -35,6 +35,8 @@ pub(super) struct Subject<'a> {
     /// Bodies without a mass that forces need.
     pub lacking: &'a [String],
     pub places: &'a Places,
+    /// Are extremes, centres and contacts left out?
+    pub only_table: bool,
 }
 
 /// Where the speed of the input is from.
@@ -200,7 +202,7 @@ impl Column {
 
 /// Works everything out.
 pub(super) fn of(subject: &Subject, table: &Table) -> Result<Figures, MotionError> {
-    let Subject { moved, mechanism, drive, output, request, lacking, places } = *subject;
+    let Subject { moved, mechanism, drive, output, request, lacking, places, only_table } = *subject;
     let mut figures = Figures::empty(mechanism, drive, table);
     figures.range = if let Places::Folds(folds) = places { Some(*folds) } else { drive.range };
     figures.dead_points = matches!(places, Places::Folds(_));
@@ -222,9 +224,11 @@ pub(super) fn of(subject: &Subject, table: &Table) -> Result<Figures, MotionErro
         }
     }
     figures.profiles(table);
-    figures.contacts(mechanism, table, &request.units);
     figures.dynamics(subject, table);
-    (figures.instant_centres, figures.relative_centres) = centres(mechanism, table, drive.rate());
+    if !only_table {
+        figures.contacts(mechanism, table, &request.units);
+        (figures.instant_centres, figures.relative_centres) = centres(mechanism, table, drive.rate());
+    }
     if let Some(point) = &request.point {
         figures.path = Some(curve::path(table, point).ok_or_else(|| unknown_point(mechanism, point))?);
     }
@@ -426,7 +430,7 @@ impl Figures {
 
     /// Transmission angles and the joint-force index, by the difference that a unit load makes.
     fn transmission(&mut self, subject: &Subject, output: &Part, table: &Table, loaded: &Table) {
-        let Subject { mechanism, places, .. } = *subject;
+        let Subject { mechanism, places, only_table, .. } = *subject;
         let Some(body) = moving(output) else { return };
         let carried: Vec<(&Part, [Samples; 2])> =
             mechanism.joints.iter().filter_map(|joint| Some((joint, differences(joint, table, loaded)?))).collect();
@@ -447,15 +451,18 @@ impl Figures {
             let velocity = [Quantity::Vx, Quantity::Vy].map(|own| table.get(&own.of(&point)));
             let direction = directions(table, [&point, &mechanism.bodies[body.0].name]);
             if let ([Some(vx), Some(vy)], Some(direction)) = (velocity, direction) {
-                self.transmitted(joint, [force, &[vx, vy], &direction]);
+                self.transmitted(joint, [force, &[vx, vy], &direction], only_table);
             }
+        }
+        if only_table {
+            return;
         }
         let own = Figured::of(&largest, places);
         self.joint_force_index = Some(Largest { at: own.max(), unbounded: own.unbounded });
     }
 
     /// The acute angle between force and path is 90 degrees less the transmission angle. The velocity is zero where the path has a direction only.
-    fn transmitted(&mut self, joint: &Part, [force, velocity, direction]: [&[Samples; 2]; 3]) {
+    fn transmitted(&mut self, joint: &Part, [force, velocity, direction]: [&[Samples; 2]; 3], only_table: bool) {
         let parts = |[dx, dy]: &[Samples; 2]| {
             let [x, y] = force;
             let along = x.with(dx, |f, d| f * d).plus(&y.with(dy, |f, d| f * d));
@@ -464,6 +471,10 @@ impl Figures {
         let ([along, across], directed) = (parts(velocity), parts(direction));
         let acute = |along: f64, across: f64| along.abs().atan2(across.abs());
         let angle = directed[0].with(&directed[1], acute);
+        self.push(&format!("transmission at {}", joint.name), "rad", &angle);
+        if only_table {
+            return;
+        }
         // Its ends, 0 and 90 degrees, are kinks.
         let least = 1e-6 * along.with(&across, f64::hypot).max().value;
         let end = |zero: &Samples, other: &Samples, value: f64| {
@@ -487,7 +498,6 @@ impl Figures {
                 .fold(inner, |best, own| if beats(&own.value, &best.value) { own } else { best });
             kink.unwrap_or(all)
         };
-        self.push(&format!("transmission at {}", joint.name), "rad", &angle);
         self.transmission.push(Transmission {
             joint: joint.name.clone(),
             min: extreme(end(&along, &across, 0.0), angle.min(), f64::lt),
@@ -522,7 +532,7 @@ impl Figures {
 
     /// What acts: drive, joint forces, and what the masses do to the ground.
     fn dynamics(&mut self, subject: &Subject, table: &Table) {
-        let Subject { mechanism, drive, lacking, places, .. } = *subject;
+        let Subject { mechanism, drive, lacking, places, only_table, .. } = *subject;
         let forces = joint_forces(mechanism, table);
         let effort = table.effort();
         let is_zero = |samples: &Samples| samples.values().iter().all(|value| *value == 0.0);
@@ -532,13 +542,16 @@ impl Figures {
             if let Some(effort) = &effort {
                 let unit = if self.input.angular { "N.m" } else { "N" };
                 self.push("drive", unit, effort);
-                self.drive = Some(Extent::of(effort, places));
+                self.drive = (!only_table).then(|| Extent::of(effort, places));
                 let rate = drive.direction() * drive.speed;
-                self.power = (drive.speed != 0.0).then(|| Extent::of(&effort.map(|value| value * rate), places));
+                let is_told = drive.speed != 0.0 && !only_table;
+                self.power = is_told.then(|| Extent::of(&effort.map(|value| value * rate), places));
             }
             for (joint, force) in forces {
                 self.push(&format!("|{joint}|"), "N", &force);
-                self.joints.push(JointForce { joint, peak: Peak::of(&force, places) });
+                if !only_table {
+                    self.joints.push(JointForce { joint, peak: Peak::of(&force, places) });
+                }
             }
         }
         if let Some(masses) = Masses::of(mechanism).filter(|_| lacking.is_empty()) {
@@ -549,7 +562,7 @@ impl Figures {
     /// Generalised inertia, fluctuation of the speed, and shaking, of which there is none at rest.
     fn masses(&mut self, subject: &Subject, table: &Table, masses: &Masses) {
         use Quantity::{Omega, Vx, Vy};
-        let Subject { mechanism, drive, places, request, .. } = *subject;
+        let Subject { mechanism, drive, places, request, only_table, .. } = *subject;
         let square = drive.rate() * drive.rate();
         let inertia = masses.sum(mechanism, table, [Vx, Vy, Omega], |[x, y, turn], mass, inertia| {
             (mass * (x * x + y * y) + inertia * turn * turn) / square
@@ -557,7 +570,7 @@ impl Figures {
         let Some(inertia) = inertia else { return };
         let unit = if self.input.angular { "kg.m2" } else { "kg" };
         self.push("inertia", unit, &inertia);
-        self.inertia = Some(Extent::of(&inertia, places));
+        self.inertia = (!only_table).then(|| Extent::of(&inertia, places));
         let is_bounded = self.drive.as_ref().is_some_and(|drive| drive.unbounded.is_none());
         if let (Some(effort), true) = (table.effort(), self.full_turn && is_bounded) {
             self.fluctuation = Some(Fluctuation::of(&effort, &inertia, drive.speed, request.fluctuation));
@@ -569,7 +582,7 @@ impl Figures {
 
     fn shaking(&mut self, subject: &Subject, table: &Table, masses: &Masses) {
         use Quantity::{Alpha, Ax, Ay, X, Y};
-        let Subject { mechanism, drive, places, .. } = *subject;
+        let Subject { mechanism, drive, places, only_table, .. } = *subject;
         let x = masses.sum(mechanism, table, [Ax], |[a], mass, _| -mass * a);
         let y = masses.sum(mechanism, table, [Ay], |[a], mass, _| -mass * a);
         let moment = masses.sum(mechanism, table, [X, Y, Ax, Ay, Alpha], |[x, y, ax, ay, alpha], mass, inertia| {
@@ -590,8 +603,8 @@ impl Figures {
         self.push("shaking fy", "N", &y);
         self.push("|shaking force|", "N", &size);
         self.push("shaking moment", "N.m", &moment);
-        self.shaking_force = Some(Peak::of(&size, places));
-        self.shaking_moment = Some(Extent::of(&moment, places));
+        self.shaking_force = (!only_table).then(|| Peak::of(&size, places));
+        self.shaking_moment = (!only_table).then(|| Extent::of(&moment, places));
     }
 }
 

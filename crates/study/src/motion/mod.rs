@@ -158,6 +158,23 @@ pub fn study(scene: &Scene, request: &Request) -> Result<Figures, MotionError> {
 /// # Errors
 /// As there.
 pub fn study_of(scene: &Scene, mechanism: &Mechanism, request: &Request) -> Result<Figures, MotionError> {
+    worked_out(scene, mechanism, request, false)
+}
+
+/// As [`study_of`], with the table, the stroke and the time ratio only: what a search looks at thousands of times.
+///
+/// # Errors
+/// As there.
+pub(crate) fn table_of(scene: &Scene, mechanism: &Mechanism, request: &Request) -> Result<Figures, MotionError> {
+    worked_out(scene, mechanism, request, true)
+}
+
+fn worked_out(
+    scene: &Scene,
+    mechanism: &Mechanism,
+    request: &Request,
+    only_table: bool,
+) -> Result<Figures, MotionError> {
     without_states(mechanism)?;
     let input @ (joint, motion) = input::driven(mechanism, request.input.as_deref())?;
     let output = input::output(scene, mechanism, input, request.output.as_deref())?;
@@ -200,9 +217,10 @@ pub fn study_of(scene: &Scene, mechanism: &Mechanism, request: &Request) -> Resu
         request,
         lacking: &lacking,
         places: &places,
+        only_table,
     };
     let figures = figures::of(&subject, &table)?;
-    let rows = rows::rows(&subject, &figures)?;
+    let rows = if only_table { Vec::new() } else { rows::rows(&subject, &figures)? };
     let reversed = origin == Speed::OfScene && speed < 0.0 && drive.direction() > 0.0;
     Ok(Figures { reversed, origin, rows, ..figures })
 }

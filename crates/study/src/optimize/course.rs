@@ -42,7 +42,15 @@ enum Form {
     Sum(Vec<(usize, f64)>),
     /// A multiple of the root of the mean square.
     Effective(f64),
+    /// A multiple of the highest value, of the lowest, or of the larger of their sizes, wherever it lies: its time does not change it, so that it is as smooth as the values while
+    /// no other one is as high.
+    Extreme { of: &'static [f64], weight: f64 },
 }
+
+/// The signs with which values are highest for the largest of them, the smallest, and the peak.
+const LARGEST: &[f64] = &[1.0];
+const SMALLEST: &[f64] = &[-1.0];
+const PEAK: &[f64] = &[1.0, -1.0];
 
 /// The largest of some pieces.
 pub type Largest = Vec<Piece>;
@@ -56,20 +64,30 @@ impl Piece {
     pub fn of(&self, courses: &[Course]) -> Option<Linear> {
         let course = courses.get(self.course)?;
         match &self.form {
-            Form::Sum(parts) => {
-                let mut sum = Linear { value: 0.0, slope: DVector::zeros(course.slopes.ncols()) };
-                for &(row, weight) in parts {
-                    sum.value += weight * course.values.get(row)?;
-                    sum.slope += weight * course.slopes.row(row).transpose();
-                }
-                Some(sum)
-            }
+            Form::Sum(parts) => course.sum(parts),
             Form::Effective(weight) => Some(course.effective(*weight)),
+            Form::Extreme { of, weight } => {
+                let highest = of.iter().map(|&sign| course.sum(&weighed(course.best(sign), sign)));
+                let highest = highest
+                    .reduce(|best, other| if other.as_ref()?.value > best.as_ref()?.value { other } else { best });
+                let Linear { value, slope } = highest??;
+                Some(Linear { value: weight * value, slope: *weight * slope })
+            }
         }
     }
 }
 
 impl Course {
+    /// A weighed sum of values; none where there are no longer as many.
+    fn sum(&self, parts: &[(usize, f64)]) -> Option<Linear> {
+        let mut sum = Linear { value: 0.0, slope: DVector::zeros(self.slopes.ncols()) };
+        for &(row, weight) in parts {
+            sum.value += weight * self.values.get(row)?;
+            sum.slope += weight * self.slopes.row(row).transpose();
+        }
+        Some(sum)
+    }
+
     /// The root of the mean square, of values that are straight in between.
     fn effective(&self, weight: f64) -> Linear {
         let (mut square, mut half, mut length) = (0.0, DVector::zeros(self.slopes.ncols()), 0.0);
@@ -171,28 +189,25 @@ impl Course {
         self.tops(sign).into_iter().flat_map(of).collect()
     }
 
-    /// A measure with a weight, as a sum of largest pieces. What cannot be one is the piece that counts at present.
-    fn parts(&self, own: usize, statistic: Statistic, weight: f64) -> Vec<Largest> {
+    /// A measure with a weight, as a sum of largest pieces. What cannot be one, and the sides of an equation, are the extremes themselves.
+    fn parts(&self, own: usize, statistic: Statistic, weight: f64, is_equation: bool) -> Vec<Largest> {
         let tops = |sign: f64, weight: f64| self.highest(own, sign, weight);
-        let sum = |parts: Vec<(usize, f64)>| vec![vec![Piece { course: own, form: Form::Sum(parts) }]];
-        let [highest, lowest] = [1.0, -1.0].map(|sign| self.best(sign));
+        let one = |form: Form| vec![Piece { course: own, form }];
+        let extreme = |of: &'static [f64], weight: f64| one(Form::Extreme { of, weight });
+        let [is_high, is_low] = [!is_equation && weight > 0.0, !is_equation && weight < 0.0];
         match statistic {
-            Statistic::Max if weight > 0.0 => vec![tops(1.0, weight)],
-            Statistic::Min if weight < 0.0 => vec![tops(-1.0, weight)],
-            Statistic::Peak if weight > 0.0 => vec![[tops(1.0, weight), tops(-1.0, -weight)].concat()],
-            Statistic::Range if weight > 0.0 => vec![tops(1.0, weight), tops(-1.0, -weight)],
-            Statistic::Max => sum(weighed(highest, weight)),
-            Statistic::Min => sum(weighed(lowest, weight)),
-            Statistic::Peak => {
-                let value = |parts: &[(usize, f64)]| parts.iter().map(|(row, by)| by * self.values[*row]).sum::<f64>();
-                let is_above = value(&highest) >= -value(&lowest);
-                sum(if is_above { weighed(highest, weight) } else { weighed(lowest, -weight) })
-            }
-            Statistic::Range => sum([weighed(highest, weight), weighed(lowest, -weight)].concat()),
-            Statistic::Mean => sum(self.mean(weight)),
-            Statistic::RootMeanSquare => vec![vec![Piece { course: own, form: Form::Effective(weight) }]],
-            Statistic::First => sum(vec![(0, weight)]),
-            Statistic::Last => sum(vec![(self.values.len() - 1, weight)]),
+            Statistic::Max if is_high => vec![tops(1.0, weight)],
+            Statistic::Min if is_low => vec![tops(-1.0, weight)],
+            Statistic::Peak if is_high => vec![[tops(1.0, weight), tops(-1.0, -weight)].concat()],
+            Statistic::Range if is_high => vec![tops(1.0, weight), tops(-1.0, -weight)],
+            Statistic::Max => vec![extreme(LARGEST, weight)],
+            Statistic::Min => vec![extreme(SMALLEST, -weight)],
+            Statistic::Peak => vec![extreme(PEAK, weight)],
+            Statistic::Range => vec![extreme(LARGEST, weight), extreme(SMALLEST, weight)],
+            Statistic::Mean => vec![one(Form::Sum(self.mean(weight)))],
+            Statistic::RootMeanSquare => vec![one(Form::Effective(weight))],
+            Statistic::First => vec![vec![Piece::at(own, 0, weight)]],
+            Statistic::Last => vec![vec![Piece::at(own, self.values.len() - 1, weight)]],
             // Goals have none of them.
             Statistic::WhenMax | Statistic::WhenMin => Vec::new(),
         }
@@ -203,11 +218,11 @@ fn weighed(parts: Vec<(usize, f64)>, weight: f64) -> Vec<(usize, f64)> {
     parts.into_iter().map(|(row, own)| (row, weight * own)).collect()
 }
 
-/// A goal whose measures are of these courses, with a sign, as a sum of largest pieces.
-pub fn parts(goal: &Goal, places: &[usize], sign: f64, courses: &[Course]) -> Vec<Largest> {
+/// A goal whose measures are of these courses, with a sign, as a sum of largest pieces; of an equation each of them is one piece.
+pub fn parts(goal: &Goal, places: &[usize], sign: f64, is_equation: bool, courses: &[Course]) -> Vec<Largest> {
     let terms = goal.terms.iter().zip(places);
     let of = |((weight, measure), &place): (&(f64, cotree::run::Measure), &usize)| {
-        courses[place].parts(place, measure.statistic(), sign * weight)
+        courses[place].parts(place, measure.statistic(), sign * weight, is_equation)
     };
     terms.flat_map(of).collect()
 }
@@ -229,7 +244,7 @@ mod tests {
         let goal: Goal = text.parse().unwrap();
         let places = vec![0; goal.terms.len()];
         let largest = |own: Largest| own.iter().map(|piece| piece.of(courses).unwrap().value).reduce(f64::max).unwrap();
-        parts(&goal, &places, 1.0, courses).into_iter().map(largest).sum()
+        parts(&goal, &places, 1.0, false, courses).into_iter().map(largest).sum()
     }
 
     /// Between the values a smooth curve is as high as it is; a corner, and a jump, are no higher than their values.
@@ -267,7 +282,7 @@ mod tests {
                 let known = sign * text.parse::<Measure>().unwrap().of(&seen);
                 assert!((value(&written, std::slice::from_ref(&course)) - known).abs() < 1e-12, "{written}");
                 let goal: Goal = written.parse().unwrap();
-                for largest in parts(&goal, &[0], 1.0, std::slice::from_ref(&course)) {
+                for largest in parts(&goal, &[0], 1.0, false, std::slice::from_ref(&course)) {
                     for piece in largest {
                         let slope = piece.of(std::slice::from_ref(&course)).unwrap().slope;
                         let step = 1e-5;

@@ -1,11 +1,13 @@
 //! Which values are best: measures of a motion made small or large, or a curve met, within limits. Searches from many starts, with the derivatives of the motion.
 
+mod around;
 mod course;
 mod goal;
 mod motion;
 mod quadratic;
 mod report;
 mod request;
+mod resumed;
 mod search;
 mod starts;
 mod turn;
@@ -20,10 +22,12 @@ use cotree_fmu::model::State;
 use thiserror::Error;
 
 use crate::analysis::{Failure, Guess, Study, StudyError, Varying};
+pub use around::Around;
 pub use goal::{Goal, Limit, Relation};
 use motion::Motions;
 use request::Checked;
 pub use request::{Aim, Request};
+pub use resumed::searched;
 pub use search::Ended;
 use search::{Found, MET, search};
 use starts::Starts;
@@ -136,8 +140,45 @@ pub fn optimize(
     request: &Request,
     watch: &(dyn Fn(Progress) -> bool + Sync),
 ) -> Result<Best, OptimizeError> {
+    resume(scene, study, request, &[], watch)
+}
+
+/// The same, where searches with these numbers begin at these values: where they ended before.
+///
+/// # Errors
+/// As there.
+pub fn resume(
+    scene: &Scene,
+    study: &mut Study,
+    request: &Request,
+    from: &[(usize, Vec<f64>)],
+    watch: &(dyn Fn(Progress) -> bool + Sync),
+) -> Result<Best, OptimizeError> {
+    let name = study.name().to_owned();
+    searching(scene, study, request, from, |searches| {
+        let ended = searches.run(watch);
+        searches.best(name, ended)
+    })
+}
+
+/// What is seen around the best values: one quantity after the other goes from bound to bound, the others stay.
+///
+/// # Errors
+/// As of the search; or the scene's own branch of the motion is another one than that of the best values.
+pub fn around(scene: &Scene, study: &mut Study, request: &Request, best: &Best) -> Result<Vec<Around>, OptimizeError> {
+    searching(scene, study, request, &[], |searches| searches.around(best))
+}
+
+/// With all that searches need.
+fn searching<T>(
+    scene: &Scene,
+    study: &mut Study,
+    request: &Request,
+    from: &[(usize, Vec<f64>)],
+    of: impl FnOnce(&Searches) -> Result<Result<T, OptimizeError>, Failure>,
+) -> Result<T, OptimizeError> {
     let names: Vec<String> = request.vary.iter().map(|vary| vary.name.clone()).collect();
-    let (name, experiment) = (study.name().to_owned(), study.experiment());
+    let experiment = study.experiment();
     let set = study.clone();
     study.varying(&names, |varying| {
         let known: Vec<(String, Unit)> = match &request.turn {
@@ -160,9 +201,7 @@ pub fn optimize(
                 Moved::Experiment(Box::new(Motions::new(varying, experiment, checked.outputs.clone(), table)))
             }
         };
-        let searches = Searches { varying, request, checked: &checked, motions: &motions };
-        let ended = searches.run(watch);
-        searches.best(name, ended)
+        of(&Searches { varying, request, checked: &checked, motions: &motions, from })
     })?
 }
 
@@ -192,6 +231,8 @@ struct Searches<'a, 'f> {
     request: &'a Request,
     checked: &'a Checked,
     motions: &'a Moved<'a, 'f>,
+    /// Where searches with these numbers ended before.
+    from: &'a [(usize, Vec<f64>)],
 }
 
 /// How a search ended: where, or why there was no motion at any of its starts.
@@ -248,7 +289,8 @@ impl Searches<'_, '_> {
             Starts { scene: start, bounds: &problem.bounds, count: self.request.starts, seed: self.request.seed };
         let most = MOST_EVALUATIONS[0] + MOST_EVALUATIONS[1] * start.len();
         let mut outcome = Err(Failure::Range);
-        for point in starts.of(number) {
+        let before = self.from.iter().filter(|(own, _)| *own == number).map(|(_, values)| values.clone());
+        for point in before.chain(starts.of(number)) {
             let evaluate = |values: &[f64], from: Option<&Start>| {
                 shared.note(|progress| progress.evaluations += 1);
                 self.motions.seen(values, from)

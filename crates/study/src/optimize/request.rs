@@ -7,7 +7,7 @@ use cotree::report::csv::Table;
 use cotree::typeset::short;
 
 use super::goal::{Goal, Limit, Relation};
-use super::search::{AtMost, Found, Problem, Seen, Sum};
+use super::search::{Condition, Found, Problem, Seen, Sum};
 use super::starts::{MOST_QUANTITIES, MOST_STARTS};
 use super::{LimitAt, MET};
 use crate::analysis::{Varied, Varying};
@@ -60,14 +60,12 @@ pub(super) struct Checked {
     limits: Vec<Bounded>,
 }
 
-/// A limit, and its rows in the problem.
+/// What is said of a limit, which is the condition of the same number in the problem.
 #[derive(Debug)]
 struct Bounded {
     text: String,
     unit: String,
     bound: f64,
-    relation: Relation,
-    rows: Vec<usize>,
 }
 
 impl Request {
@@ -136,11 +134,14 @@ impl Request {
             true => sum(&goal.clone().negative(), &mut faults),
             false => sum(goal, &mut faults),
         });
-        let (mut rows, mut limits) = (Vec::new(), Vec::new());
+        let (mut conditions, mut limits) = (Vec::new(), Vec::new());
         for limit in &self.limits {
             let sum = sum(&limit.goal, &mut faults);
-            match bounded(limit, &sum, known, &mut rows) {
-                Ok(bounded) => limits.push(bounded),
+            match bounded(limit, sum, known) {
+                Ok((bounded, condition)) => {
+                    limits.push(bounded);
+                    conditions.push(condition);
+                }
                 Err(message) => faults.push(format!("`{limit}`: {message}")),
             }
         }
@@ -150,7 +151,7 @@ impl Request {
         }
         let start = parameters.iter().map(|own| own.start).collect();
         let goal_named = self.named(known, &columns);
-        let problem = Problem { goal, limits: rows, bounds, ranges };
+        let problem = Problem { goal, limits: conditions, bounds, ranges };
         Ok(Checked { problem, start, outputs, columns, sign, goal: goal_named, limits })
     }
 
@@ -220,55 +221,50 @@ fn common_unit(goal: &Goal, known: &[(String, Unit)]) -> Result<Unit, String> {
     }
 }
 
-/// The rows of a limit.
-fn bounded(limit: &Limit, sum: &Sum, known: &[(String, Unit)], rows: &mut Vec<AtMost>) -> Result<Bounded, String> {
+/// A limit as a condition of the problem.
+fn bounded(limit: &Limit, sum: Sum, known: &[(String, Unit)]) -> Result<(Bounded, Condition), String> {
     let unit = common_unit(&limit.goal, known)?;
     let bound = quantity(&limit.bound, &unit)?;
     if !bound.is_finite() {
         return Err("the number must be finite".to_owned());
     }
-    let signs: &[f64] = match limit.relation {
-        Relation::AtMost => &[1.0],
-        Relation::AtLeast => &[-1.0],
-        Relation::Equal => &[1.0, -1.0],
+    let (sign, is_equation) = match limit.relation {
+        Relation::AtMost => (1.0, false),
+        Relation::AtLeast => (-1.0, false),
+        Relation::Equal => (1.0, true),
     };
     let scale = if bound == 0.0 { 1.0 } else { bound.abs() };
-    let first = rows.len();
-    rows.extend(signs.iter().map(|&sign| AtMost { sum: sum.clone(), sign, bound: sign * bound, scale }));
-    let (text, relation) = (limit.to_string(), limit.relation);
-    Ok(Bounded { text, unit: unit.si, bound, relation, rows: (first..rows.len()).collect() })
+    let condition = Condition { sum, sign, bound: sign * bound, is_equation, scale };
+    Ok((Bounded { text: limit.to_string(), unit: unit.si, bound }, condition))
 }
 
 impl Checked {
     /// The limits where a search ended.
     pub fn limits_at<T>(&self, found: &Found<T>, seen: &Seen) -> Vec<LimitAt> {
-        let at = |own: &Bounded| {
-            let row = |&row: &usize| (&self.problem.limits[row], found.multipliers[row]);
-            let rows = || own.rows.iter().map(row);
-            let falls: f64 = rows().map(|(limit, multiplier)| limit.sign * multiplier).sum();
-            let is_active = own.relation == Relation::Equal
-                || rows().any(|(limit, multiplier)| multiplier * limit.scale > ACTIVE * found.goal.abs());
+        let conditions = self.problem.limits.iter().zip(&found.multipliers);
+        let at = |(own, (condition, multiplier)): (&Bounded, (&Condition, &f64))| {
+            let is_active = condition.is_equation || multiplier * condition.scale > ACTIVE * found.goal.abs();
             LimitAt {
                 text: own.text.clone(),
                 unit: own.unit.clone(),
                 bound: own.bound,
-                value: rows().find_map(|(limit, _)| limit.sum.of(seen)).unwrap_or(f64::NAN),
-                multiplier: is_active.then_some(-self.sign * falls),
+                value: condition.sum.of(seen).unwrap_or(f64::NAN),
+                multiplier: is_active.then_some(-self.sign * condition.sign * multiplier),
             }
         };
-        self.limits.iter().map(at).collect()
+        self.limits.iter().zip(conditions).map(at).collect()
     }
 
     /// That no values meet the limits, and which the nearest ones miss.
     pub fn nearest<T>(&self, found: &Found<T>, varying: &Varying) -> String {
         let values = varying.parameters().iter().zip(&found.values);
         let values = values.map(|(own, value)| format!("{} = {} {}", own.name, short(*value), own.unit.si));
-        let missed = |own: &Bounded| {
-            let by = own.rows.iter().map(|&row| found.beyond[row]).fold(0.0, f64::max);
-            let scale = own.rows.first().map_or(1.0, |&row| self.problem.limits[row].scale);
-            (by > MET).then(|| format!("`{}` by {} {}", own.text, short(by * scale), own.unit).trim_end().to_owned())
+        let missed = |(own, (condition, by)): (&Bounded, (&Condition, &f64))| {
+            let text = || format!("`{}` by {} {}", own.text, short(by * condition.scale), own.unit);
+            (*by > MET).then(|| text().trim_end().to_owned())
         };
-        let missed: Vec<String> = self.limits.iter().filter_map(missed).collect();
+        let conditions = self.problem.limits.iter().zip(&found.beyond);
+        let missed: Vec<String> = self.limits.iter().zip(conditions).filter_map(missed).collect();
         format!(
             "no values were found that meet all limits; the nearest, {}, miss {}",
             values.map(|own| own.trim_end().to_owned()).collect::<Vec<_>>().join(", "),

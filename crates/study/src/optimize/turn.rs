@@ -47,7 +47,7 @@ pub fn known(scene: &Scene, study: &Study, request: &motion::Request) -> Result<
 }
 
 fn turned(scene: &Scene, study: &Study, request: &motion::Request) -> Result<Figures, Failure> {
-    motion::study_of(scene, study.mechanism(), request).map_err(|error| Failure::Turn(error.to_string()))
+    motion::table_of(scene, study.mechanism(), request).map_err(|error| Failure::Turn(error.to_string()))
 }
 
 /// The columns of the table, and what is one number for the whole turn.

@@ -13,7 +13,7 @@ use cotree_synthesis::{
     special,
 };
 
-use super::{Candidate, Found};
+use super::{Candidate, Found, MET};
 
 /// Of sampled families and of what is met nearly, so many are shown.
 const SHOWN: usize = 12;
@@ -329,9 +329,18 @@ fn followed(coupler: &Coupler, pairs: &[Pair], ground: f64) -> Option<Candidate>
     Some(Candidate { linkage, poses: poses?, error, dyads: None, both: false })
 }
 
+/// So many points determine finitely many four-bars between given pivots (Morgan, Wampler 1990).
+const FINITE: usize = 5;
+
 fn path_followers(path: &Path) -> Found {
     let mut candidates = Vec::new();
-    for follower in followers(path, &Effort::default()).into_iter().take(SHOWN) {
+    let all = followers(path, &Effort::default());
+    // Between given pivots five points have finitely many four-bars: all are shown, and nothing that is only near.
+    let is_finite = path.pivots.is_some() && path.points.len() == FINITE;
+    let (_, size) = extent(path.points.iter().copied());
+    let exact = all.iter().filter(|own| is_finite && own.largest <= MET * size).count();
+    let most = if exact > 0 { exact } else { SHOWN };
+    for follower in all.into_iter().take(most) {
         let Follower { linkage, poses, largest, .. } = follower;
         let own = |linkage: Linkage, poses: Vec<Pose>| Candidate {
             linkage,
@@ -345,7 +354,7 @@ fn path_followers(path: &Path) -> Found {
         }
         candidates.push(own(linkage, poses));
     }
-    found(Vec::new(), candidates, Some(SHOWN))
+    found(Vec::new(), candidates, (exact == 0).then_some(SHOWN))
 }
 
 /// Both cognates, their coupler at each place of the point.

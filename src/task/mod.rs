@@ -2,6 +2,8 @@
 //!
 //! Bare numbers are in SI units: lengths in metres, angles in radians.
 
+mod schema;
+
 use std::path::Path;
 
 use crate::diagnostic::fault::{Fault, Faults, Sink};
@@ -13,6 +15,8 @@ use crate::scene::decode::Fields;
 use crate::scene::document::{self, Content, Node};
 use crate::scene::expression::{self, Tree, TreeKind};
 use crate::scene::{Reading, Value, read};
+use crate::sheet::{Sheet, SheetError};
+pub use schema::schema;
 
 /// A task.
 #[derive(Clone, Debug, PartialEq)]
@@ -131,7 +135,91 @@ pub struct Line {
 /// The largest task file \[bytes\].
 const LARGEST: u64 = 16 << 20;
 const KINDS: [&str; 4] = ["poses", "function", "path", "stroke"];
-const TOP: [&str; 8] = ["name", "description", "poses", "function", "path", "stroke", "limits", "choose"];
+const TOP: [&str; 9] = ["$schema", "name", "description", "poses", "function", "path", "stroke", "limits", "choose"];
+/// What is written in each table.
+const POSES: &[Key] = &[
+    Key(
+        "at",
+        Form::Poses,
+        "[x, y, angle] of each pose [m, rad], or a CSV file with the columns x, y, angle, and perhaps tolerance and weight",
+    ),
+    Key("tolerance", Form::Each, "how near poses are to be met [m], for all or each"),
+    Key("weight", Form::Each, "how much poses count, for all or each"),
+];
+const FUNCTION: &[Key] = &[
+    Key(
+        "input",
+        Form::Numbers,
+        "turns of the input from the first position [rad]; of a law from where to where it goes",
+    ),
+    Key("output", Form::NumbersOrLaw, "turns [rad] or ways [m] of the output from the first position, or a law of x"),
+    Key("x", Form::Pair, "from where to where the law goes"),
+    Key("range", Form::Pair, "from where to where the output goes by the law [rad or m]"),
+    Key("input_zero", Form::Number, "the angle of the input bar at the first position [rad]"),
+    Key("output_zero", Form::Number, "the angle of the output bar at the first position [rad]"),
+    Key("ground", Form::Number, "the length of the ground [m]; 1 m if absent"),
+];
+const PATH: &[Key] = &[
+    Key(
+        "points",
+        Form::PointsOrTable,
+        "[x, y] of each point [m], or a CSV file with the columns x, y, and perhaps crank",
+    ),
+    Key("closed", Form::Flag, "whether the last point is beside the first; false if absent"),
+    Key("crank", Form::Numbers, "the turn of the crank at each point from the first one on [rad]"),
+    Key("pivots", Form::TwoPoints, "the pivots in the ground, if they are given [m]"),
+];
+const STROKE: &[Key] = &[
+    Key("crank_turn", Form::Number, "how far the crank turns during the way there [rad]"),
+    Key("time_ratio", Form::Number, "the time of the way there over that of the way back"),
+    Key("swing", Form::Number, "how far a rocker swings [rad]"),
+    Key("stroke", Form::Number, "how far a slider goes [m]"),
+    Key("offset", Form::Number, "of the line of the slider from the pivot of the crank [m]"),
+    Key("ground", Form::Number, "the length of the ground [m]; 1 m if absent"),
+];
+const LIMITS: &[Key] = &[
+    Key("ground", Form::Region, "where pins in the ground may be: a box or the corners of a polygon [m]"),
+    Key("moving", Form::Region, "where pins in the body may be, in its frame [m]"),
+    Key("length", Form::Pair, "shortest and longest bar [m]"),
+    Key("transmission", Form::Number, "the smallest transmission angle over the part that is used [rad]"),
+    Key("crank", Form::Flag, "whether the input must turn fully; false if absent"),
+];
+const CHOOSE: &[Key] = &[
+    Key("ground_a", Form::Point, "a pin in the ground, of the first bar [m]"),
+    Key("ground_b", Form::Point, "a pin in the ground, of the second bar [m]"),
+    Key("moving_a", Form::Point, "a pin in the body, of the first bar [m]"),
+    Key("moving_b", Form::Point, "a pin in the body, of the second bar [m]"),
+    Key("ground_x", Form::Number, "a line x = ... for a pin in the ground, for four poses [m]"),
+    Key("ground_y", Form::Number, "a line y = ... for a pin in the ground, for four poses [m]"),
+    Key("moving_x", Form::Number, "a line x = ... for a pin in the body, for four poses [m]"),
+    Key("moving_y", Form::Number, "a line y = ... for a pin in the body, for four poses [m]"),
+];
+
+/// A key, how its value is written, and what it says.
+#[derive(Clone, Copy)]
+struct Key(&'static str, Form, &'static str);
+
+/// How a value is written.
+#[derive(Clone, Copy)]
+enum Form {
+    Number,
+    Numbers,
+    /// A number for all, or one for each.
+    Each,
+    Pair,
+    NumbersOrLaw,
+    Flag,
+    Point,
+    TwoPoints,
+    PointsOrTable,
+    Poses,
+    Region,
+}
+
+fn names(keys: &[Key]) -> Vec<&'static str> {
+    keys.iter().map(|key| key.0).collect()
+}
+
 /// Points of a law that are looked at.
 const LAW: usize = 25;
 
@@ -148,18 +236,19 @@ impl Task {
             alone(Fault::new("scene::unreadable", message, Span::default()))
         })?;
         let text = crate::scene::decode::text(path, bytes).map_err(alone)?;
-        Task::from_source(Source::new(name.clone(), text))
+        let folder = path.parent().unwrap_or(Path::new(""));
+        Task::from_source(Source::new(name.clone(), text), folder)
     }
 
-    /// Reads a task from a text.
+    /// Reads a task from a text; tables that it names are in the working folder.
     ///
     /// # Errors
     /// Everything that is wrong with the task.
     pub fn from_text(text: &str) -> Result<Task, Faults> {
-        Task::from_source(Source::new("", text))
+        Task::from_source(Source::new("", text), Path::new(""))
     }
 
-    fn from_source(source: Source) -> Result<Task, Faults> {
+    fn from_source(source: Source, folder: &Path) -> Result<Task, Faults> {
         let mut faults = Sink::default();
         let text = source.own_text().to_owned();
         let document = if text.trim_start().starts_with('{') {
@@ -167,7 +256,7 @@ impl Task {
         } else {
             document::from_toml(&text, &TOP, &mut faults)
         };
-        let task = document.and_then(|document| Reader { faults: &mut faults }.task(&document, &source));
+        let task = document.and_then(|document| Reader { faults: &mut faults, folder }.task(&document, &source));
         match task {
             Some(task) if !faults.has_errors() => Ok(task),
             _ => Err(faults.into_faults(source)),
@@ -183,6 +272,8 @@ impl Task {
 
 struct Reader<'f> {
     faults: &'f mut Sink,
+    /// Where tables are.
+    folder: &'f Path,
 }
 
 impl Reader<'_> {
@@ -323,19 +414,12 @@ impl Reader<'_> {
     }
 
     fn poses(&mut self, node: &Node, span: Span) -> Option<Kind> {
-        let fields = Fields::open(node, "`poses`", span, &["at", "tolerance", "weight"], self.faults)?;
-        let at = fields.required("at", "write `at = [[x, y, angle], ...]`", self.faults)?;
-        let mut poses = Vec::new();
-        for item in self.items(at, "`at`")? {
-            let parts = self.items(item, "a pose")?;
-            let [x, y, angle] = parts else {
-                let message = format!("a pose has {} numbers instead of three", parts.len());
-                return self.wrong(item, message, "write `[x, y, angle]`");
-            };
-            let place = [x, y].map(|part| self.number(part, "a place of a pose", &Unit::length()));
-            let angle = self.number(angle, "the angle of a pose", &Unit::angle());
-            poses.push([place[0]?, place[1]?, angle?]);
-        }
+        let fields = Fields::open(node, "`poses`", span, &names(POSES), self.faults)?;
+        let at = fields.required("at", "write `at = [[x, y, angle], ...]`, or the name of a CSV file", self.faults)?;
+        let (poses, [of_table, weights]) = match at.kind {
+            Content::Text(_) => self.tabled_poses(&fields, at)?,
+            _ => (self.listed_poses(at)?, [None, None]),
+        };
         if poses.len() < 2 {
             return self.wrong(at, format!("a task has two poses or more, not {}", poses.len()), "add poses");
         }
@@ -348,9 +432,60 @@ impl Reader<'_> {
                 Some(Some(numbers))
             }
         };
-        let tolerance = list("tolerance", &Unit::length())?;
-        let weight = list("weight", &Unit::default())?;
+        let tolerance = list("tolerance", &Unit::length())?.or(of_table);
+        let weight = list("weight", &Unit::default())?.or(weights);
         Some(Kind::Poses { at: poses, tolerance, weight })
+    }
+
+    fn listed_poses(&mut self, at: &Node) -> Option<Vec<[f64; 3]>> {
+        let mut poses = Vec::new();
+        for item in self.items(at, "`at`")? {
+            let parts = self.items(item, "a pose")?;
+            let [x, y, angle] = parts else {
+                let message = format!("a pose has {} numbers instead of three", parts.len());
+                return self.wrong(item, message, "write `[x, y, angle]`");
+            };
+            let place = [x, y].map(|part| self.number(part, "a place of a pose", &Unit::length()));
+            let angle = self.number(angle, "the angle of a pose", &Unit::angle());
+            poses.push([place[0]?, place[1]?, angle?]);
+        }
+        Some(poses)
+    }
+
+    /// The poses of a table, with its tolerances and weights.
+    fn tabled_poses(&mut self, fields: &Fields<'_>, at: &Node) -> Option<TabledPoses> {
+        let (length, angle, plain) = (Unit::length(), Unit::angle(), Unit::default());
+        let columns = [
+            Column { name: "x", unit: length.clone(), is_needed: true },
+            Column { name: "y", unit: length.clone(), is_needed: true },
+            Column { name: "angle", unit: angle, is_needed: true },
+            Column { name: "tolerance", unit: length, is_needed: false },
+            Column { name: "weight", unit: plain, is_needed: false },
+        ];
+        let [x, y, angle, tolerance, weight] = self.table(at, columns)?;
+        for (key, column) in [("tolerance", &tolerance), ("weight", &weight)] {
+            let Some(numbers) = column else { continue };
+            self.without(fields, &[key], "poses whose table has it")?;
+            self.above_zero(at, &format!("`{key}` of the table"), numbers)?;
+        }
+        let poses = x?.into_iter().zip(y?).zip(angle?).map(|((x, y), angle)| [x, y, angle]);
+        Some((poses.collect(), [tolerance, weight]))
+    }
+
+    /// The columns of a CSV file that is named instead of numbers.
+    fn table<const N: usize>(&mut self, node: &Node, columns: [Column; N]) -> Option<[Option<Vec<f64>>; N]> {
+        let path = self.folder.join(node.text()?.text);
+        let bytes = files::read(&path, LARGEST).map_err(|error| error.to_string());
+        let text = bytes.and_then(|bytes| String::from_utf8(bytes).map_err(|_| "it is not a text".to_owned()));
+        let found = text.and_then(|text| tabled(&text, &columns).map_err(|error| error.to_string()));
+        match found {
+            Ok(found) => Some(found),
+            Err(message) => {
+                let known: Vec<&str> = columns.iter().map(|column| column.name).collect();
+                let help = format!("write a CSV file with the columns {}", known.join(", "));
+                self.wrong(node, format!("`{}`: {message}", path.display()), &help)
+            }
+        }
     }
 
     fn optional(&mut self, fields: &Fields<'_>, key: &str, unit: &Unit) -> Option<Option<f64>> {
@@ -369,8 +504,7 @@ impl Reader<'_> {
     }
 
     fn function(&mut self, node: &Node, span: Span) -> Option<Kind> {
-        let keys = ["input", "output", "x", "range", "input_zero", "output_zero", "ground"];
-        let fields = Fields::open(node, "`function`", span, &keys, self.faults)?;
+        let fields = Fields::open(node, "`function`", span, &names(FUNCTION), self.faults)?;
         let input = fields.required("input", "write turns of the input: `input = [0, 0.4, ...]`", self.faults)?;
         let output = fields.required("output", "write turns of the output, or a law such as \"x^1.5\"", self.faults)?;
         let ground = self.ground(&fields)?;
@@ -454,9 +588,13 @@ impl Reader<'_> {
     }
 
     fn path(&mut self, node: &Node, span: Span) -> Option<Kind> {
-        let fields = Fields::open(node, "`path`", span, &["points", "closed", "crank", "pivots"], self.faults)?;
-        let points = fields.required("points", "write `points = [[x, y], ...]`", self.faults)?;
-        let mut list = self.points(points, "`points`")?;
+        let fields = Fields::open(node, "`path`", span, &names(PATH), self.faults)?;
+        let points =
+            fields.required("points", "write `points = [[x, y], ...]`, or the name of a CSV file", self.faults)?;
+        let (mut list, turns) = match points.kind {
+            Content::Text(_) => self.tabled_points(&fields, points)?,
+            _ => (self.points(points, "`points`")?, None),
+        };
         let closed = match fields.get("closed") {
             Some(node) => self.faults.boolean(node, "`closed`")?,
             None => false,
@@ -467,15 +605,18 @@ impl Reader<'_> {
         if list.len() < 3 {
             return self.wrong(points, format!("a path has three points or more, not {}", list.len()), "add points");
         }
-        let crank = match fields.get("crank") {
-            None => None,
+        let turns = match fields.get("crank") {
+            None => turns,
             Some(node) => {
                 let numbers = self.numbers(node, "`crank`", &Unit::angle())?;
-                let first = numbers.first().copied().unwrap_or(0.0);
-                let turns = self.count(node, "`crank`", numbers, list.len())?;
-                Some(turns.into_iter().map(|turn| turn - first).collect())
+                Some(self.count(node, "`crank`", numbers, list.len())?)
             }
         };
+        let from_first = |turns: Vec<f64>| -> Vec<f64> {
+            let first = turns.first().copied().unwrap_or(0.0);
+            turns.into_iter().take(list.len()).map(|turn| turn - first).collect()
+        };
+        let crank = turns.map(from_first);
         let pivots = match fields.get("pivots") {
             None => None,
             Some(node) => {
@@ -497,9 +638,22 @@ impl Reader<'_> {
         Some(Kind::Path { points: list, closed, crank, pivots })
     }
 
+    /// The points of a table, with its turns of the crank.
+    fn tabled_points(&mut self, fields: &Fields<'_>, points: &Node) -> Option<(Vec<[f64; 2]>, Option<Vec<f64>>)> {
+        let columns = [
+            Column { name: "x", unit: Unit::length(), is_needed: true },
+            Column { name: "y", unit: Unit::length(), is_needed: true },
+            Column { name: "crank", unit: Unit::angle(), is_needed: false },
+        ];
+        let [x, y, crank] = self.table(points, columns)?;
+        if crank.is_some() {
+            self.without(fields, &["crank"], "points whose table has it")?;
+        }
+        Some((x?.into_iter().zip(y?).map(|(x, y)| [x, y]).collect(), crank))
+    }
+
     fn stroke(&mut self, node: &Node, span: Span) -> Option<Kind> {
-        let keys = ["crank_turn", "time_ratio", "swing", "stroke", "offset", "ground"];
-        let fields = Fields::open(node, "`stroke`", span, &keys, self.faults)?;
+        let fields = Fields::open(node, "`stroke`", span, &names(STROKE), self.faults)?;
         let turn = self.optional(&fields, "crank_turn", &Unit::angle())?;
         let plain = Unit::default();
         let ratio = self.optional(&fields, "time_ratio", &plain)?;
@@ -559,8 +713,7 @@ impl Reader<'_> {
     }
 
     fn limits(&mut self, node: &Node) -> Limits {
-        let keys = ["ground", "moving", "length", "transmission", "crank"];
-        let Some(fields) = Fields::open(node, "`limits`", node.span, &keys, self.faults) else {
+        let Some(fields) = Fields::open(node, "`limits`", node.span, &names(LIMITS), self.faults) else {
             return Limits::default();
         };
         let length = fields.get("length").and_then(|node| self.range(node, "`length`", &Unit::length()));
@@ -588,8 +741,7 @@ impl Reader<'_> {
             ("moving_x", false, false),
             ("moving_y", false, true),
         ];
-        let keys: Vec<&str> = points.into_iter().chain(lines.map(|(key, ..)| key)).collect();
-        let Some(fields) = Fields::open(node, "`choose`", node.span, &keys, self.faults) else {
+        let Some(fields) = Fields::open(node, "`choose`", node.span, &names(CHOOSE), self.faults) else {
             return Choose::default();
         };
         let [a, b, c, d] = points.map(|key| fields.get(key).and_then(|node| self.point(node, &fields.name_of(key))));
@@ -622,5 +774,44 @@ fn formula(tree: &Tree) -> Option<Formula> {
     }
 }
 
+/// A column of a table: its name, the unit of what it has, and whether it has to be there.
+struct Column {
+    name: &'static str,
+    unit: Unit,
+    is_needed: bool,
+}
+
+/// The numbers of each column in SI, as far as it is there.
+fn tabled<const N: usize>(text: &str, columns: &[Column; N]) -> Result<[Option<Vec<f64>>; N], SheetError> {
+    let sheet = Sheet::read(text)?;
+    let mut found: [Option<Vec<f64>>; N] = std::array::from_fn(|_| None);
+    for (place, heading) in sheet.headings().iter().enumerate() {
+        let (name, said) = heading.read()?;
+        let Some(index) = columns.iter().position(|column| column.name == name) else {
+            return Err(heading.fault(format!("no task has a column `{name}`")));
+        };
+        let unit = &columns[index].unit;
+        if said.as_ref().is_some_and(|said| said.exponents != unit.exponents) {
+            let wanted = if unit.si.is_empty() { "a pure number".to_owned() } else { format!("in {}", unit.si) };
+            return Err(heading.fault(format!("`{}` must be {wanted}", heading.text)));
+        }
+        if found[index].is_some() {
+            return Err(heading.fault(format!("two columns are `{name}`")));
+        }
+        let factor = said.and_then(|said| said.display).map_or(1.0, |display| display.factor);
+        let value = |row: usize| {
+            sheet.has_cells(row, sheet.headings().len())?;
+            Ok(sheet.number(row, place)? * factor)
+        };
+        found[index] = Some((0..sheet.rows()).map(value).collect::<Result<_, SheetError>>()?);
+    }
+    match columns.iter().zip(&found).find(|(column, found)| column.is_needed && found.is_none()) {
+        Some((column, _)) => Err(SheetError::new(1, 1, format!("no column is `{}`", column.name))),
+        None => Ok(found),
+    }
+}
+
+/// Poses, and what their table has of tolerances and weights.
+type TabledPoses = (Vec<[f64; 3]>, [Option<Vec<f64>>; 2]);
 /// Inputs, and outputs with whether these are lengths.
 type Pairs = (Vec<f64>, (Vec<f64>, bool));

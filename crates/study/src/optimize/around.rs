@@ -1,0 +1,65 @@
+//! What is seen where one quantity is not at its best.
+
+use super::{Best, Failure, OptimizeError, SAME, Searches, Start};
+
+/// Steps from bound to bound; of turns, which take longer, fewer.
+const STEPS: usize = 40;
+const TURN_STEPS: usize = 20;
+
+/// One quantity from bound to bound, or as much around its best value where it has none; SI.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Around {
+    /// The values of the quantity, ascending.
+    pub values: Vec<f64>,
+    /// The goal at each of them; not a number where there is no motion.
+    pub goal: Vec<f64>,
+    /// What each limit bounds.
+    pub limits: Vec<Vec<f64>>,
+}
+
+impl Searches<'_, '_> {
+    /// One for each quantity. Motions go on from their neighbours, from the best values outwards.
+    pub(super) fn around(&self, best: &Best) -> Result<Result<Vec<Around>, OptimizeError>, Failure> {
+        let values: Vec<f64> = best.quantities.iter().map(|own| own.value).collect();
+        let (seen, start) = self.motions.seen(&values, None)?;
+        let goal = self.checked.problem.worth(&seen).map(|(goal, _)| self.checked.sign * goal);
+        let is_it = goal.zip(best.values[1]).is_some_and(|(own, best)| (own - best).abs() <= SAME[0] * best.abs());
+        if !is_it {
+            let message = "there is no picture around the best values: with them the scene starts on another branch; write them with -o and search from there";
+            return Ok(Err(OptimizeError::Nothing(message.to_owned())));
+        }
+        Ok(Ok((0..values.len()).map(|quantity| self.along(quantity, &values, &start)).collect()))
+    }
+
+    fn along(&self, quantity: usize, best: &[f64], start: &Start) -> Around {
+        let problem = &self.checked.problem;
+        let range = problem.ranges[quantity];
+        let end = |bound: f64, side: f64| if bound.is_finite() { bound } else { best[quantity] + side * range };
+        let [low, high] = problem.bounds[quantity];
+        let [low, high] = [end(low, -1.0), end(high, 1.0)];
+        let steps = if self.request.turn.is_some() { TURN_STEPS } else { STEPS };
+        let mut values: Vec<f64> = (0..=steps).map(|step| low + (high - low) * step as f64 / steps as f64).collect();
+        let place = values.partition_point(|own| *own < best[quantity]);
+        values.insert(place, best[quantity]);
+        let mut around = Around {
+            goal: vec![f64::NAN; values.len()],
+            limits: vec![vec![f64::NAN; values.len()]; problem.limits.len()],
+            values,
+        };
+        let last = around.values.len();
+        for places in [(place..last).collect::<Vec<_>>(), (0..place).rev().collect()] {
+            let mut from = start.clone();
+            for place in places {
+                let mut all = best.to_vec();
+                all[quantity] = around.values[place];
+                let Ok((seen, start)) = self.motions.seen(&all, Some(&from)) else { break };
+                around.goal[place] = problem.worth(&seen).map_or(f64::NAN, |(goal, _)| self.checked.sign * goal);
+                for (own, limit) in around.limits.iter_mut().zip(&problem.limits) {
+                    own[place] = limit.sum.of(&seen).unwrap_or(f64::NAN);
+                }
+                from = start;
+            }
+        }
+        around
+    }
+}

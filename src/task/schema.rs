@@ -1,0 +1,86 @@
+//! Tasks as a JSON Schema, from the keys that the reader takes: editors complete and check tasks by it.
+
+use serde_json::{Map, Value, json};
+
+use super::{CHOOSE, FUNCTION, Form, KINDS, Key, LIMITS, PATH, POSES, STROKE};
+
+/// The schema of task files (JSON Schema, draft 2020-12).
+pub fn schema() -> String {
+    let kind = |name: &str| json!({ "required": [name] });
+    let whole = json!({
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "cotree task",
+        "description": "What a linkage is sought for: poses, a function, a path or a stroke, and limits",
+        "type": "object",
+        "additionalProperties": false,
+        "oneOf": KINDS.map(kind),
+        "properties": {
+            "$schema": { "type": "string" },
+            "name": { "type": "string", "description": "what the task is called" },
+            "description": { "type": "string", "description": "what it is about" },
+            "poses": table(POSES, &["at"]),
+            "function": table(FUNCTION, &["input", "output"]),
+            "path": table(PATH, &["points"]),
+            "stroke": table(STROKE, &[]),
+            "limits": table(LIMITS, &[]),
+            "choose": table(CHOOSE, &[]),
+        },
+        "$defs": {
+            "quantity": {
+                "type": ["number", "string"],
+                "description": "a number in SI, or a number with a unit (\"120 mm\")",
+            },
+            "numbers": { "type": "array", "items": reference("quantity") },
+            "pair": list("quantity", 2),
+        },
+    });
+    format!("{whole:#}\n")
+}
+
+fn reference(name: &str) -> Value {
+    json!({ "$ref": format!("#/$defs/{name}") })
+}
+
+/// A list of so many.
+fn list(of: &str, count: usize) -> Value {
+    json!({ "type": "array", "items": reference(of), "minItems": count, "maxItems": count })
+}
+
+fn table(keys: &[Key], required: &[&str]) -> Value {
+    let property = |Key(name, form, about): &Key| {
+        let mut value = form.schema();
+        value["description"] = json!(about);
+        ((*name).to_owned(), value)
+    };
+    let properties: Map<String, Value> = keys.iter().map(property).collect();
+    let mut table = json!({ "type": "object", "properties": properties, "additionalProperties": false });
+    if !required.is_empty() {
+        table["required"] = json!(required);
+    }
+    table
+}
+
+impl Form {
+    fn schema(self) -> Value {
+        let either = |one: Value, other: Value| json!({ "anyOf": [one, other] });
+        let text = || json!({ "type": "string" });
+        match self {
+            Form::Number => reference("quantity"),
+            Form::Numbers => reference("numbers"),
+            Form::Each => either(reference("quantity"), reference("numbers")),
+            Form::Pair | Form::Point => reference("pair"),
+            Form::NumbersOrLaw => either(text(), reference("numbers")),
+            Form::Flag => json!({ "type": "boolean" }),
+            Form::TwoPoints => list("pair", 2),
+            Form::PointsOrTable => {
+                either(text(), json!({ "type": "array", "items": reference("pair"), "minItems": 3 }))
+            }
+            Form::Poses => either(text(), json!({ "type": "array", "items": list("quantity", 3), "minItems": 2 })),
+            Form::Region => {
+                let sides = json!({ "x": reference("pair"), "y": reference("pair") });
+                let sides = json!({ "type": "object", "properties": sides, "additionalProperties": false });
+                either(sides, json!({ "type": "array", "items": reference("pair"), "minItems": 3 }))
+            }
+        }
+    }
+}
