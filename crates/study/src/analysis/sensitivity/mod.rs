@@ -307,7 +307,6 @@ impl Study {
         to: &[String],
         then: impl FnOnce(&Varying) -> Result<T, Failure>,
     ) -> Result<T, StudyError> {
-        uneventful(self.mechanism(), "derivatives of the motion")?;
         let own = self.differentiated(to)?;
         Ok(then(&self.varying_of(&own))?)
     }
@@ -317,6 +316,7 @@ impl Study {
     /// # Errors
     /// A name that cannot be set, or equations that cannot be formulated.
     pub(crate) fn differentiated(&mut self, to: &[String]) -> Result<Arc<Differentiated>, StudyError> {
+        uneventful(self.mechanism(), "derivatives of the motion")?;
         let experiment = self.experiment();
         let written = self.written.as_ref().map(|written| Mechanism { experiment, ..Mechanism::clone(written) });
         match written {
