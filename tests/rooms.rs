@@ -29,6 +29,7 @@ const CRATES: [Crate; 8] = [
             "pace",
             "singular",
             "integrator",
+            "hybrid",
             "instance",
             "fmi",
             "fmi2",

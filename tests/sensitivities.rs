@@ -224,6 +224,10 @@ fn every_model_and_everything_that_can_be_set() {
         let name = entry.unwrap().file_name().into_string().unwrap();
         let scene = Scene::from_toml(&model(&name)).unwrap();
         let compiled = cotree::compile(&scene).unwrap();
+        // Values jump at ticks and events, and there are no derivatives through them.
+        if !compiled.program.instants.is_empty() {
+            continue;
+        }
         let stop = 0.05 * compiled.description.experiment.stop.min(20.0);
         let parameters = compiled.program.parameters.iter().map(|own| own.name.clone());
         let names: Vec<String> = parameters.chain(compiled.program.inputs.iter().map(|own| own.name.clone())).collect();

@@ -18,6 +18,8 @@ pub struct Tangent {
     corrections: Vec<f64>,
     /// Of a, then lambda.
     solved: Vec<f64>,
+    /// Of what held values begin with.
+    begin: Vec<f64>,
     outputs: Vec<f64>,
 }
 
@@ -39,6 +41,7 @@ impl Tangent {
             registers: vec![0.0; program.registers as usize],
             corrections: vec![0.0; m + n],
             solved: vec![0.0; n + m],
+            begin: vec![0.0; program.instants.begin.results.len()],
             outputs: vec![0.0; program.tapes.outputs.results.len()],
         }
     }
@@ -62,6 +65,7 @@ impl Tangent {
         }
         if movement == Movement::Assembled {
             initial::tangent::assemble(model, machine, &mut self.registers)?;
+            self.begin_held(model, machine);
         }
         if movement == Movement::Continued && model.is_driven() {
             self.follow_loops(model, machine);
@@ -70,6 +74,17 @@ impl Tangent {
         self.registers[layout.accelerations()..layout.constants()].copy_from_slice(&self.solved);
         machine.differentiate(&model.program().tapes.outputs, &mut self.registers, &mut self.outputs);
         Ok(())
+    }
+
+    /// Derivatives of what held values begin with.
+    fn begin_held(&mut self, model: &Model, machine: &mut Machine) {
+        if self.begin.is_empty() {
+            return;
+        }
+        let (program, layout) = (model.program(), model.layout());
+        machine.differentiate(&program.instants.begin, &mut self.registers, &mut self.begin);
+        let first = layout.inputs() + program.open_inputs();
+        self.registers[first..][..self.begin.len()].copy_from_slice(&self.begin);
     }
 
     /// Derivatives of the motion of a driven mechanism: where the loops are closed, those of the corrections that close them,

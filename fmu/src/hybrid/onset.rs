@@ -1,10 +1,18 @@
 //! When a comparison begins to hold within a step.
 //!
-//! The excess of one side over the other is looked at in places so close that it has at most one extremum between three of them: steps are shorter than a sixth of the distance to
-//! where their series end, and within that an analytic function is a polynomial of low degree. Where an extremum could cross zero it is sought.
+//! The excess of one side over the other is looked at in places so close that they tell what it is between them, which is checked at others; then it has at most one extremum between
+//! three of them. Where an extremum could cross zero it is sought.
+
+use crate::math::{maximum, minimum};
 
 /// Parts of a step between which the excess is looked at.
 pub(crate) const PARTS: usize = 16;
+/// Places at which the others are checked: away from them, from the middle and from all round shares.
+pub(crate) const CHECKS: [f64; 3] = [0.093_71, 0.541_37, 0.829_53];
+/// A place tells what is beside it to this share of what the excess varies by: seven places in a period of a sine do.
+const TELLING: f64 = 1e-3;
+/// Rounding errors of an excess, as a share of its size.
+const ROUNDING: f64 = 1e-12;
 /// Halvings of an interval of one, to its last bit.
 const HALVINGS: usize = 60;
 /// Steps of the golden section: after these an extremum is known to the root of rounding errors, and its value to rounding errors.
@@ -29,6 +37,24 @@ pub(crate) struct Onset {
     pub begin: Option<f64>,
     /// Can it begin to hold later: did it not hold at last?
     pub armed: bool,
+}
+
+/// Is the excess at a share of a piece what the values in the six places about it say? Where it has no value anywhere there is nothing to say.
+pub(crate) fn fits(values: &[f64; PARTS + 1], share: f64, found: f64) -> bool {
+    const NEIGHBOURS: usize = 6;
+    let first = ((share * PARTS as f64) as usize).saturating_sub(NEIGHBOURS / 2 - 1).min(PARTS + 1 - NEIGHBOURS);
+    let place = |index: usize| (first + index) as f64 / PARTS as f64;
+    let weight = |index: usize| {
+        let others = (0..NEIGHBOURS).filter(|other| *other != index);
+        others.fold(1.0, |weight, other| weight * (share - place(other)) / (place(index) - place(other)))
+    };
+    let told = (0..NEIGHBOURS).fold(0.0, |sum, index| sum + weight(index) * values[first + index]);
+    let known = values.iter().filter(|value| value.is_finite());
+    let [least, most] = known.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], &value| {
+        [minimum(least, value), maximum(most, value)]
+    });
+    let allowed = TELLING * (most - least) + ROUNDING * maximum(least.abs(), most.abs());
+    least > most && !found.is_finite() || (told - found).abs() <= allowed
 }
 
 /// Looks through a step at whose beginning the comparison can begin to hold (`armed`), or holds; `values` are those of the excess in `PARTS` + 1 places.
@@ -100,37 +126,50 @@ fn summit(holds: &impl Fn(f64) -> bool, mut from: f64, mut to: f64, excess: &mut
 mod tests {
     use super::*;
 
-    fn look(armed: bool, mut excess: impl FnMut(f64) -> f64) -> Onset {
+    fn onset(armed: bool, mut excess: impl FnMut(f64) -> f64) -> Onset {
         let values = std::array::from_fn(|place| excess(place as f64 / PARTS as f64));
         first(&values, armed, true, &mut excess)
     }
 
     #[test]
     fn the_first_crossing_is_found_to_the_last_bit() {
-        let found = look(true, |t| t - 0.3).begin.unwrap();
+        let found = onset(true, |t| t - 0.3).begin.unwrap();
         assert!(found - 0.3 > 0.0 && found - 0.3 < 1e-16);
         // Up at 0.2, down at 0.4, up at 0.9.
         let cubic = |t: f64| (t - 0.2) * (t - 0.4) * (t - 0.9);
-        assert!((look(true, cubic).begin.unwrap() - 0.2).abs() < 1e-15);
+        assert!((onset(true, cubic).begin.unwrap() - 0.2).abs() < 1e-15);
         // Already true: it must end first.
-        assert!((look(false, cubic).begin.unwrap() - 0.2).abs() < 1e-15);
-        assert!((look(false, |t| -cubic(t)).begin.unwrap() - 0.4).abs() < 1e-15);
+        assert!((onset(false, cubic).begin.unwrap() - 0.2).abs() < 1e-15);
+        assert!((onset(false, |t| -cubic(t)).begin.unwrap() - 0.4).abs() < 1e-15);
     }
 
     #[test]
     fn two_crossings_between_two_places_are_seen_and_a_near_miss_is_none() {
         for (top, width) in [(0.51, 1e-3), (0.3337, 1e-6), (0.97, 3e-3)] {
             let peak = |height: f64| move |t: f64| height - (t - top) * (t - top);
-            let found = look(true, peak(width * width)).begin.unwrap();
+            let found = onset(true, peak(width * width)).begin.unwrap();
             assert!((found - (top - width)).abs() < 1e-9, "{top} {width} {found}");
-            assert_eq!(look(true, peak(-width * width)), Onset { begin: None, armed: true });
+            assert_eq!(onset(true, peak(-width * width)), Onset { begin: None, armed: true });
         }
     }
 
     #[test]
+    fn places_that_do_not_tell_what_is_between_them_are_seen() {
+        let fit = |excess: &dyn Fn(f64) -> f64| {
+            let values = std::array::from_fn(|place| excess(place as f64 / PARTS as f64));
+            CHECKS.iter().all(|&share| fits(&values, share, excess(share)))
+        };
+        assert!(fit(&|t| (6.0 * t).sin()) && fit(&|_| 3.0) && fit(&|t: f64| t.exp() - 2.0) && fit(&|_| f64::NAN));
+        for fast in [40.0, 100.5, 1e4] {
+            assert!(!fit(&|t| (fast * t).sin()), "{fast}");
+        }
+        assert!(!fit(&|t| if t < 0.55 { 1.0 } else { -1.0 }));
+    }
+
+    #[test]
     fn what_has_just_begun_to_hold_does_not_begin_again_by_rounding_errors() {
-        assert_eq!(look(false, |t| t - 1e-17), Onset { begin: None, armed: false });
-        assert_eq!(look(false, |t| 0.5 - t), Onset { begin: None, armed: true });
-        assert_eq!(look(true, |_| f64::NAN), Onset { begin: None, armed: true });
+        assert_eq!(onset(false, |t| t - 1e-17), Onset { begin: None, armed: false });
+        assert_eq!(onset(false, |t| 0.5 - t), Onset { begin: None, armed: true });
+        assert_eq!(onset(true, |_| f64::NAN), Onset { begin: None, armed: true });
     }
 }

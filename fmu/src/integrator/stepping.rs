@@ -223,7 +223,7 @@ impl Stepper {
     }
 
     /// The state at a time within the last step, as far as its polynomial tells; not in order to go on from there.
-    pub(crate) fn look(
+    pub(crate) fn interpolate(
         &mut self,
         model: &Model,
         machine: &mut Machine,

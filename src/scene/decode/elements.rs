@@ -58,7 +58,27 @@ impl Decoder {
         })
     }
 
-    pub(super) fn sampled(&mut self, name: &Text, node: &Node, owner: &str) -> Option<Sampled> {
+    /// The parts of a sampler may stand under headers of which one is misspelt.
+    pub(super) fn samplers(&mut self, top: &Fields<'_>) -> Vec<Sampled> {
+        let mut tables: Vec<(Text, Node)> = Vec::new();
+        for (name, node) in self.entries(top, "sampled") {
+            let known = tables.iter_mut().find(|(own, _)| own.text == name.text);
+            match (known.map(|(_, own)| &mut own.kind), &node.kind) {
+                (Some(Content::Table(own)), Content::Table(more)) => own.extend(more.iter().cloned()),
+                _ => tables.push((name.clone(), node.clone())),
+            }
+        }
+        let mut samplers = Vec::new();
+        for (name, node) in &tables {
+            match self.sampled(name, node, &format!("sampler `{}`", name.text)) {
+                Some(sampler) => samplers.push(sampler),
+                None => self.broken.push(name.text.clone()),
+            }
+        }
+        samplers
+    }
+
+    fn sampled(&mut self, name: &Text, node: &Node, owner: &str) -> Option<Sampled> {
         let fields = Fields::open(node, owner, name.span, &names(SAMPLED), &mut self.faults)?;
         let period = self.faults.required_quantity(&fields, "period", SAMPLED[0].help());
         let node = fields.required("values", SAMPLED[2].help(), &mut self.faults);
@@ -71,6 +91,9 @@ impl Decoder {
             }
         }
         let offset = self.faults.optional_quantity(&fields, "offset");
+        if period.is_none() {
+            self.broken.extend(values.iter().map(|value| value.name.text.clone()));
+        }
         Some(Sampled { name: name.clone(), period: period?, offset, values, within: 0 })
     }
 

@@ -212,7 +212,7 @@ impl Decoder {
         scene.parameters = self.section(&top, "parameters", "parameter", Decoder::parameter);
         scene.inputs = self.section(&top, "inputs", "input", Decoder::input);
         scene.states = self.section(&top, "states", "state", Decoder::state);
-        scene.sampled = self.section(&top, "sampled", "sampler", Decoder::sampled);
+        scene.sampled = self.samplers(&top);
         scene.events = self.section(&top, "events", "event", Decoder::event);
         scene.signals = self.section(&top, "signals", "signal", Decoder::signal);
         scene.ground = self.ground(&top);

@@ -9,6 +9,8 @@ use crate::hybrid::tick::is_later;
 /// A side of a comparison that has just been equal to the other one is off by no more than this share of both.
 const ROUNDING: f64 = 1e-12;
 
+/// A step is halved so often at most where places do not tell what is between them: as where a law jumps.
+const DEEPEST: i32 = 20;
 /// An importer finds where a comparison begins to hold so well, as a share of what its sides differed by before.
 const LOCATED: f64 = 1e-9;
 
@@ -72,13 +74,44 @@ impl Instance {
         found.first
     }
 
+    /// In pieces, each so short that the excesses are known from the places where they are looked at: a step is as long as the motion permits, which does not know the comparisons.
     fn search_step(&mut self, own: &mut Instants, step: [f64; 2]) -> Searched {
+        own.armed.clone_from(&self.now.happened.armed);
+        let (mut from, mut depth, mut first) = (0.0, 0, None);
+        while from < 1.0 && first.is_none() {
+            let to = from + 0.5_f64.powi(depth);
+            let piece = [from, to].map(|share| between(step, share));
+            if depth < DEEPEST && !self.is_resolved(own, piece) {
+                depth += 1;
+                continue;
+            }
+            first = self.first_in(own, piece);
+            from = to;
+            while depth > 0 && (from * 2.0_f64.powi(depth - 1)).fract() == 0.0 {
+                depth -= 1;
+            }
+        }
+        self.computed = Computed::default();
+        Searched { step, first }
+    }
+
+    /// Looks at all excesses in the places of a piece, and whether those tell what they are in between.
+    fn is_resolved(&mut self, own: &mut Instants, piece: [f64; 2]) -> bool {
         for part in 0..=PARTS {
-            self.look_at(own, step, part as f64 / PARTS as f64);
+            self.evaluate_sides(own, piece, part as f64 / PARTS as f64);
             let sides = own.sides.chunks_exact(2);
             own.excesses.iter_mut().zip(sides).for_each(|(excess, sides)| excess[part] = sides[0] - sides[1]);
         }
-        own.armed.clone_from(&self.now.happened.armed);
+        onset::CHECKS.iter().all(|&share| {
+            self.evaluate_sides(own, piece, share);
+            let sides = own.sides.chunks_exact(2).enumerate();
+            let mut counting = sides.filter(|(event, _)| !self.is_over(*event));
+            counting.all(|(event, sides)| onset::fits(&own.excesses[event], share, sides[0] - sides[1]))
+        })
+    }
+
+    /// The first event in a piece that is resolved.
+    fn first_in(&mut self, own: &mut Instants, piece: [f64; 2]) -> Option<(f64, usize)> {
         let mut first: Option<(f64, usize)> = None;
         for event in 0..own.armed.len() {
             if self.is_over(event) {
@@ -86,29 +119,28 @@ impl Instance {
             }
             let (values, strict) = (own.excesses[event], self.model.program().instants.events[event].strict);
             let onset = onset::first(&values, own.armed[event], strict, &mut |share: f64| {
-                self.look_at(own, step, share);
+                self.evaluate_sides(own, piece, share);
                 own.sides[2 * event] - own.sides[2 * event + 1]
             });
             own.armed[event] = onset.armed;
             if let Some(share) = onset.begin {
-                let at = between(step, share);
+                let at = between(piece, share);
                 first = Some(first.filter(|(time, _)| *time <= at).unwrap_or((at, event)));
             }
         }
-        self.computed = Computed::default();
-        Searched { step, first }
+        first
     }
 
     /// Evaluates the sides of all comparisons at a share of the last step; none is a number where the motion is not known.
-    fn look_at(&mut self, own: &mut Instants, step: [f64; 2], share: f64) {
+    fn evaluate_sides(&mut self, own: &mut Instants, step: [f64; 2], share: f64) {
         let settings = self.settings();
         let Snapshot { run, memory, .. } = &mut self.now;
-        let at = (between(step, share), &mut own.look);
-        let mut known = self.stepper.look(&self.model, &mut self.machine, (run, memory), at, &settings).is_ok();
-        self.machine.load(&self.model, &own.look);
+        let at = (between(step, share), &mut own.within);
+        let mut known = self.stepper.interpolate(&self.model, &mut self.machine, (run, memory), at, &settings).is_ok();
+        self.machine.load(&self.model, &own.within);
         if own.sides_solved {
             known = known && self.accelerations.evaluate(&self.model, &mut self.machine).is_ok();
-            self.machine.load(&self.model, &own.look);
+            self.machine.load(&self.model, &own.within);
         }
         self.machine.evaluate(&self.model.program().instants.sides, &mut own.sides);
         if !known {

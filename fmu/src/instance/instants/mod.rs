@@ -83,7 +83,7 @@ pub(super) struct Instants {
     /// Before a step: a failure leaves the instance as it was.
     before: Snapshot,
     /// A state within the last step.
-    look: State,
+    within: State,
     /// The excess of each event in the parts of the last step.
     excesses: Vec<[f64; PARTS + 1]>,
     searched: Option<Searched>,
@@ -134,7 +134,7 @@ impl Instants {
             write_solved: reads_solved(program, &instants.written),
             sides_solved: reads_solved(program, &instants.sides),
             before: now.clone(),
-            look: model.default_state(0.0),
+            within: model.default_state(0.0),
             excesses: vec![[0.0; PARTS + 1]; events],
             searched: None,
             due: vec![false; events],
