@@ -63,7 +63,7 @@ pub(crate) fn first(values: &[f64; PARTS + 1], armed: bool, strict: bool, excess
     let share = |place: usize| place as f64 / PARTS as f64;
     let mut armed = armed;
     for place in 1..=PARTS {
-        let (before, now) = (values[place - 1], values[place]);
+        let now = values[place];
         if !armed {
             // At the beginning the value may be a rounding error.
             armed = now < 0.0;
