@@ -104,7 +104,7 @@ impl Description {
     /// and derivatives.
     pub fn initial_unknowns(&self) -> Vec<usize> {
         let mut wanted = self.outputs();
-        wanted.extend(self.indices(|variable| matches!(variable.causality, Causality::CalculatedParameter { .. })));
+        wanted.extend(self.indices(|variable| matches!(variable.causality, Causality::CalculatedParameter)));
         for derivative in self.derivatives() {
             wanted.push(derivative);
             wanted.extend(self.variables[derivative].derivative_of);

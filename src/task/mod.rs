@@ -276,6 +276,9 @@ struct Reader<'f> {
     folder: &'f Path,
 }
 
+/// Points of a table, and the angles of the crank beside them if it has any.
+type Tabled = (Vec<[f64; 2]>, Option<Vec<f64>>);
+
 impl Reader<'_> {
     fn task(&mut self, document: &Node, source: &Source) -> Option<Task> {
         let top = Fields::open(document, "the task", Span::new(0, 0), &TOP, self.faults)?;
@@ -639,7 +642,7 @@ impl Reader<'_> {
     }
 
     /// The points of a table, with its turns of the crank.
-    fn tabled_points(&mut self, fields: &Fields<'_>, points: &Node) -> Option<(Vec<[f64; 2]>, Option<Vec<f64>>)> {
+    fn tabled_points(&mut self, fields: &Fields<'_>, points: &Node) -> Option<Tabled> {
         let columns = [
             Column { name: "x", unit: Unit::length(), is_needed: true },
             Column { name: "y", unit: Unit::length(), is_needed: true },

@@ -19,9 +19,12 @@ pub(super) struct Key {
     pub experiment: Experiment,
 }
 
+/// Equations and what they were made for.
+type Entry = (Key, Arc<Differentiated>);
+
 /// Copies of a study share what they have formulated, in any thread; the last first.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Kept(Arc<Mutex<Vec<(Key, Arc<Differentiated>)>>>);
+pub(super) struct Kept(Arc<Mutex<Vec<Entry>>>);
 
 impl Kept {
     pub fn find(&self, key: &Key) -> Option<Arc<Differentiated>> {
