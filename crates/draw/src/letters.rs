@@ -40,7 +40,7 @@ pub struct Label {
     pub at: [f64; 2],
     /// What of its line is there.
     pub anchor: Anchor,
-    /// Of the letters [px].
+    /// Of the letters \[px\].
     pub size: f64,
     pub is_bold: bool,
 }
