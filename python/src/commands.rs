@@ -171,7 +171,7 @@ pub fn curves(curves: Vec<(String, Vec<[f64; 2]>)>) -> String {
 /// A picture as PNG, so many pixels wide.
 #[pyfunction]
 pub fn png<'py>(py: Python<'py>, svg: &str, width: f32) -> PyResult<Bound<'py, PyBytes>> {
-    let drawn = py.detach(|| drawn_as_png(svg, Size::Wide(width))).map_err(wrong)?;
+    let drawn = py.detach(|| drawn_as_png(svg, Size::Wide(width))).map_err(|error| wrong(error.to_string()))?;
     Ok(PyBytes::new(py, &drawn))
 }
 
@@ -335,7 +335,7 @@ pub fn filmed<'py>(
     let frames = interruptible(py, || {
         let picture = |sample| match listening::wants_end() {
             true => Err("interrupted".to_owned()),
-            false => drawn_as_png(&film.frame(sample), Size::Wide(width)),
+            false => drawn_as_png(&film.frame(sample), Size::Wide(width)).map_err(|error| error.to_string()),
         };
         (0..count).map(picture).collect::<Result<Vec<_>, _>>()
     })?;

@@ -48,13 +48,13 @@ pub(crate) fn fits(values: &[f64; PARTS + 1], share: f64, found: f64) -> bool {
         let others = (0..NEIGHBOURS).filter(|other| *other != index);
         others.fold(1.0, |weight, other| weight * (share - place(other)) / (place(index) - place(other)))
     };
-    let told = (0..NEIGHBOURS).fold(0.0, |sum, index| sum + weight(index) * values[first + index]);
+    let interpolated = (0..NEIGHBOURS).fold(0.0, |sum, index| sum + weight(index) * values[first + index]);
     let known = values.iter().filter(|value| value.is_finite());
     let [least, most] = known.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], &value| {
         [minimum(least, value), maximum(most, value)]
     });
     let allowed = TELLING * (most - least) + ROUNDING * maximum(least.abs(), most.abs());
-    least > most && !found.is_finite() || (told - found).abs() <= allowed
+    least > most && !found.is_finite() || (interpolated - found).abs() <= allowed
 }
 
 /// Looks through a step at whose beginning the comparison can begin to hold (`armed`), or holds; `values` are those of the excess in `PARTS` + 1 places.
