@@ -20,6 +20,7 @@ const NOT_RUN: [(&str, usize); 8] = [
     ("README.md", 4),
     ("docs/constants.md", 1),
     ("docs/coupling.md", 2),
+    ("docs/draw.md", 1),
     ("docs/fuzzing.md", 1),
     ("docs/platforms.md", 4),
     ("docs/python.md", 4),
