@@ -16,7 +16,7 @@ use cotree_fmu::program::storage::KIND;
 use tempfile::TempDir;
 
 /// What is not run, and how often: blocks of other programs, which build, install, or draw films.
-const NOT_RUN: [(&str, usize); 8] = [
+const NOT_RUN: [(&str, usize); 9] = [
     ("README.md", 4),
     ("docs/constants.md", 1),
     ("docs/coupling.md", 2),
