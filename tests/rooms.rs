@@ -70,8 +70,8 @@ const CRATES: [Crate; 8] = [
         "cotree_synthesis",
         "crates/synthesis/src",
         &[
-            "random", "least", "poses", "conics", "dyad", "linkage", "defects", "cognates", "limits", "function",
-            "stroke", "atlas", "path",
+            "random", "least", "valley", "poses", "conics", "dyad", "linkage", "defects", "cognates", "limits",
+            "function", "stroke", "atlas", "path",
         ],
     ),
     (

@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn places_that_do_not_tell_what_is_between_them_are_seen() {
+    fn places_too_far_apart_are_seen() {
         let fit = |excess: &dyn Fn(f64) -> f64| {
             let values = std::array::from_fn(|place| excess(place as f64 / PARTS as f64));
             CHECKS.iter().all(|&share| fits(&values, share, excess(share)))
