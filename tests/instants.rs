@@ -367,6 +367,15 @@ fn what_is_wrong_with_instants_is_said() {
     let driver =
         SERVO.replace("[loads.drive]", "[drivers.d]\ndisplacement = \"push\"\njoint = \"rail\"\n[loads.drive]");
     assert!(fault(&driver).contains("sampled value `push`"), "{}", fault(&driver));
+    let signal = driver
+        .replace("\"push\"\njoint", "\"gain\"\njoint")
+        .replace("[drivers.d]", "[signals]\ngain = \"2*push\"\n[drivers.d]");
+    assert!(fault(&signal).contains("the sampled value `push` (in signal `gain`)"), "{}", fault(&signal));
+    let begun = SERVO.replace("start = \"0.3 - rail.s\"", "start = \"twice\"");
+    let begun = fault(&begun.replace("[loads.drive]", "[signals]\ntwice = \"2*sum\"\n[loads.drive]"));
+    assert!(begun.contains("the sampled value `sum` (in signal `twice`)"), "{begun}");
+    let named = servo("[sampled.controller", "[sampled.con-troller");
+    assert!(named.contains("cannot be the name of a sampler"), "{named}");
     let twice = SERVO.replace("[loads.drive]", "[inputs]\nsum = 0\n[loads.drive]");
     assert!(fault(&twice).contains("as input and as sampled value"), "{}", fault(&twice));
     let latch = |from: &str, to: &str| fault(&LATCH.replace(from, to));
@@ -380,6 +389,30 @@ fn what_is_wrong_with_instants_is_said() {
     assert!(set.contains("only sampled values can be set"), "{set}");
     let units = latch("rail.v > 0.3", "rail.v > 0.3[kg]");
     assert!(units.contains("compared with"), "{units}");
+}
+
+/// Bare numbers are in the unit of the value, at the start, at ticks and at events.
+#[test]
+fn bare_numbers_of_sampled_values_are_in_their_unit() {
+    let scene = SERVO
+        .replace("[loads.drive]", "gap = { start = 7, next = 5, unit = \"mm\" }\n[events.late]\nwhen = \"t > 0.051\"\nset = { gap = 3 }\n[loads.drive]")
+        .replace("period = \"20 ms\"", "period = \"20 ms\"\noffset = \"10 ms\"");
+    let mut run = started(&model(&scene), None, 2.0, 1e-9);
+    for (time, expected) in [(0.005, 7e-3), (0.045, 5e-3), (0.06, 3e-3)] {
+        run.step_to(time).unwrap();
+        assert_eq!(value(&mut run, "gap"), expected, "at {time} s");
+    }
+}
+
+#[test]
+fn a_mass_that_only_an_event_needs_must_be_given() {
+    let driven = SERVO.replace("mass = 2.0\ninertia = 0.1\n", "").replace(
+        "[loads.drive]\ntype = \"force\"\non = \"block\"\nvector = [\"push\", 0]",
+        "[drivers.move]\njoint = \"rail\"\ndisplacement = \"0.1[m/s3]*t^3\"\n[events.hard]\nwhen = \"move.force > 3\"\nstop = true",
+    );
+    let driven = driven.replace("\"rail.s\" = 0.05\n\"rail.v\" = 0.1\n", "");
+    let needed = fault(&driven);
+    assert!(needed.contains("body `block` has no `mass`: event `hard` needs it"), "{needed}");
 }
 
 /// Nothing of it is in the programs of scenes that do not use it.

@@ -256,19 +256,21 @@ fn check_masses(equations: &mut Equations, lowered: &Lowered, outputs: &[Output]
         said.insert(missing);
         faults.push(missing_mass(equations, missing, None));
     }
-    for output in outputs {
-        for missing in missing_for(equations, output) {
+    let mechanism = equations.system.mechanism.clone();
+    let of_outputs = outputs.iter().map(|output| (format!("the output `{}`", output.name), &output.value));
+    for (user, value) in of_outputs.chain(mechanism.read_at_instants()) {
+        for missing in missing_for(equations, value) {
             if said.insert(missing) {
-                faults.push(missing_mass(equations, missing, Some(output)));
+                faults.push(missing_mass(equations, missing, Some(&user)));
             }
         }
     }
     faults
 }
 
-/// A missing mass or inertia that an output needs.
-fn missing_for(equations: &mut Equations, output: &Output) -> Vec<Symbol> {
-    let value = equations.formula(&output.value);
+/// A missing mass or inertia that a value needs.
+fn missing_for(equations: &mut Equations, value: &Formula) -> Vec<Symbol> {
+    let value = equations.formula(value);
     let mut roots = vec![value];
     if equations.system.arena.symbols([value]).iter().any(|symbol| matches!(symbol, Symbol::Reaction(_))) {
         roots.extend(equations.dynamics().load.clone());
@@ -286,7 +288,7 @@ pub fn lacking<'o>(
     outputs: &'o [Output],
 ) -> Result<Vec<(&'o Output, usize, Property)>, Vec<Fault>> {
     let mut equations = equations(mechanism, &mechanism.coordinates)?;
-    let missing = outputs.iter().filter_map(|output| match missing_for(&mut equations, output).first() {
+    let missing = outputs.iter().filter_map(|output| match missing_for(&mut equations, &output.value).first() {
         Some(&Symbol::Missing(body, property)) => Some((output, body, property)),
         None => None,
         Some(
@@ -309,7 +311,7 @@ fn missing(equations: &Equations, roots: &[Expr]) -> Vec<Symbol> {
     symbols
 }
 
-fn missing_mass(equations: &Equations, symbol: Symbol, output: Option<&Output>) -> Fault {
+fn missing_mass(equations: &Equations, symbol: Symbol, user: Option<&str>) -> Fault {
     let mechanism = &equations.system.mechanism;
     let (body, key) = match symbol {
         Symbol::Missing(body, Property::Inertia) => (body, "inertia"),
@@ -326,8 +328,8 @@ fn missing_mass(equations: &Equations, symbol: Symbol, output: Option<&Output>) 
         }
     };
     let owner = &mechanism.bodies[body];
-    let (why, label) = match output {
-        Some(output) => (format!("the output `{}` needs it", output.name), "has no mass properties for it"),
+    let (why, label) = match user {
+        Some(user) => (format!("{user} needs it"), "has no mass properties for it"),
         None => ("its motion is not prescribed".to_string(), "moves under forces"),
     };
     Fault::new("scene::missing_mass", format!("body `{}` has no `{key}`: {why}", owner.name), owner.span)

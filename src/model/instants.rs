@@ -91,6 +91,19 @@ impl Mechanism {
         held.enumerate().map(move |(index, (input, held))| (InputId(first + index), input, held))
     }
 
+    /// Every formula that is read at ticks and events, and what reads it.
+    pub fn read_at_instants(&self) -> impl Iterator<Item = (String, &Formula)> {
+        let ticks = self
+            .samplers
+            .iter()
+            .flat_map(|own| own.writes.iter().map(|(_, written)| (format!("sampler `{}`", own.name), written)));
+        let events = self.events.iter().flat_map(|own| {
+            let read = own.sides.iter().chain(own.writes.iter().map(|(_, written)| written));
+            read.map(|read| (format!("event `{}`", own.name), read))
+        });
+        ticks.chain(events)
+    }
+
     /// The held value that says whether a load is there, if an event can remove it.
     pub fn presence(&self, load: LoadId) -> Option<InputId> {
         let mut held = self.held_inputs();

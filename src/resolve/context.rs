@@ -12,7 +12,7 @@ use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
 use crate::diagnostic::suggest;
 use crate::expr::{Binary, Function, Unary};
-use crate::model::{Class, Exponents, Formula, InputId, JointId, LoadId, Owner, Quantity, StateId, Variable};
+use crate::model::{Class, Exponents, Formula, InputId, JointId, LoadId, Owner, Quantity, Variable};
 use crate::scene::constant;
 use crate::scene::dimension::{self, Known};
 use crate::scene::expression::{self, Tree, TreeKind};
@@ -214,7 +214,7 @@ impl Resolver<'_> {
                 self.not_constant(&format!("the state `{name}`"), tree, site)
             }
             Some(Named::State(_)) if site.context == Context::Driver => {
-                self.refuse_state(&format!("the state `{name}`"), tree, site)
+                self.refuse_in_driver("state", &format!("the state `{name}`"), tree, site)
             }
             Some(Named::State(id)) => {
                 self.used_states.insert(id);
@@ -226,9 +226,11 @@ impl Resolver<'_> {
                 self.not_constant(&format!("the sampled value `{name}`"), tree, site)
             }
             Some(Named::Held(_)) if site.context == Context::Driver => {
-                self.refuse_state(&format!("the sampled value `{name}`"), tree, site)
+                self.refuse_in_driver("sampled value", &format!("the sampled value `{name}`"), tree, site)
             }
-            Some(Named::Held(_)) if site.context == Context::Start => self.refuse_held(name, tree, site),
+            Some(Named::Held(_)) if site.context == Context::Start => {
+                self.refuse_held(&format!("`{name}`"), tree, site)
+            }
             Some(Named::Held(id)) => Some(self.held_value(id)),
             Some(Named::Signal(index)) => self.lower_signal(index, name, tree, site),
             _ => match (name, own) {
@@ -256,14 +258,27 @@ impl Resolver<'_> {
         let (_, id) = self.scene.event_of_time(name)?;
         match site.context {
             _ if site.context.is_constant() => self.not_constant(&format!("`{name}`"), tree, site),
-            Context::Driver => self.refuse_state(&format!("`{name}`"), tree, site),
-            Context::Start => self.refuse_held(name, tree, site),
+            Context::Driver => self.refuse_in_driver("sampled value", &format!("`{name}`"), tree, site),
+            Context::Start => self.refuse_held(&format!("`{name}`"), tree, site),
             _ => Some(self.held_value(id)),
         }
     }
 
-    fn refuse_held(&mut self, name: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
-        let message = format!("{} depends on `{name}`, which begins at the same time", site.what);
+    /// The names of a state and of a held value that occur in a formula.
+    fn changing_in(&self, formula: &Formula) -> (Option<String>, Option<String>) {
+        let (mut state, mut held) = (None, None);
+        formula.visit(&mut |part| {
+            if let Formula::State(id) = part {
+                state = Some(self.scene.states[id.0].name.text.clone());
+            } else if let Formula::Input(id) = part {
+                held = held.take().or_else(|| self.scene.held_name(*id));
+            }
+        });
+        (state, held)
+    }
+
+    fn refuse_held(&mut self, used: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
+        let message = format!("{} depends on {used}, which begins at the same time", site.what);
         let help = "use parameters, inputs, and positions, velocities and states at the start";
         self.refuse("scene::begin_depends", message, help, (tree, site))
     }
@@ -323,11 +338,19 @@ impl Resolver<'_> {
             return self.not_constant(&format!("the signal `{name}`"), tree, site);
         }
         let Signal { formula, known, .. } = self.signals[index].clone()?;
-        if site.context == Context::Driver
-            && let Some(state) = state_in(&formula)
-        {
-            let state = &self.scene.states[state.0].name.text;
-            return self.refuse_state(&format!("the state `{state}` (in signal `{name}`)"), tree, site);
+        let (state, held) = self.changing_in(&formula);
+        let used = |kind: &str, own: String| format!("the {kind} `{own}` (in signal `{name}`)");
+        match (site.context, state, held) {
+            (Context::Driver, Some(state), _) => {
+                return self.refuse_in_driver("state", &used("state", state), tree, site);
+            }
+            (Context::Driver, None, Some(held)) => {
+                return self.refuse_in_driver("sampled value", &used("sampled value", held), tree, site);
+            }
+            (Context::Start, _, Some(held)) => {
+                return self.refuse_held(&used("sampled value", held), tree, site);
+            }
+            _ => {}
         }
         let named =
             |variable| format!("`{}` (in signal `{name}`)", self.called.get(&variable).map_or("", String::as_str));
@@ -354,12 +377,13 @@ impl Resolver<'_> {
         self.refuse("scene::not_constant", message, help, (tree, site))
     }
 
-    /// A prescribed motion is differentiated twice, and the rate of a state may depend on the motion.
-    fn refuse_state(&mut self, used: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
-        let message = format!("{} depends on {used}, but a prescribed motion cannot depend on a state", site.what);
-        let help =
-            "a driver may use the time `t`, parameters and inputs; let the state act through a force or a torque";
-        self.refuse("scene::driver_depends", message, help, (tree, site))
+    /// A prescribed motion is differentiated twice: the rate of a state may depend on the motion, and held values jump.
+    fn refuse_in_driver(&mut self, kind: &str, used: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
+        let message = format!("{} depends on {used}, but a prescribed motion cannot depend on a {kind}", site.what);
+        let help = format!(
+            "a driver may use the time `t`, parameters and inputs; let the {kind} act through a force or a torque"
+        );
+        self.refuse("scene::driver_depends", message, &help, (tree, site))
     }
 
     fn refuse(
@@ -449,17 +473,6 @@ fn refusal(variable: Variable, site: Site<'_>, called: &str) -> Option<(&'static
         (Class::System, ..) => "a sum over the whole system",
     };
     Some((code, format!("{what} depends on {called}, {refused}"), help))
-}
-
-/// A state that occurs in a formula.
-fn state_in(formula: &Formula) -> Option<StateId> {
-    let mut found = None;
-    formula.visit(&mut |part| {
-        if let Formula::State(id) = part {
-            found = Some(*id);
-        }
-    });
-    found
 }
 
 fn unit_name(exponents: Exponents) -> String {

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::Resolver;
 use super::context::Context;
 use super::names::Named;
-use super::parameters::{hertz, is_bare};
+use super::parameters::{bare_factor, hertz};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
 use crate::diagnostic::suggest;
@@ -40,6 +40,13 @@ impl model::Scene {
         InputId(self.inputs.len() + self.sampled_values().count() + event)
     }
 
+    /// The name of a sampled value, or of an event's time.
+    pub(super) fn held_name(&self, id: InputId) -> Option<String> {
+        let event = id.0.checked_sub(self.time_of(0).0).and_then(|event| self.events.get(event));
+        let sampled = self.sampled_values().find(|(own, _)| *own == id).map(|(_, own)| own.name.text.clone());
+        sampled.or_else(|| event.map(|event| format!("events.{}.time", event.name.text)))
+    }
+
     /// The event whose time is called so.
     pub(super) fn event_of_time(&self, name: &str) -> Option<(usize, InputId)> {
         let event = name.strip_prefix("events.")?.strip_suffix(".time")?;
@@ -70,8 +77,8 @@ impl Resolver<'_> {
         let scene = self.scene;
         for sampler in &scene.sampled {
             for value in &sampler.values {
-                let own = self.within(sampler.within, |resolver| resolver.declare_sampled(value));
-                inputs.push(own);
+                let id = InputId(inputs.len());
+                inputs.push(self.within(sampler.within, |resolver| resolver.declare_sampled(id, value)));
             }
         }
         for event in &scene.events {
@@ -91,7 +98,7 @@ impl Resolver<'_> {
         }
     }
 
-    fn declare_sampled(&mut self, value: &model::SampledValue) -> Input {
+    fn declare_sampled(&mut self, id: InputId, value: &model::SampledValue) -> Input {
         let declared = self.unit(value.unit.as_ref());
         // What moves is not known yet, and has no unit of its own.
         let measure = value.start.as_ref().filter(|start| match &start.value {
@@ -103,6 +110,7 @@ impl Resolver<'_> {
             self.formula_and_unit(start, &what, &ANYTHING, Context::Constant).1
         });
         let unit = declared.or(own);
+        self.held_units.extend(unit.clone().map(|unit| (id, unit)));
         let hertz = hertz(unit.as_ref(), value.start.as_ref(), value.unit.as_ref());
         self.input_units.push(unit.as_ref().map(|unit| (unit.exponents, hertz)));
         let description = value.description.as_ref().map(|text| text.text.clone()).unwrap_or_default();
@@ -125,7 +133,7 @@ impl Resolver<'_> {
             });
             let mut writes = Vec::new();
             for (id, value) in own {
-                let begin = self.within(sampler.within, |resolver| resolver.begin(value, &inputs[id.0].unit));
+                let begin = self.within(sampler.within, |resolver| resolver.begin(id, value));
                 if let Formula::Number(start) = begin {
                     inputs[id.0].start = start;
                 }
@@ -145,10 +153,10 @@ impl Resolver<'_> {
         (held, samplers)
     }
 
-    fn begin(&mut self, value: &model::SampledValue, unit: &Unit) -> Formula {
+    fn begin(&mut self, id: InputId, value: &model::SampledValue) -> Formula {
         let Some(start) = &value.start else { return Formula::Number(0.0) };
         let what = format!("`start` of sampled value `{}`", value.name.text);
-        self.in_unit(start, (!unit.si.is_empty()).then_some(unit), &what, Context::Start).0
+        self.held_formula(start, id, &what, Context::Start).0
     }
 
     /// What a sampled value gets at a tick of its sampler.
@@ -197,11 +205,9 @@ impl Resolver<'_> {
         context: Context,
     ) -> (Formula, Known) {
         let (formula, own, known) = self.formula_and_known(quantity, what, &ANYTHING, context);
-        let unit = self.input_units[id.0].map(|(exponents, _)| crate::scene::unit::from_exponents(exponents));
-        let declared = unit.filter(|unit| !unit.si.is_empty());
+        let declared = self.held_units.get(&id).cloned();
         self.must_agree(what, declared.as_ref(), own.as_ref().filter(|_| known != Known::Number), quantity.span);
-        let display = declared.as_ref().and_then(|unit| unit.display.as_ref()).filter(|_| is_bare(quantity));
-        let factor = display.map_or(1.0, |display| display.factor);
+        let factor = bare_factor(declared.as_ref(), quantity);
         let known = declared.map_or(known, |unit| Known::moving(Some(unit.exponents)));
         (formula * Formula::Number(factor), known)
     }

@@ -40,7 +40,7 @@ use crate::diagnostic::fault::{Fault, Faults, Sink};
 use crate::diagnostic::span::{Source, Span, Text};
 use crate::diagnostic::suggest;
 use crate::model::{
-    Bound, Dimension, Exponents, Formula, InputId, Mechanism, Output, Owner, Place, StateId, Units, Variable,
+    Bound, Dimension, Exponents, Formula, InputId, Mechanism, Output, Owner, Place, StateId, Unit, Units, Variable,
 };
 use crate::scene::Asked;
 use crate::scene::model::Within;
@@ -169,6 +169,8 @@ struct Resolver<'s> {
     input_units: Vec<Option<(Exponents, i8)>>,
     /// The units of the states, in the same way.
     state_units: Vec<Option<(Exponents, i8)>>,
+    /// The units of sampled values that have one.
+    held_units: HashMap<InputId, Unit>,
     /// Next values of sampled values.
     nexts: instants::Nexts,
     /// What the names of the signals stand for; none if one is at fault.
@@ -209,6 +211,7 @@ impl<'s> Resolver<'s> {
             parameters: Vec::new(),
             input_units: Vec::new(),
             state_units: Vec::new(),
+            held_units: HashMap::new(),
             nexts: instants::Nexts::default(),
             signals: Vec::new(),
             used_inputs: HashSet::new(),

@@ -86,8 +86,8 @@ impl<'s> Names<'s> {
         for (name, named) in all {
             names.add(name, named, faults);
         }
-        points(scene.sampled.iter().map(|sampler| &sampler.name), "`[sampled]`", faults);
-        points(scene.events.iter().map(|event| &event.name), "`[events]`", faults);
+        unique(scene.sampled.iter().map(|sampler| &sampler.name), "sampler", "the scene", faults);
+        unique(scene.events.iter().map(|event| &event.name), "event", "the scene", faults);
         names
     }
 
@@ -138,11 +138,21 @@ impl<'s> Names<'s> {
 }
 
 fn points<'s>(names: impl Iterator<Item = &'s Text>, owner: &str, faults: &mut Sink) -> HashMap<&'s str, usize> {
+    unique(names, "point", owner, faults)
+}
+
+/// The places of names that are of one kind and their owner's alone.
+fn unique<'s>(
+    names: impl Iterator<Item = &'s Text>,
+    what: &str,
+    owner: &str,
+    faults: &mut Sink,
+) -> HashMap<&'s str, usize> {
     let mut map = HashMap::new();
     for (index, name) in names.enumerate() {
-        check_word(name, "point", faults);
+        check_word(name, what, faults);
         if map.insert(name.text.as_str(), index).is_some() {
-            let message = format!("{owner} has two points with the name `{}`", name.text);
+            let message = format!("{owner} has two {what}s with the name `{}`", name.text);
             faults.push(Fault::new("scene::duplicate_name", message, name.span).label("second time"));
         }
     }

@@ -105,9 +105,7 @@ impl Resolver<'_> {
             self.declared_mismatch(what, declared, own, quantity.span);
         }
         let formula = self.check_finite(formula, quantity, what);
-        let display = declared.and_then(|unit| unit.display.as_ref());
-        let factor = display.filter(|_| is_bare(quantity)).map_or(1.0, |display| display.factor);
-        let value = self.value(&formula) * factor;
+        let value = self.value(&formula) * bare_factor(declared, quantity);
         (value, declared.cloned().or(own))
     }
 
@@ -158,8 +156,14 @@ impl Resolver<'_> {
     }
 }
 
+/// What a value in a declared unit is multiplied by, so that it is SI: a bare number is in that unit, all else is SI already.
+pub(super) fn bare_factor(declared: Option<&Unit>, quantity: &Quantity) -> f64 {
+    let display = declared.and_then(|unit| unit.display.as_ref()).filter(|_| is_bare(quantity));
+    display.map_or(1.0, |display| display.factor)
+}
+
 /// Is this a number without a unit, in a text or not?
-pub(super) fn is_bare(quantity: &Quantity) -> bool {
+fn is_bare(quantity: &Quantity) -> bool {
     match &quantity.value {
         Value::Number(_) => true,
         Value::Text(text) => matches!(read(&Text::from(text.as_str())), Ok(Reading::Number(_))),

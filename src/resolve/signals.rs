@@ -4,7 +4,7 @@ use super::Resolver;
 use super::context::Context;
 use super::names::Named;
 use super::order::{Pending, sorted};
-use super::parameters::{hertz, is_bare};
+use super::parameters::{bare_factor, hertz};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Span;
 use crate::model::measure::ANYTHING;
@@ -61,8 +61,7 @@ impl Resolver<'_> {
             }
             None => {
                 let (formula, own) = self.formula_and_unit(&signal.value, &what, &ANYTHING, Context::Output);
-                let display = declared.as_ref().and_then(|unit| unit.display.as_ref());
-                let factor = display.filter(|_| is_bare(&signal.value)).map_or(1.0, |display| display.factor);
+                let factor = bare_factor(declared.as_ref(), &signal.value);
                 let hertz = hertz(own.as_ref(), Some(&signal.value), None);
                 let known = own.map_or(Known::Number, |unit| Known::constant(Some(unit.exponents)).in_hertz(hertz));
                 (formula * Formula::Number(factor), known)

@@ -2,7 +2,7 @@
 
 use super::Resolver;
 use super::context::Context;
-use super::parameters::{hertz, is_bare};
+use super::parameters::{bare_factor, hertz};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Span;
 use crate::model::measure::ANYTHING;
@@ -29,7 +29,7 @@ impl Resolver<'_> {
         let declared = self.unit(state.unit.as_ref());
         let zero = Quantity::from(0.0);
         let start = state.start.as_ref().unwrap_or(&zero);
-        let (formula, own) = self.in_unit(start, declared.as_ref(), &format!("`start` of {what}"), Context::Constant);
+        let (formula, own) = self.in_unit(start, declared.as_ref(), &format!("`start` of {what}"));
         let unit = declared.clone().or(own);
         let hertz = hertz(unit.as_ref(), state.start.as_ref(), state.unit.as_ref());
         self.state_units.push(unit.as_ref().map(|unit| (unit.exponents, hertz)));
@@ -46,20 +46,12 @@ impl Resolver<'_> {
         }
     }
 
-    /// A value in a declared unit: a bare number is in that unit.
-    pub(super) fn in_unit(
-        &mut self,
-        quantity: &Quantity,
-        declared: Option<&Unit>,
-        what: &str,
-        context: Context,
-    ) -> (Formula, Option<Unit>) {
-        let (formula, own) = self.formula_and_unit(quantity, what, &ANYTHING, context);
+    /// A constant in a declared unit: a bare number is in that unit.
+    fn in_unit(&mut self, quantity: &Quantity, declared: Option<&Unit>, what: &str) -> (Formula, Option<Unit>) {
+        let (formula, own) = self.formula_and_unit(quantity, what, &ANYTHING, Context::Constant);
         self.must_agree(what, declared, own.as_ref(), quantity.span);
-        let display = declared.and_then(|unit| unit.display.as_ref()).filter(|_| is_bare(quantity));
-        let formula = if context == Context::Constant { self.check_finite(formula, quantity, what) } else { formula };
-        let factor = display.map_or(1.0, |display| display.factor);
-        (formula * Formula::Number(factor), own)
+        let formula = self.check_finite(formula, quantity, what);
+        (formula * Formula::Number(bare_factor(declared, quantity)), own)
     }
 
     pub(super) fn must_agree(&mut self, what: &str, declared: Option<&Unit>, own: Option<&Unit>, span: Span) {
@@ -82,7 +74,7 @@ impl Resolver<'_> {
             return if size > 0.0 && size.is_finite() { size } else { 1.0 };
         };
         let what = format!("`nominal` of {what}");
-        let (formula, own) = self.in_unit(nominal, declared, &what, Context::Constant);
+        let (formula, own) = self.in_unit(nominal, declared, &what);
         self.must_agree(&what, unit, own.as_ref().filter(|_| declared.is_none()), nominal.span);
         let formula = self.check_positive(formula, nominal, &what, &ANYTHING);
         self.value(&formula)

@@ -3,7 +3,7 @@
 //! The excess of one side over the other is looked at in places so close that they tell what it is between them, which is checked at others; then it has at most one extremum between
 //! three of them. Where an extremum could cross zero it is sought.
 
-use crate::math::{maximum, minimum};
+use crate::math::{largest_between, maximum, minimum};
 
 /// Parts of a step between which the excess is looked at.
 pub(crate) const PARTS: usize = 16;
@@ -17,18 +17,6 @@ const ROUNDING: f64 = 1e-12;
 const HALVINGS: usize = 60;
 /// Steps of the golden section: after these an extremum is known to the root of rounding errors, and its value to rounding errors.
 const SECTIONS: usize = 40;
-const SECTION: f64 = 0.618_033_988_749_894_8;
-
-/// The excess of the first side of a comparison over the second at a share of the step; not a number where it has none.
-pub(crate) trait Excess {
-    fn at(&mut self, share: f64) -> f64;
-}
-
-impl<F: FnMut(f64) -> f64> Excess for F {
-    fn at(&mut self, share: f64) -> f64 {
-        self(share)
-    }
-}
 
 /// What a comparison does in a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,7 +46,12 @@ pub(crate) fn fits(values: &[f64; PARTS + 1], share: f64, found: f64) -> bool {
 }
 
 /// Looks through a step at whose beginning the comparison can begin to hold (`armed`), or holds; `values` are those of the excess in `PARTS` + 1 places.
-pub(crate) fn first(values: &[f64; PARTS + 1], armed: bool, strict: bool, excess: &mut impl Excess) -> Onset {
+pub(crate) fn first(
+    values: &[f64; PARTS + 1],
+    armed: bool,
+    strict: bool,
+    excess: &mut impl FnMut(f64) -> f64,
+) -> Onset {
     let holds = |value: f64| if strict { value > 0.0 } else { value >= 0.0 };
     let share = |place: usize| place as f64 / PARTS as f64;
     let mut armed = armed;
@@ -99,37 +92,21 @@ fn may_cross([left, middle, right]: [f64; 3]) -> bool {
 }
 
 /// The first place between two, at the second of which the comparison holds, where it does.
-fn turn(holds: &impl Fn(f64) -> bool, mut from: f64, mut to: f64, excess: &mut impl Excess) -> f64 {
+fn turn(holds: &impl Fn(f64) -> bool, mut from: f64, mut to: f64, excess: &mut impl FnMut(f64) -> f64) -> f64 {
     for _ in 0..HALVINGS {
         let middle = 0.5 * (from + to);
         if middle <= from || middle >= to {
             break;
         }
-        *(if holds(excess.at(middle)) { &mut to } else { &mut from }) = middle;
+        *(if holds(excess(middle)) { &mut to } else { &mut from }) = middle;
     }
     to
 }
 
 /// A place between two where the comparison holds, if there is one about the largest value.
-fn summit(holds: &impl Fn(f64) -> bool, mut from: f64, mut to: f64, excess: &mut impl Excess) -> Option<f64> {
-    let inner = |from: f64, to: f64| [to - SECTION * (to - from), from + SECTION * (to - from)];
-    let mut places = inner(from, to);
-    let mut values = places.map(|place| excess.at(place));
-    for _ in 0..SECTIONS {
-        if let Some(place) = (0..2).find(|&index| holds(values[index])) {
-            return Some(places[place]);
-        }
-        if values[0] >= values[1] {
-            to = places[1];
-            places = inner(from, to);
-            values = [excess.at(places[0]), values[0]];
-        } else {
-            from = places[0];
-            places = inner(from, to);
-            values = [values[1], excess.at(places[1])];
-        }
-    }
-    None
+fn summit(holds: &impl Fn(f64) -> bool, from: f64, to: f64, excess: &mut impl FnMut(f64) -> f64) -> Option<f64> {
+    let (place, largest) = largest_between([from, to], SECTIONS, excess);
+    holds(largest).then_some(place)
 }
 
 #[cfg(test)]

@@ -41,7 +41,7 @@ impl Instance {
     }
 
     /// What is armed at the end of a step is so at the beginning of the next one.
-    pub(super) fn leave_step(&mut self) {
+    fn leave_step(&mut self) {
         let last = &self.now.run.last;
         let step = [last.start_time, last.end_time];
         if let Some(own) = &self.instants
@@ -99,14 +99,14 @@ impl Instance {
     fn is_resolved(&mut self, own: &mut Instants, piece: [f64; 2]) -> bool {
         for part in 0..=PARTS {
             self.evaluate_sides(own, piece, part as f64 / PARTS as f64);
-            let sides = own.sides.chunks_exact(2);
-            own.excesses.iter_mut().zip(sides).for_each(|(excess, sides)| excess[part] = sides[0] - sides[1]);
+            for event in 0..own.excesses.len() {
+                own.excesses[event][part] = own.excess(event);
+            }
         }
         onset::CHECKS.iter().all(|&share| {
             self.evaluate_sides(own, piece, share);
-            let sides = own.sides.chunks_exact(2).enumerate();
-            let mut counting = sides.filter(|(event, _)| !self.is_over(*event));
-            counting.all(|(event, sides)| onset::fits(&own.excesses[event], share, sides[0] - sides[1]))
+            let mut counting = (0..own.excesses.len()).filter(|event| !self.is_over(*event));
+            counting.all(|event| onset::fits(&own.excesses[event], share, own.excess(event)))
         })
     }
 
@@ -120,7 +120,7 @@ impl Instance {
             let (values, strict) = (own.excesses[event], self.model.program().instants.events[event].strict);
             let onset = onset::first(&values, own.armed[event], strict, &mut |share: f64| {
                 self.evaluate_sides(own, piece, share);
-                own.sides[2 * event] - own.sides[2 * event + 1]
+                own.excess(event)
             });
             own.armed[event] = onset.armed;
             if let Some(share) = onset.begin {
@@ -175,7 +175,7 @@ impl Instance {
         let Some(mut own) = self.instants.take() else { return Ok(false) };
         let evaluated = self.evaluate(&model.program().instants.sides, own.sides_solved, &mut own.sides);
         for (index, event) in model.program().instants.events.iter().enumerate() {
-            let excess = own.sides[2 * index] - own.sides[2 * index + 1];
+            let excess = own.excess(index);
             let nearly = self.now.phase == Phase::Exchange && excess > -LOCATED * self.now.happened.sizes[index];
             let holds = nearly || if event.strict { excess > 0.0 } else { excess >= 0.0 };
             let begins = found == Some(index) || self.now.happened.armed[index] && holds;
@@ -220,11 +220,9 @@ impl Instance {
         let Some(mut own) = self.instants.take() else { return Ok(()) };
         let model = self.model.clone();
         let evaluated = self.evaluate(&model.program().instants.sides, own.sides_solved, &mut own.sides);
-        excesses.iter_mut().zip(own.sides.chunks_exact(2)).for_each(|(excess, sides)| *excess = sides[0] - sides[1]);
-        for (size, excess) in
-            self.now.happened.sizes.iter_mut().zip(&*excesses).filter(|(_, excess)| excess.is_finite())
-        {
-            *size = size.max(excess.abs());
+        for (event, (excess, size)) in excesses.iter_mut().zip(&mut self.now.happened.sizes).enumerate() {
+            *excess = own.excess(event);
+            *size = if excess.is_finite() { size.max(excess.abs()) } else { *size };
         }
         self.instants = Some(own);
         evaluated

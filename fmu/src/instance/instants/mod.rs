@@ -144,6 +144,11 @@ impl Instants {
         }))
     }
 
+    /// By how much the first side of a comparison exceeds the second, where the sides were last evaluated.
+    fn excess(&self, event: usize) -> f64 {
+        self.sides[2 * event] - self.sides[2 * event + 1]
+    }
+
     /// To be called when the continuation was replaced by another one.
     pub fn forget(&mut self) {
         self.searched = None;
