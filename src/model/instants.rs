@@ -22,7 +22,7 @@ pub enum HeldWhat {
     Sampled,
     /// When an event happened last \[s\]; less than zero before that.
     Time,
-    /// Is a load there? 1, or 0 after an event has removed it.
+    /// Whether a load is there: 1, or 0 after an event has removed it.
     Presence(LoadId),
 }
 
@@ -54,9 +54,9 @@ pub struct Event {
     pub sides: [Formula; 2],
     /// What held values become, seen from just before it.
     pub writes: Vec<(InputId, Formula)>,
-    /// Does it happen once only?
+    /// True if the event happens once only.
     pub once: bool,
-    /// Does it end the run?
+    /// True if the event ends the run.
     pub stop: bool,
     /// Where it stands in the file.
     pub span: Span,
@@ -72,7 +72,7 @@ impl Event {
         }
     }
 
-    /// Does the comparison hold only where the sides differ?
+    /// True if the comparison holds only where the sides differ.
     pub fn is_strict(&self) -> bool {
         matches!(self.comparison, Comparison::Less | Comparison::Greater)
     }

@@ -66,7 +66,7 @@ pub(crate) fn in_motion(rows: &mut [TableRow], equations: &mut Equations, moving
 
 /// The states and inputs among what variables depend on: found once for a list, because many variables share a long one.
 struct Changing {
-    /// Of each variable: is it no parameter?
+    /// Of each variable: true if it is no parameter.
     changes: Vec<bool>,
     known: HashMap<*const usize, Places>,
 }

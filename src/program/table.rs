@@ -50,7 +50,7 @@ impl Of {
 }
 
 impl TableRow {
-    /// Does the scene ask for it?
+    /// True if the scene asks for the variable.
     pub fn is_output(&self) -> bool {
         self.variable.causality == Causality::Output
     }

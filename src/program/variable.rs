@@ -181,7 +181,7 @@ impl Causality {
         }
     }
 
-    /// Is its value computed along the motion?
+    /// True if the value is computed along the motion.
     pub fn follows_motion(self) -> bool {
         matches!(self, Causality::Output | Causality::Local)
     }

@@ -225,9 +225,9 @@ pub struct Event {
     pub remove: Vec<Text>,
     /// New values of sampled values.
     pub set: Vec<(Text, Quantity)>,
-    /// Does it end the run?
+    /// True if the event ends the run.
     pub stop: bool,
-    /// Does it happen once only?
+    /// True if the event happens once only.
     pub once: bool,
     /// One line.
     pub description: Option<Text>,

@@ -20,7 +20,7 @@ struct Sketch {
     /// Names of the points of each body.
     points: Vec<Vec<String>>,
     ground: Vec<GroundPoint>,
-    /// Is it a mechanism on a line?
+    /// True for a mechanism on a line.
     line: bool,
     /// Degrees of freedom.
     mobility: usize,

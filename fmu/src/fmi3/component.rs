@@ -195,7 +195,7 @@ pub struct End {
     pub event: bool,
     /// Is this before the communication point?
     pub early: bool,
-    /// Has an event of the scene ended the run here?
+    /// True if an event of the scene has ended the run here.
     pub ended: bool,
     /// Where it is [s].
     pub time: f64,

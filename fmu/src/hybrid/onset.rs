@@ -23,11 +23,11 @@ const SECTIONS: usize = 40;
 pub(crate) struct Onset {
     /// The share of the step at which it begins to hold, if it does.
     pub begin: Option<f64>,
-    /// Can it begin to hold later: did it not hold at last?
+    /// True if the comparison can begin to hold later: it did not hold at last.
     pub armed: bool,
 }
 
-/// Is the excess at a share of a piece what the values in the six places about it say? Where it has no value anywhere there is nothing to say.
+/// True if the excess at a share of a piece is what the values in the six places about it say, or has no value anywhere.
 pub(crate) fn fits(values: &[f64; PARTS + 1], share: f64, found: f64) -> bool {
     const NEIGHBOURS: usize = 6;
     let first = ((share * PARTS as f64) as usize).saturating_sub(NEIGHBOURS / 2 - 1).min(PARTS + 1 - NEIGHBOURS);
@@ -84,7 +84,7 @@ fn peaks(values: &[f64; PARTS + 1], place: usize) -> [Option<[usize; 2]>; 3] {
     [first.then_some([0, 1]), inner.then(|| [place - 2, place]), last.then_some([PARTS - 1, PARTS])]
 }
 
-/// May there be a value of zero between three that are negative, of which the middle one is the largest? The parabola through them reaches no higher than the middle one and an
+/// True if there may be a value of zero between three that are negative, of which the middle one is the largest. The parabola through them reaches no higher than the middle one and an
 /// eighth of their second difference, if that is right to a factor of four.
 fn may_cross([left, middle, right]: [f64; 3]) -> bool {
     let bend = 2.0 * middle - left - right;

@@ -17,7 +17,7 @@ pub(crate) fn is_later(time: f64, than: f64) -> bool {
 }
 
 impl Clock {
-    /// Are its ticks apart at this time?
+    /// True if ticks are apart at this time.
     pub fn is_sound(self, time: f64) -> bool {
         self.offset.is_finite() && self.period.is_finite() && self.period > 4.0 * shortest(time.max(self.offset))
     }
@@ -31,7 +31,7 @@ impl Clock {
         self.tick(number)
     }
 
-    /// Is this the instant of a tick?
+    /// True at the instant of a tick.
     pub fn is_at(self, time: f64) -> bool {
         let number = ((time - self.offset) / self.period).round();
         let tick = self.tick(number);

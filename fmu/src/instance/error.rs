@@ -196,7 +196,7 @@ impl InstanceError {
         matches!(self, Self::Undefined { .. } | Self::Solver(Failure::Undetermined { .. }))
     }
 
-    /// Has an event of the scene ended the run, so that nothing is wrong?
+    /// True if an event of the scene has ended the run, so that nothing is wrong.
     pub fn is_end(&self) -> bool {
         matches!(self, Self::Ended { .. })
     }

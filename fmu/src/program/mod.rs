@@ -95,11 +95,11 @@ pub struct Sampler {
 pub struct Event {
     /// The user's name.
     pub name: String,
-    /// Does the comparison hold only where its sides differ?
+    /// True if the comparison holds only where its sides differ.
     pub strict: bool,
-    /// Does it happen once only?
+    /// True if the event happens once only.
     pub once: bool,
-    /// Does it end the run?
+    /// True if the event ends the run.
     pub stop: bool,
     /// What it writes.
     pub writes: Vec<Write>,
@@ -115,7 +115,7 @@ pub struct Write {
 }
 
 impl Instants {
-    /// Does nothing ever happen?
+    /// True if nothing ever happens.
     pub fn is_empty(&self) -> bool {
         self.samplers.is_empty() && self.events.is_empty()
     }

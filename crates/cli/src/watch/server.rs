@@ -208,12 +208,12 @@ fn own_names(address: SocketAddr) -> [String; 2] {
     [address.to_string(), format!("localhost:{}", address.port())]
 }
 
-/// Is it asked of this machine by its own name?
+/// True if this machine is asked by its own name.
 fn is_ours<'a>(headers: impl Iterator<Item = &'a str>, address: SocketAddr) -> bool {
     field(headers, "host").is_some_and(|host| own_names(address).iter().any(|name| host == name))
 }
 
-/// Does a page of this server ask?
+/// True if a page of this server asks.
 fn is_from_here<'a>(headers: impl Iterator<Item = &'a str>, address: SocketAddr) -> bool {
     let origin = field(headers, "origin").and_then(|origin| origin.strip_prefix("http://"));
     origin.is_some_and(|origin| own_names(address).iter().any(|name| origin == name))

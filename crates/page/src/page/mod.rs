@@ -80,7 +80,7 @@ pub struct Model {
     pub points: Vec<Vec<String>>,
     /// Points of the ground, and where they are at the start.
     pub ground: Vec<GroundPoint>,
-    /// Is it a mechanism on a line?
+    /// True for a mechanism on a line.
     pub line: bool,
     /// Every variable, in the order of the program.
     pub variables: Vec<Variable>,

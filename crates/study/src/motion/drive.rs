@@ -112,7 +112,7 @@ pub fn moves(driver: &Part, (id, motion): (JointId, Derivatives), joint: &Part) 
 pub struct Moved {
     pub mechanism: Mechanism,
     pub watched: Vec<Output>,
-    /// Has it the masses that its efforts need?
+    /// True if the mechanism has the masses that its efforts need.
     pub has_efforts: bool,
     pub source: Source,
 }
@@ -263,7 +263,7 @@ pub fn is_determined(moved: &Moved, drive: &Drive) -> bool {
     driven.compiled(asked(&driven, drive)).is_ok()
 }
 
-/// Is it an effort of a joint, or of the driver that moves the input?
+/// True for an effort of a joint, or of the driver that moves the input.
 fn is_effort(driven: &Mechanism, output: &Output) -> bool {
     let drives = |owner: Owner| driven.drivers.last().is_some_and(|driver| driver.owner == owner);
     driven.variable_of(output).is_some_and(|variable| {

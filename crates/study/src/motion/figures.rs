@@ -35,7 +35,7 @@ pub(super) struct Subject<'a> {
     /// Bodies without a mass that forces need.
     pub lacking: &'a [String],
     pub places: &'a Places,
-    /// Are extremes, centres and contacts left out?
+    /// True if extremes, centres and contacts are left out.
     pub only_table: bool,
 }
 

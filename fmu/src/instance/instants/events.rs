@@ -148,7 +148,7 @@ impl Instance {
         }
     }
 
-    /// Has it happened, and happens once only?
+    /// True if an event has happened that happens once only.
     fn is_over(&self, event: usize) -> bool {
         self.model.program().instants.events[event].once && self.now.happened.counts[event] > 0
     }
@@ -228,7 +228,7 @@ impl Instance {
         evaluated
     }
 
-    /// In Model Exchange: is there a tick or an event that the importer must let happen?
+    /// In Model Exchange: true if there is a tick or an event that the importer must let happen.
     pub(in crate::instance) fn is_due(&mut self) -> Result<bool, InstanceError> {
         if self.instants.is_none() {
             return Ok(false);
@@ -257,12 +257,12 @@ impl Instance {
         self.happen(None)
     }
 
-    /// Has an event ended the run?
+    /// True if an event has ended the run.
     pub(crate) fn is_ended(&self) -> bool {
         self.now.happened.ended.is_some()
     }
 
-    /// Has something happened in the last step?
+    /// True if something has happened in the last step.
     pub(in crate::instance) fn take_happened(&mut self) -> bool {
         self.instants.as_mut().is_some_and(|own| std::mem::take(&mut own.happened))
     }

@@ -21,7 +21,7 @@ use crate::tape::Tape;
 /// What a run remembers of what has happened.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Happened {
-    /// Of each event: can it begin to hold, where the last step begins?
+    /// Of each event: true if its comparison can begin to hold where the last step begins.
     armed: Vec<bool>,
     /// How often each has happened.
     counts: Vec<u32>,
@@ -77,7 +77,7 @@ pub(super) struct Instants {
     begin: Vec<f64>,
     written: Vec<f64>,
     sides: Vec<f64>,
-    /// Do the tapes read accelerations or reactions?
+    /// True for tapes that read accelerations or reactions.
     write_solved: bool,
     sides_solved: bool,
     /// Before a step: a failure leaves the instance as it was.
@@ -92,7 +92,7 @@ pub(super) struct Instants {
     armed: Vec<bool>,
     /// Counts that have been reported.
     reported: Vec<u32>,
-    /// Has something happened since this was last asked?
+    /// True if something has happened since this was last asked.
     happened: bool,
 }
 
@@ -107,11 +107,11 @@ struct Searched {
 /// What has come of an event of Model Exchange.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Handled {
-    /// Have the states changed?
+    /// True if the states have changed.
     pub moved: bool,
     /// When the next tick is \[s\].
     pub next: Option<f64>,
-    /// Does the run end?
+    /// True if the run ends.
     pub ended: bool,
 }
 
@@ -155,7 +155,7 @@ impl Instants {
     }
 }
 
-/// Does a tape read accelerations or reactions?
+/// True if a tape reads accelerations or reactions.
 fn reads_solved(program: &Program, tape: &Tape) -> bool {
     let layout = program.layout();
     let operands = tape.instructions().iter().flat_map(|instruction| instruction.operands());
@@ -263,7 +263,7 @@ impl Instance {
         }
     }
 
-    /// Has an event ended the run?
+    /// True if an event has ended the run.
     fn check_end(&self) -> Result<(), InstanceError> {
         let Some(event) = self.now.happened.ended else { return Ok(()) };
         let name = self.model.program().instants.events[event as usize].name.clone();

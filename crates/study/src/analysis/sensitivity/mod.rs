@@ -256,7 +256,7 @@ impl<'f> Varying<'f> {
 }
 
 impl Varying<'_> {
-    /// Is there a start with the values that were set, and do the loop equations count there as the program imposes them?
+    /// True if there is a start with the values that were set, and the loop equations count there as the program imposes them.
     fn begins(&self) -> bool {
         let start: Vec<f64> = self.parameters.iter().map(|own| own.start).collect();
         self.begin(&start, None).and_then(|course| course.counts_as_imposed()).unwrap_or(false)

@@ -439,7 +439,7 @@ pub(super) fn switches(motion: &mut Instance) -> Result<DVector<f64>, Failure> {
     Ok(DVector::from_vec(values))
 }
 
-/// Do loop equations nearly depend on each other?
+/// True if loop equations nearly depend on each other.
 fn is_singular(numbers: &Numbers) -> Result<bool, Failure> {
     let jacobian = numbers.block(RowBlock::Loops, Column::Positions);
     if jacobian.is_empty() {
