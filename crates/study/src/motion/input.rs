@@ -148,7 +148,7 @@ fn rates(of: Quantity) -> &'static [Quantity] {
     Quantity::MOTIONS.iter().find_map(after).unwrap_or_default()
 }
 
-/// Is what is asked of a mechanism still there when the input is driven instead of what the scene drives? `moved` is the mechanism at its start.
+/// True if what is asked of a mechanism is still there when the input is driven instead of what the scene drives. `moved` is the mechanism at its start.
 pub(super) fn is_there(
     mechanism: &Mechanism,
     asked: &[Output],

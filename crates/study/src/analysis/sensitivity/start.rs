@@ -42,7 +42,7 @@ pub fn check_repeated(numbers: &Numbers, parameters: usize, positions: &DMatrix<
     (0..parameters).find(contradicts).map_or(Ok(()), Err)
 }
 
-/// Do the loop equations that repeat others still do so? With other lengths they may not.
+/// True if the loop equations that repeat others still do so: with other lengths they may not.
 pub fn still_repeat(numbers: &Numbers) -> Result<bool, Failure> {
     let of = |row: RowBlock| numbers.block(row, Column::Positions);
     let (imposed, repeated) = (of(RowBlock::Loops), of(RowBlock::Repeated));

@@ -354,7 +354,8 @@ impl<'f> Course<'f> {
         }
     }
 
-    /// Do the loop equations count in the present pose as the program imposes them? With other lengths than its own some may depend on others, or repeat them no more.
+    /// True if the loop equations count in the present pose as the program imposes them: with other lengths than its own some may depend on others, or repeat them no
+    /// more.
     pub(super) fn counts_as_imposed(&self) -> Result<bool, Failure> {
         let (_, numbers) = self.at(&mut self.motion.clone(), self.motion.time())?;
         Ok(!is_singular(&numbers)? && still_repeat(&numbers)?)
