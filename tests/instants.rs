@@ -13,6 +13,7 @@ use cotree_fmu::instance::{Instance, InstanceError};
 use cotree_fmu::model::Model;
 use cotree_fmu::program::Engine;
 use cotree_study::analysis::{At, Study};
+use cotree_study::motion::Request;
 
 const METHODS: [Engine; 3] = [Engine::Taylor, Engine::Dop853, Engine::Radau];
 
@@ -355,7 +356,8 @@ fn fault(text: &str) -> String {
 fn what_is_wrong_with_instants_is_said() {
     let servo = |from: &str, to: &str| fault(&SERVO.replace(from, to));
     let circle = servo("sum + 0.02*new(error)", "sum + new(push)");
-    assert!(circle.contains("circle: sum -> push -> sum"), "{circle}");
+    assert!(circle.contains("circle: `sum` -> `push` -> `sum`"), "{circle}");
+    assert_eq!(circle.matches("×").count(), 1, "what follows from the circle is no fault of its own: {circle}");
     let far = servo("0.02*new(error)", "0.02*new(eror)");
     assert!(far.contains("`new(eror)`") && far.contains("`error`"), "{far}");
     let start = servo("start = \"0.3 - rail.s\"", "start = \"push\"");
@@ -381,6 +383,13 @@ fn what_is_wrong_with_instants_is_said() {
     let latch = |from: &str, to: &str| fault(&LATCH.replace(from, to));
     let none = latch("when = \"rail.v > 0.3\"", "when = \"rail.v\"");
     assert!(none.contains("expected `<`, `<=`, `>` or `>=`") || none.contains("`<`, `<=`, `>`"), "{none}");
+    let bare = latch("rail.v > 0.3", "rail.v > 0.3 m/s");
+    assert!(bare.contains("the unit of a number in an expression stands in brackets"), "{bare}");
+    assert!(bare.contains("write `0.3[m]`"), "{bare}");
+    for second in ["and rail.s < 2", "or rail.s < 2", "< 3"] {
+        let two = latch("rail.v > 0.3", &format!("rail.v > 0.3 {second}"));
+        assert!(two.contains("only one comparison") && two.contains("`min(a, b) > 0`"), "{two}");
+    }
     let joint = latch("remove = [\"spring\"]", "remove = [\"rail\"]");
     assert!(joint.contains("the joint `rail`") && joint.contains("only loads"), "{joint}");
     let nothing = latch("remove = [\"spring\"]", "");
@@ -542,4 +551,22 @@ fn the_balancing_cart_follows_its_equations_in_two_coordinates() {
             );
         }
     }
+}
+
+/// What has happened before a pose depends on the way there.
+#[test]
+fn figures_of_a_stroke_refuse_events() {
+    let latch = LATCH.replace("[sampled.count]\nperiod = 1e3\noffset = 1e3\nvalues.n = 0\n", "");
+    let latch = latch.replace("[events.passes]\nwhen = \"rail.v > 0.3\"\nset = { n = \"n + 1\" }\n", "");
+    let latch = latch.replace("\"n\", ", "");
+    let figures = |text: &str| {
+        let request =
+            Request { input: Some("rail".into()), range: Some([0.5, 1.0]), speed: Some(0.1), ..Request::default() };
+        cotree_study::motion::study(&Scene::from_toml(text).unwrap(), &request)
+    };
+    let refused = figures(&latch).expect_err("an event").to_string();
+    assert!(refused.contains("event `release`") && refused.contains("without `[events]`"), "{refused}");
+    let (before, _) = latch.split_once("[events.release]").unwrap();
+    let without = figures(&format!("{before}[initial]\n\"rail.s\" = 1.0"));
+    assert!(without.is_ok(), "{without:?}");
 }

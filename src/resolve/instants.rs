@@ -11,6 +11,7 @@ use crate::diagnostic::span::Text;
 use crate::diagnostic::suggest;
 use crate::model::measure::{ANYTHING, TIME};
 use crate::model::{Event, Formula, Held, HeldWhat, Input, InputId, LoadId, Range, Sampler, Unit};
+use crate::scene::constant;
 use crate::scene::dimension::Known;
 use crate::scene::expression::comparison;
 use crate::scene::model;
@@ -171,7 +172,7 @@ impl Resolver<'_> {
             return Some((Formula::Input(id), Known::moving(unit)));
         };
         if let Some(first) = self.nexts.pending.iter().position(|own| *own == id) {
-            self.refuse_circle_of_news(first, next.span);
+            self.refuse_circle_of_news(first);
             return None;
         }
         self.nexts.pending.push(id);
@@ -180,20 +181,21 @@ impl Resolver<'_> {
             resolver.held_formula(next, id, &what, Context::Instant(Some(sampler)))
         });
         self.nexts.pending.pop();
-        let found = Some(found);
+        // What it cannot be found from has its fault already.
+        let found = Some(found).filter(|(formula, _)| !constant::number(formula).is_some_and(f64::is_nan));
         self.nexts.known.insert(id, found.clone());
         found
     }
 
-    fn refuse_circle_of_news(&mut self, first: usize, span: crate::diagnostic::Span) {
+    /// Those whose new values are being looked for need each other.
+    fn refuse_circle_of_news(&mut self, first: usize) {
         let scene = self.scene;
-        let name =
-            |id: &InputId| scene.sampled_values().find(|(own, _)| own == id).map(|(_, own)| own.name.text.as_str());
-        let mut names: Vec<&str> = self.nexts.pending[first..].iter().filter_map(name).collect();
-        names.extend(names.first().copied());
-        let message = format!("new values of sampled values depend on each other in a circle: {}", names.join(" -> "));
-        let fault = Fault::new("scene::cycle", message, span).label("part of the circle");
-        self.faults.push(fault.help("use the value before the tick somewhere: `x` instead of `new(x)`"));
+        let value = |id: &InputId| scene.sampled_values().find(|(own, _)| own == id).map(|(_, own)| own);
+        let place = |own: &model::SampledValue| own.next.as_ref().map_or(own.name.span, |next| next.span);
+        let pending = self.nexts.pending[first..].iter().chain([&self.nexts.pending[first]]);
+        let circle: Vec<_> = pending.filter_map(value).map(|own| (own.name.text.as_str(), place(own))).collect();
+        let help = "use the value before the tick somewhere: `x` instead of `new(x)`";
+        self.refuse_circle(&circle, "new values of sampled values", help);
     }
 
     /// What a held value becomes: a bare number is in its unit, an expression must have it.

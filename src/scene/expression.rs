@@ -100,18 +100,23 @@ pub(crate) fn parse(text: &Text) -> Result<Tree, Fault> {
 
 /// A comparison of two expressions.
 pub(crate) fn comparison(text: &Text) -> Result<(Comparison, [Tree; 2]), Fault> {
-    const HELP: &str = "write one comparison, such as `beam.angle > 0.7`";
+    const ONE: &str = "write one comparison, such as `beam.angle > 0.7`";
+    const BOTH: &str = "one comparison can stand for both: `min(a, b) > 0` where a and b must be positive, `max(a, b) > 0` where one is enough";
+    let or_one = |fault: Fault| if fault.help.is_empty() { fault.help(ONE) } else { fault };
     let tokens = tokens(text)?;
     let mut parser = Parser { text, tokens, at: 0, nesting: 0 };
     let left = parser.sum()?;
     let Token::Compare(comparison) = parser.peek() else {
-        return Err(parser.expected("`<`, `<=`, `>` or `>=`").help(HELP));
+        return Err(or_one(parser.expected("`<`, `<=`, `>` or `>=`")));
     };
     parser.at += 1;
     let right = parser.sum()?;
     match parser.peek() {
         Token::End => Ok((comparison, [left, right])),
-        _ => Err(parser.expected("an operator (+ - * / ^) or the end").help(HELP)),
+        Token::Compare(_) | Token::Name("and" | "or") => {
+            Err(parser.fault("only one comparison may stand here").label("a second one").help(BOTH))
+        }
+        _ => Err(or_one(parser.expected("an operator (+ - * / ^) or the end"))),
     }
 }
 

@@ -128,20 +128,21 @@ impl Drive {
     }
 }
 
-/// What states and sampled values are in a pose depends on the way there: figures of a turn or stroke cannot say what acts.
-fn without_states(mechanism: &Mechanism) -> Result<(), MotionError> {
-    if let Some(held) =
-        mechanism.held_inputs().find_map(|(_, input, held)| (held.what == HeldWhat::Sampled).then_some(input))
-    {
-        return Err(MotionError::Request(format!(
-            "what the sampled value `{}` is in a pose depends on the way there, so that no turn or stroke tells what acts: use `simulate`, or a scene without `[sampled]` and what uses it",
-            held.name
-        )));
-    }
-    let Some(state) = mechanism.states.first() else { return Ok(()) };
+/// What states and sampled values are in a pose, and which events have happened, depends on the way there: figures of a turn or stroke cannot say what acts.
+fn without_history(mechanism: &Mechanism) -> Result<(), MotionError> {
+    let sampled =
+        mechanism.held_inputs().find_map(|(_, input, held)| (held.what == HeldWhat::Sampled).then_some(&input.name));
+    let (what, section) = if let Some(name) = sampled {
+        (format!("what the sampled value `{name}` is in a pose"), "sampled")
+    } else if let Some(event) = mechanism.events.first() {
+        (format!("whether the event `{}` has happened before a pose", event.name), "events")
+    } else if let Some(state) = mechanism.states.first() {
+        (format!("what the state `{}` is in a pose", state.name), "states")
+    } else {
+        return Ok(());
+    };
     Err(MotionError::Request(format!(
-        "what the state `{}` is in a pose depends on the way there, so that no turn or stroke tells what acts: use `simulate`, or a scene without `[states]` and what uses them",
-        state.name
+        "{what} depends on the way there, so that no turn or stroke tells what acts: use `simulate`, or a scene without `[{section}]` and what uses them"
     )))
 }
 
@@ -175,7 +176,7 @@ fn worked_out(
     request: &Request,
     only_table: bool,
 ) -> Result<Figures, MotionError> {
-    without_states(mechanism)?;
+    without_history(mechanism)?;
     let input @ (joint, motion) = input::driven(mechanism, request.input.as_deref())?;
     let output = input::output(scene, mechanism, input, request.output.as_deref())?;
     let asked: Vec<Output> = output.iter().map(|output| output.asked.clone()).collect();
