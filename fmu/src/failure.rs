@@ -60,6 +60,7 @@ impl fmt::Display for Outside {
             Limit::Value => write!(f, "`{place}` is `{argument}`, which is {value} there"),
             Limit::NotNegative => write!(f, "{place} must not be negative, but `{argument}` is {value}"),
             Limit::Positive => write!(f, "{place} must be positive, but `{argument}` is {value}"),
+            Limit::Share => write!(f, "{place} must be from 0 to 1, but `{argument}` is {value}"),
             Limit::NotZero => write!(f, "{place} must not be zero, but `{argument}` is {value}"),
             Limit::AtLeast(least) => {
                 write!(f, "{place} must be at least {}, but `{argument}` is {value}", number(*least))
@@ -124,6 +125,28 @@ pub enum Failure {
         time: f64,
         /// The contradiction.
         gap: Gap,
+    },
+    /// What is held on one side only cannot be opened or closed so that everything fits.
+    #[error("at t = {time} s {}: {why}", list(.names))]
+    Contact {
+        /// When [s].
+        time: f64,
+        /// Those concerned.
+        names: Vec<String>,
+        /// What does not fit.
+        why: &'static str,
+    },
+    /// A run cannot start where something is held.
+    #[error("at t = {time} s the start is beyond `{name}` by {}: begin within it", value(*.by, *.angular))]
+    Beyond {
+        /// What holds there.
+        name: String,
+        /// When [s].
+        time: f64,
+        /// By how much.
+        by: f64,
+        /// An angle?
+        angular: bool,
     },
     /// Numbers left the range of numbers.
     #[error(

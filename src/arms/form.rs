@@ -55,7 +55,8 @@ pub(crate) fn repeat_exactly(equations: &Equations, length: f64, values: &impl V
 fn may_choose(equations: &Equations, arms: &ArmEquations, values: &impl Values) -> bool {
     let heavy = masses(equations, arms, values).iter().all(|mass| *mass > 0.0);
     let few = equations.coordinates.len() + arms.rows.len() <= MOST_REPEATING;
-    heavy && few && arms.rods.is_empty() && arms.auxiliary.is_empty()
+    let always = arms.rows.iter().all(|row| row.closed.is_none());
+    heavy && few && always && arms.rods.is_empty() && arms.auxiliary.is_empty()
 }
 
 /// Masses and moments of inertia that resist the unknowns, where bodies are no links of a tree.
@@ -364,6 +365,10 @@ impl Lowering<'_> {
             }
             let constant = self.arena.sum(row.constant.iter().copied());
             data.constant = self.coefficients.place(constant);
+            if let Some(closed) = row.closed {
+                let open = self.arena.subtract(closed, Expr::ONE);
+                self.form.one_sided.push((self.form.rows.len() as u32, self.coefficients.place(open)));
+            }
             self.form.rows.push(data);
         }
         Ok(())

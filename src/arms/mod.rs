@@ -81,6 +81,8 @@ pub struct LoopEquation {
     pub angles: Vec<(FrameId, Expr)>,
     pub signals: Vec<(Expr, Expr)>,
     pub constant: Vec<Expr>,
+    /// 1 while it is closed, if it holds on one side only: everything above has it as a factor.
+    pub closed: Option<Expr>,
 }
 
 /// value x along, acting along a displacement.

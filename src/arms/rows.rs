@@ -51,6 +51,9 @@ impl Equations {
                 Port::Length(ends) => return self.rod(constraint, ends, coupling, arms),
             }
         }
+        if let Some(closed) = coupling.closed {
+            row.on_one_side(&mut self.system.arena, closed);
+        }
         arms.rows.push(row);
         Ok(())
     }
@@ -131,6 +134,9 @@ impl Equations {
         coupling: &Coupling,
         arms: &mut ArmEquations,
     ) -> Result<(), Reason> {
+        if coupling.closed.is_some() {
+            return Err("a distance is held on one side only".into());
+        }
         let [term] = &coupling.terms[..] else { return Err("a distance is coupled with something else".into()) };
         let gap = self.kinematics.across(&mut self.system.arena, ends).position;
         let mut gap = self.decompose(&gap)?;
@@ -190,6 +196,17 @@ impl Equations {
         }
         arms.rows.push(row);
         Ok(())
+    }
+}
+
+impl LoopEquation {
+    /// The same while `closed` is 1; where that is 0 nothing is left of it.
+    fn on_one_side(&mut self, arena: &mut Arena, closed: Expr) {
+        let parts = self.arms.values_mut().flatten().chain(self.displacements.iter_mut().map(|(_, factor)| factor));
+        let parts = parts.chain(self.angles.iter_mut().map(|(_, factor)| factor));
+        let parts = parts.chain(self.signals.iter_mut().map(|(_, factor)| factor)).chain(&mut self.constant);
+        parts.for_each(|part| *part = arena.multiply(closed, *part));
+        self.closed = Some(closed);
     }
 }
 

@@ -150,6 +150,17 @@ impl Placed<'_> {
         self.number(key, |frame, angle| sum(turned, frame.signed(angle)));
     }
 
+    /// The limits of the angle of its second end against its first: a mirror exchanges them.
+    pub fn limits(&mut self, key: &'static str) {
+        let Some(Value::Limits(mut limits)) = self.part.value(key).cloned() else { return };
+        let turned = self.turned.clone();
+        limits.ends = limits.ends.map(|end| end.map(|end| sum(turned.clone(), self.frame.signed(end))));
+        if self.frame.mirror {
+            limits.ends.reverse();
+        }
+        self.part.set(key, Value::Limits(limits));
+    }
+
     /// A value that a mirror makes its opposite.
     pub fn sign(&mut self, key: &'static str) {
         self.number(key, |frame, value| frame.signed(value));

@@ -6,6 +6,7 @@ mod frame;
 mod icon;
 mod key;
 pub(crate) mod kinds;
+mod limits;
 mod line;
 mod reference;
 mod schema;
@@ -23,8 +24,10 @@ pub use schema::schema;
 use std::sync::Arc;
 
 use crate::diagnostic::{Fault, Span};
-use crate::model::{Dimension, Formula, Mechanism, Owner, Part, Place, Quantity, State, Unit, Value, Variable};
-use crate::network::{Rows, System};
+use crate::model::{
+    Dimension, Formula, Mechanism, OneSided, Owner, Part, Place, Quantity, State, Unit, Value, Variable,
+};
+use crate::network::{Rows, System, Term};
 use crate::scene::constant;
 use crate::scene::key::Key;
 
@@ -107,6 +110,10 @@ pub struct Component {
     pub stored: &'static str,
     /// The states that it brings.
     pub states: fn(&Part) -> Vec<OwnState>,
+    /// What it holds on one side only.
+    pub one_sided: fn(&Part) -> Vec<OneSided>,
+    /// The across variable of that.
+    pub across: fn(&Part, &mut System) -> Vec<Term>,
     /// Its share of a linear vibrating system; none if its law is to be taken as it is, an error if it can never be linear.
     pub linear: fn(&Part) -> Result<Option<Linear>, String>,
     /// What is wrong with it that only the whole mechanism shows.
@@ -144,6 +151,8 @@ impl Component {
             energy: |_| None,
             stored: "",
             states: |_| Vec::new(),
+            one_sided: |_| Vec::new(),
+            across: |_, _| Vec::new(),
             linear: |_| Ok(None),
             check: |_, _| Vec::new(),
             profile: |_, _, _| None,
@@ -243,7 +252,8 @@ impl Part {
 impl System {
     /// The elements of a mechanism and both graphs.
     pub fn new(mechanism: &Mechanism) -> Self {
-        Self::of(Arc::new(mechanism.clone()), |part, system| (part.component().rows)(part, system))
+        let rows = |part: &Part, system: &mut System| (part.component().rows)(part, system);
+        Self::of(Arc::new(mechanism.clone()), rows, |part, system| (part.component().across)(part, system))
     }
 }
 

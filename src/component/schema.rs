@@ -156,6 +156,14 @@ fn form(key: &Key) -> Value {
             "required": ["coulomb", "velocity"],
             "additionalProperties": false,
         }),
+        Form::Limits(_) => json!({
+            "type": "object",
+            "properties": {
+                "min": reference("quantity"), "max": reference("quantity"), "restitution": constant(Range::Share),
+            },
+            "anyOf": [{ "required": ["min"] }, { "required": ["max"] }],
+            "additionalProperties": false,
+        }),
         Form::Motion(_) => json!({
             "anyOf": [reference("quantity"), {
                 "type": "object",
@@ -184,6 +192,7 @@ fn constant(range: Range) -> Value {
         Range::NotNegative => json!({ "minimum": 0 }),
         Range::Positive => json!({ "exclusiveMinimum": 0 }),
         Range::NotZero => json!({ "not": { "const": 0 } }),
+        Range::Share => json!({ "minimum": 0, "maximum": 1 }),
     };
     json!({ "allOf": [reference("quantity"), bound] })
 }

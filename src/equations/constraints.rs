@@ -31,7 +31,23 @@ pub struct Constraint {
     pub followers: Vec<(usize, Expr)>,
     /// Does it hold where its value is whole turns, too? See [`Constraint::gap`].
     pub repeats_every_turn: bool,
+    /// What it is while it is closed, if it holds on one side only: everything else here has the factor that is zero while it is open.
+    pub gap: Option<Gap>,
     pub standing: Standing,
+}
+
+/// A relation that holds on one side only: its value is never negative.
+#[derive(Clone, Debug)]
+pub struct Gap {
+    /// 1 while it is closed, else 0.
+    pub closed: Expr,
+    pub value: Expr,
+    /// Derivatives by the coordinates.
+    pub jacobian: Vec<(usize, Expr)>,
+    /// The part of its rate that no coordinate moves.
+    pub time_rate: Expr,
+    /// Its second derivative is jacobian . a - gamma.
+    pub gamma: Expr,
 }
 
 /// What a loop equation does for the motion, which is known once the mechanism has been assembled.
@@ -45,6 +61,8 @@ pub enum Standing {
     SecondOrder,
     /// No coordinate occurs in it: an identity, or a contradiction between two elements.
     Trivial,
+    /// It holds on one side only: imposed while it is closed.
+    OneSided,
 }
 
 impl Constraint {
@@ -53,15 +71,26 @@ impl Constraint {
         self.jacobian.is_empty()
     }
 
+    /// Is it an equation of the motion? One that holds on one side only is one in every mode.
     pub fn is_imposed(&self) -> bool {
+        matches!(self.standing, Standing::Imposed | Standing::OneSided)
+    }
+
+    /// Does it hold whatever is open or closed?
+    pub fn always_holds(&self) -> bool {
         self.standing == Standing::Imposed
+    }
+
+    /// The entry of its multiplier on the diagonal of the equations of motion: minus one while it is open, so that its reaction is zero.
+    pub fn multiplier_diagonal(&self, arena: &mut Arena) -> Expr {
+        self.gap.as_ref().map_or(Expr::ZERO, |gap| arena.subtract(gap.closed, Expr::ONE))
     }
 
     /// True for a row with coordinates that is left out, because others stand for it.
     pub fn repeats(&self) -> bool {
         match self.standing {
             Standing::Repeats | Standing::SecondOrder => true,
-            Standing::Imposed | Standing::Trivial => false,
+            Standing::Imposed | Standing::Trivial | Standing::OneSided => false,
         }
     }
 
@@ -169,6 +198,7 @@ pub(super) fn assemble(
         gamma,
         followers,
         repeats_every_turn: false,
+        gap: None,
         standing,
     }
 }

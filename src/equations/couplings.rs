@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use super::constraints::{Constraint, assemble};
+use super::constraints::{Constraint, Gap, Standing, assemble};
 use super::form::{Coefficient, Form};
 use super::kinematics::{Kinematics, PointMotion, project};
 use super::vector::{Scalar, Vector};
@@ -51,7 +51,34 @@ fn relation(
         coupled.push(chord);
     }
     let row = assemble(&mut system.arena, kinematics, (element, held), value, &velocity, &acceleration);
-    Some(Constraint { coupled, repeats_every_turn: coupling.repeats_every_turn(), ..row })
+    let row = Constraint { coupled, repeats_every_turn: coupling.repeats_every_turn(), ..row };
+    Some(match coupling.closed {
+        Some(closed) if !row.is_trivial() => row.on_one_side(&mut system.arena, closed),
+        _ => row,
+    })
+}
+
+impl Constraint {
+    /// The same while `closed` is 1; where that is 0 nothing is left of it. So all modes are one matrix \[M J^T; J D\], whose entry D = closed - 1 makes the reaction zero while it is
+    /// open: its factors L D L^T exist in any order in which a row comes after its unknowns.
+    fn on_one_side(self, arena: &mut Arena, closed: Expr) -> Constraint {
+        let Constraint { value, time_rate, gamma, .. } = self;
+        let gap = Gap { closed, value, jacobian: self.jacobian.clone(), time_rate, gamma };
+        let chord = |arena: &mut Arena, chord| match chord {
+            CoupledChord::Force(ends, vector, carrier) => {
+                CoupledChord::Force(ends, vector.scaled(arena, closed), carrier)
+            }
+            CoupledChord::Torque(ends, factor) => CoupledChord::Torque(ends, arena.multiply(closed, factor)),
+        };
+        let coupled = self.coupled.clone().into_iter().map(|own| chord(arena, own)).collect();
+        let mut times = |entries: &[(usize, Expr)]| -> Vec<(usize, Expr)> {
+            entries.iter().map(|&(column, entry)| (column, arena.multiply(closed, entry))).collect()
+        };
+        let (jacobian, followers) = (times(&self.jacobian), times(&self.followers));
+        let [value, time_rate, gamma] = [value, time_rate, gamma].map(|part| arena.multiply(closed, part));
+        let standing = Standing::OneSided;
+        Constraint { coupled, jacobian, followers, value, time_rate, gamma, gap: Some(gap), standing, ..self }
+    }
 }
 
 /// The across variable of a port, and the chord that carries factor x reaction.

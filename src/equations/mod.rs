@@ -20,7 +20,7 @@ mod vibration;
 
 use std::collections::{BTreeMap, HashMap};
 
-pub use constraints::{Constraint, Standing};
+pub use constraints::{Constraint, Gap, Standing};
 pub use couplings::CoupledChord;
 pub use dynamics::Dynamics;
 use dynamics::{Laws, Sums};

@@ -7,7 +7,7 @@ use super::vector::Vector;
 use super::{Constraint, Equations, Standing};
 use crate::expr::{Binary, Expr, Order, Symbol, Unary};
 use crate::model::{
-    Aspect, Axis, BodyId, Dimension, DriverId, Effort, JointId, LoadId, Owner, Place, Quantity, Variable, Whole,
+    Aspect, Axis, BodyId, Contact, Dimension, DriverId, Effort, JointId, LoadId, Owner, Place, Quantity, Variable, Whole,
 };
 use crate::network::{
     Angle, Curve, Direction, ElementId, Force, Origin, Port, RNode, RotationalRow, System, TNode, Torque,
@@ -61,7 +61,7 @@ impl Equations {
             Aspect::Slide(_) | Aspect::Length(_) | Aspect::PressureAngle | Aspect::Curvature | Aspect::State => {
                 Expr::ZERO
             }
-            Aspect::Effort(_) | Aspect::Whole(_) => Expr::ZERO,
+            Aspect::Effort(_) | Aspect::OneSided(_) | Aspect::Whole(_) => Expr::ZERO,
         }
     }
 
@@ -121,6 +121,7 @@ impl Equations {
             Aspect::Effort(effort) => match effort {
                 Effort::X => self.force_along(id, Direction::X),
                 Effort::Y => self.force_along(id, Direction::Y),
+                Effort::Normal if self.system.element(id).translation.is_none() => self.pressing(Owner::Joint(joint)),
                 Effort::Normal => self.normal_force(joint, id),
                 Effort::Tangential => self.coupling_reaction(id),
                 Effort::Force => self.joint_force(id),
@@ -128,6 +129,7 @@ impl Equations {
                 Effort::Power => self.power(id),
             },
             Aspect::Along(..) | Aspect::Length(_) | Aspect::PressureAngle | Aspect::Curvature => Expr::ZERO,
+            Aspect::OneSided(contact) => self.one_sided(Owner::Joint(joint), contact),
             Aspect::State | Aspect::Whole(_) => Expr::ZERO,
         }
     }
@@ -157,7 +159,7 @@ impl Equations {
                 arena.multiply(lever, reaction)
             }
             Aspect::Angle(Order::Velocity | Order::Acceleration) | Aspect::Along(..) | Aspect::Slide(_) => Expr::ZERO,
-            Aspect::Length(_) | Aspect::State | Aspect::Whole(_) => Expr::ZERO,
+            Aspect::Length(_) | Aspect::State | Aspect::OneSided(_) | Aspect::Whole(_) => Expr::ZERO,
             Aspect::Effort(Effort::X | Effort::Y | Effort::Tangential | Effort::Force | Effort::Power) => Expr::ZERO,
         }
     }
@@ -241,6 +243,47 @@ impl Equations {
         }
     }
 
+    /// Of what an owner holds on one side: a sum over both of its sides, each with the sign of the motion that it stops.
+    fn one_sided(&mut self, owner: Owner, what: Contact) -> Expr {
+        let mechanism = self.system.mechanism.clone();
+        let mut total = Expr::ZERO;
+        for (index, own) in mechanism.unilaterals_of(owner) {
+            let row = self.row_of_unilateral(index);
+            let arena = &mut self.system.arena;
+            // A limit that is reached from below pushes back.
+            let sign = if own.held.word == "max" { -1.0 } else { 1.0 };
+            let value = match what {
+                Contact::Gap => row.and_then(|row| self.constraints[row].gap.as_ref()).map_or(Expr::ZERO, |gap| gap.value),
+                Contact::Reaction => row.map_or(Expr::ZERO, |row| {
+                    let reaction = arena.symbol(Symbol::Reaction(row));
+                    let factor = arena.constant(-sign);
+                    arena.multiply(factor, reaction)
+                }),
+                Contact::Impulse => {
+                    let (factor, impulse) = (arena.constant(sign), arena.symbol(Symbol::Parameter(own.impulse.0)));
+                    arena.multiply(factor, impulse)
+                }
+                Contact::Mode => {
+                    let (factor, closed) = (arena.constant(-sign), arena.symbol(Symbol::Parameter(own.closed.0)));
+                    if own.held.word.is_empty() { closed } else { arena.multiply(factor, closed) }
+                }
+            };
+            total = self.system.arena.add(total, value);
+        }
+        total
+    }
+
+    /// The force with which an owner presses that has no other reaction.
+    fn pressing(&mut self, owner: Owner) -> Expr {
+        self.one_sided(owner, Contact::Reaction)
+    }
+
+    /// The loop equation of something that is held on one side; none if nothing that moves is.
+    pub(crate) fn row_of_unilateral(&self, index: usize) -> Option<usize> {
+        let id = self.system.find(Origin::Unilateral(index))?;
+        self.constraints.iter().position(|row| row.element == id && row.gap.is_some())
+    }
+
     /// A displacement driver as a branch carries the joint's normal force too: the two lie side by side.
     fn normal_force(&mut self, joint: JointId, id: ElementId) -> Expr {
         let Some(&normal) = self.system.element(id).translation.as_ref().and_then(|row| row.reaction.first()) else {
@@ -298,6 +341,7 @@ impl Equations {
                 let place = self.system.mechanism.states.iter().position(|state| state.variable == variable);
                 place.map_or(Expr::ZERO, |index| self.system.arena.symbol(Symbol::State(index, Order::Position)))
             }
+            Aspect::OneSided(contact) => self.one_sided(Owner::Load(load), contact),
             Aspect::Slide(_) | Aspect::PressureAngle | Aspect::Curvature | Aspect::Whole(_) => Expr::ZERO,
         }
     }

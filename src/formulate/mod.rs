@@ -1,6 +1,7 @@
 //! From a mechanism to its equations and its program: formulate, assemble, find the redundant loop equations, lower.
 
 pub mod assemblies;
+mod contacts;
 mod contradiction;
 pub mod explain;
 mod impulses;
@@ -44,7 +45,7 @@ pub struct Formulated {
 
 impl Formulated {
     pub fn mobility(&self) -> usize {
-        let independent = self.equations.constraints.len() - self.redundant.len();
+        let independent = self.equations.constraints.iter().filter(|row| row.always_holds()).count();
         self.equations.coordinates.len().saturating_sub(independent)
     }
 }
@@ -85,6 +86,13 @@ pub fn formulate_with(mut equations: Equations, outputs: &[Output]) -> Result<Fo
         faults.extend(contradiction::contradiction(&found));
     }
     let Restrictions { mut equations, state, generic, .. } = found;
+    if faults.is_empty() {
+        let driven = crate::solve::is_driven(&equations);
+        faults.extend(contacts::check_contacts(&mut equations, &state, length, driven));
+        if !faults.is_empty() {
+            return Err(faults);
+        }
+    }
     let rows = equations.constraints.iter().enumerate();
     let redundant: Vec<usize> = rows.filter(|(_, row)| !row.is_imposed()).map(|(index, _)| index).collect();
     let mut lowered = match crate::program::program(&mut equations, outputs, length, [&state, &generic]) {

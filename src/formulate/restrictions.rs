@@ -37,7 +37,7 @@ pub(super) struct Restrictions {
 impl Restrictions {
     /// Directions of motion.
     pub fn mobility(&self) -> usize {
-        let imposed = self.equations.constraints.iter().filter(|row| row.is_imposed()).count();
+        let imposed = self.equations.constraints.iter().filter(|row| row.always_holds()).count();
         self.equations.coordinates.len().saturating_sub(imposed)
     }
 }
@@ -88,7 +88,9 @@ fn generic(found: Independence, state: &State) -> State {
 /// Gives each loop equation its standing: `independent` ones, in ascending order, are imposed, and `restricting` ones restrict in second order only.
 pub(super) fn judge(equations: &mut Equations, independent: &[usize], restricting: &[usize]) {
     for (index, row) in equations.constraints.iter_mut().enumerate() {
-        row.standing = if independent.binary_search(&index).is_ok() {
+        row.standing = if row.gap.is_some() {
+            Standing::OneSided
+        } else if independent.binary_search(&index).is_ok() {
             Standing::Imposed
         } else if row.is_trivial() {
             Standing::Trivial

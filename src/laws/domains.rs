@@ -98,6 +98,7 @@ impl Found<'_> {
                     self.law(&format!("{place}.velocity"), &friction.velocity);
                     self.add(&format!("{place}.velocity"), Limit::Divisor, &friction.velocity, &Vec::new());
                 }
+                Value::Limits(limits) => limits.formulas().for_each(|formula| self.law(&place, formula)),
                 _ => {}
             }
         }

@@ -122,6 +122,7 @@ pub(crate) fn formulas(part: &Part) -> Vec<&Formula> {
             Value::Formula(formula) | Value::Motion(Motion::Given(formula)) => vec![formula],
             Value::Vector(both) => both.iter().collect(),
             Value::Friction(friction) => vec![&friction.coulomb],
+            Value::Limits(limits) => limits.formulas().collect(),
             Value::Motion(Motion::Velocity(_) | Motion::Acceleration(_))
             | Value::Place(_)
             | Value::Joint(_)

@@ -15,6 +15,8 @@ pub enum Range {
     Positive,
     /// All but zero.
     NotZero,
+    /// From zero to one.
+    Share,
 }
 
 impl Range {
@@ -25,6 +27,7 @@ impl Range {
             Self::NotNegative => Some(Limit::NotNegative),
             Self::Positive => Some(Limit::Positive),
             Self::NotZero => Some(Limit::NotZero),
+            Self::Share => Some(Limit::Share),
         }
     }
 

@@ -16,6 +16,7 @@ mod part;
 mod settings;
 mod state;
 pub(crate) mod translate;
+mod unilateral;
 mod unit;
 mod variable;
 mod written;
@@ -30,8 +31,9 @@ pub use name::identifier;
 pub use part::{Friction, Motion, Part, Value};
 pub use settings::{Coordinates, Experiment, Method, Solver};
 pub use state::State;
+pub use unilateral::{Limits, OneSided, Unilateral};
 pub use unit::{Calculated, DisplayUnit, Input, Parameter, Unit};
-pub use variable::{Aspect, Axis, Class, Effort, Owner, Quantity, Variable, Whole};
+pub use variable::{Aspect, Axis, Class, Contact, Effort, Owner, Quantity, Variable, Whole};
 
 use crate::diagnostic::{Span, suggest};
 
@@ -93,6 +95,8 @@ pub struct Mechanism {
     pub samplers: Vec<Sampler>,
     /// What happens when comparisons begin to hold.
     pub events: Vec<Event>,
+    /// What parts hold on one side only.
+    pub unilaterals: Vec<Unilateral>,
     /// Points of the ground.
     pub ground: Vec<Point>,
     pub bodies: Vec<Body>,

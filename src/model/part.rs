@@ -1,6 +1,6 @@
 //! Joints, drivers and loads: parts of a mechanism, each of a kind that its component knows.
 
-use super::{BodyId, Formula, InputId, JointId, Owner, ParameterId, Place};
+use super::{BodyId, Formula, InputId, JointId, Limits, Owner, ParameterId, Place};
 use crate::diagnostic::Span;
 
 /// A joint, driver or load with everything that its keys say.
@@ -31,6 +31,7 @@ pub enum Value {
     Joint(JointId),
     Motion(Motion),
     Friction(Friction),
+    Limits(Limits),
     /// One of several words.
     Choice(&'static str),
     Switch(bool),
@@ -102,6 +103,11 @@ impl Part {
         })
     }
 
+    /// Where its motion ends, if it does.
+    pub fn limits(&self) -> Option<&Limits> {
+        self.values.iter().find_map(|(_, value)| if let Value::Limits(limits) = value { Some(limits) } else { None })
+    }
+
     pub fn choice(&self, key: &str) -> Option<&'static str> {
         if let Some(Value::Choice(word)) = self.value(key) { Some(word) } else { None }
     }
@@ -116,6 +122,7 @@ impl Part {
                     own.coulomb.visit_parameters(visit);
                     own.velocity.visit_parameters(visit);
                 }
+                Value::Limits(limits) => limits.formulas().for_each(|formula| formula.visit_parameters(visit)),
                 Value::Motion(_) | Value::Place(_) | Value::Joint(_) | Value::Choice(_) | Value::Switch(_) => {}
             }
         }

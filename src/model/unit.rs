@@ -99,6 +99,8 @@ pub struct Parameter {
     pub max: Option<f64>,
     /// May it change after initialisation?
     pub tunable: bool,
+    /// Do events alone change it? Then nobody outside sees or sets it.
+    pub held: bool,
     /// Where it stands in the file.
     pub span: Span,
 }

@@ -61,6 +61,12 @@ pub enum Quantity {
     Current,
     CapPressure,
     RodPressure,
+    Gap,
+    StopForce,
+    StopTorque,
+    Impulse,
+    AngularImpulse,
+    Mode,
     KineticEnergy,
     PotentialEnergy,
     TotalEnergy,
@@ -78,6 +84,8 @@ pub enum Class {
     Acceleration,
     Effort,
     State,
+    /// What impacts leave, and whether something is closed.
+    Contact,
     System,
 }
 
@@ -103,6 +111,8 @@ pub enum Aspect {
     Effort(Effort),
     /// A state that the owner brings.
     State,
+    /// Of what the owner holds on one side only.
+    OneSided(Contact),
     Whole(Whole),
 }
 
@@ -116,6 +126,19 @@ pub enum Effort {
     Force,
     Torque,
     Power,
+}
+
+/// What is said of what an owner holds on one side only.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Contact {
+    /// How far it is open.
+    Gap,
+    /// The force or torque with which it presses, with the sign of the motion that it stops.
+    Reaction,
+    /// That of the last impact, likewise.
+    Impulse,
+    /// 0 while it is open, 1 at the upper limit or in contact, -1 at the lower limit.
+    Mode,
 }
 
 /// Properties of the whole mechanism.
@@ -158,6 +181,10 @@ impl Quantity {
             PressureAngle => Aspect::PressureAngle,
             Curvature => Aspect::Curvature,
             Current | CapPressure | RodPressure => Aspect::State,
+            Gap => Aspect::OneSided(Contact::Gap),
+            StopForce | StopTorque => Aspect::OneSided(Contact::Reaction),
+            Impulse | AngularImpulse => Aspect::OneSided(Contact::Impulse),
+            Mode => Aspect::OneSided(Contact::Mode),
             Fx => Aspect::Effort(Effort::X),
             Fy => Aspect::Effort(Effort::Y),
             Fn => Aspect::Effort(Effort::Normal),
@@ -180,7 +207,7 @@ impl Quantity {
                 Some(order)
             }
             Aspect::PressureAngle | Aspect::Curvature => None,
-            Aspect::Effort(_) | Aspect::State | Aspect::Whole(_) => None,
+            Aspect::Effort(_) | Aspect::State | Aspect::OneSided(_) | Aspect::Whole(_) => None,
         }
     }
 
@@ -220,6 +247,12 @@ impl Quantity {
             Current => ("current", "current of", CURRENT, State),
             CapPressure => ("cap_pressure", "pressure behind the piston of", PRESSURE, State),
             RodPressure => ("rod_pressure", "pressure around the rod of", PRESSURE, State),
+            Gap => ("gap", "gap of", LENGTH, Position),
+            StopForce => ("stop", "force of the stop of", FORCE, Effort),
+            StopTorque => ("stop", "torque of the stop of", TORQUE, Effort),
+            Impulse => ("impulse", "impulse of the last impact of", IMPULSE, Contact),
+            AngularImpulse => ("impulse", "angular impulse of the last impact of", ANGULAR_IMPULSE, Contact),
+            Mode => ("mode", "mode of", NUMBER, Contact),
             KineticEnergy => ("kinetic", "kinetic energy", ENERGY, System),
             PotentialEnergy => ("potential", "potential energy", ENERGY, System),
             TotalEnergy => ("total", "total energy", ENERGY, System),
@@ -254,7 +287,10 @@ impl Quantity {
 
     /// Is there such a thing on a line?
     pub fn is_on_a_line(self) -> bool {
-        !matches!(self, Y | Vy | Ay | Fy | Angle | Omega | Alpha | Torque | PressureAngle | Curvature)
+        !matches!(
+            self,
+            Y | Vy | Ay | Fy | Angle | Omega | Alpha | Torque | PressureAngle | Curvature | StopTorque | AngularImpulse
+        )
     }
 }
 

@@ -41,6 +41,8 @@ pub enum Origin {
     Load(LoadId),
     /// One of the relations that the joints imply.
     Implied(usize),
+    /// One of what parts hold on one side only.
+    Unilateral(usize),
 }
 
 impl Origin {
@@ -90,6 +92,8 @@ pub struct Coupling {
     pub terms: Vec<Term>,
     /// The constant on the right.
     pub offset: Expr,
+    /// If it holds on one side only: 1 while it is closed, else 0. The relation is the gap, which is never negative.
+    pub closed: Option<Expr>,
 }
 
 impl Coupling {

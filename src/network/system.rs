@@ -7,7 +7,7 @@ use petgraph::unionfind::UnionFind;
 
 use super::graph::{ElementId, LinearGraph, RNode, Rotation, TNode, Translation};
 use super::{
-    Angle, Element, Force, Implied, Known, Origin, Port, RotationalRow, Rows, Signal, Torque, arm, body, table3,
+    Angle, Coupling, Element, Force, Implied, Known, Origin, Port, RotationalRow, Rows, Signal, Term, Torque, arm, body, table3,
 };
 use crate::diagnostic::Span;
 use crate::expr::{Arena, Expr, Order, Symbol};
@@ -16,6 +16,8 @@ use crate::model::{Body, BodyId, DriverId, Formula, InputId, Mechanism, Motion, 
 
 /// The rows of an element of the scene: its component gives them.
 type RowsOf = fn(&Part, &mut System) -> Rows;
+/// The across variable of what it holds on one side.
+type AcrossOf = fn(&Part, &mut System) -> Vec<Term>;
 
 /// The elements of a mechanism, its translational and its rotational graph, and the expressions in their terminal equations.
 #[derive(Clone, Debug)]
@@ -44,11 +46,12 @@ pub struct System {
     names: HashSet<String>,
     labels: HashSet<String>,
     rows: RowsOf,
+    across: AcrossOf,
 }
 
 impl System {
     /// Both graphs of a mechanism whose elements have these rows.
-    pub(crate) fn of(mechanism: Arc<Mechanism>, rows: RowsOf) -> Self {
+    pub(crate) fn of(mechanism: Arc<Mechanism>, rows: RowsOf, across: AcrossOf) -> Self {
         let mut system = System {
             arena: Arena::default(),
             elements: Vec::new(),
@@ -64,6 +67,7 @@ impl System {
             names: names(&mechanism),
             labels: HashSet::new(),
             rows,
+            across,
             mechanism,
         };
         system.add_nodes();
@@ -72,6 +76,7 @@ impl System {
         for part in mechanism.parts() {
             system.add_part(part);
         }
+        system.add_unilaterals();
         system.hold_particles();
         system.find_held();
         system
@@ -94,7 +99,7 @@ impl System {
     /// The same with expressions of its own.
     #[must_use]
     pub fn anew(&self) -> Self {
-        Self::of(Arc::clone(&self.mechanism), self.rows).implying(&self.implied)
+        Self::of(Arc::clone(&self.mechanism), self.rows, self.across).implying(&self.implied)
     }
 
     pub fn element(&self, id: ElementId) -> &Element {
@@ -117,6 +122,7 @@ impl System {
             Origin::Driver(driver) => mechanism.drivers[driver.0].span,
             Origin::Load(load) => mechanism.loads[load.0].span,
             Origin::Implied(relation) => self.implied[relation].span(mechanism),
+            Origin::Unilateral(index) => mechanism.unilaterals[index].span,
         }
     }
 
@@ -242,6 +248,26 @@ impl System {
             rotation.iter_mut().for_each(|row| row.through.scale(&presence));
         }
         self.push(Element { label, name, origin, translation, rotation, coupling });
+    }
+
+    /// gap = sign x (across - bound), each a chord of its own.
+    fn add_unilaterals(&mut self) {
+        let mechanism = Arc::clone(&self.mechanism);
+        for (index, own) in mechanism.unilaterals.iter().enumerate() {
+            let Some(part) = mechanism.parts().find(|part| part.owner == own.owner) else { continue };
+            let minus = self.arena.constant(-own.held.sign);
+            let bound = self.value(&own.held.bound);
+            let terms = (self.across)(part, self).into_iter().map(|term| Term {
+                factor: self.arena.multiply(minus, term.factor),
+                port: term.port,
+            });
+            let (terms, offset) = (terms.collect(), self.arena.multiply(minus, bound));
+            let closed = Some(self.arena.symbol(Symbol::Parameter(own.closed.0)));
+            let coupling = Some(Coupling { terms, offset, closed });
+            let label = self.label("k", &own.name);
+            let (name, origin) = (part.name.clone(), Origin::Unilateral(index));
+            self.push(Element { label, name, origin, translation: None, rotation: None, coupling });
+        }
     }
 
     fn push(&mut self, element: Element) {

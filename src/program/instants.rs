@@ -59,7 +59,7 @@ impl InstantKernels {
             stop: own.stop,
             writes: own.writes.iter().map(&mut write).collect(),
         });
-        Instants { held, samplers, events: events.collect(), begin, clocks, written, sides }
+        Instants { held, samplers, events: events.collect(), begin, clocks, written, sides, contacts: None }
     }
 }
 

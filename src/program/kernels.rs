@@ -45,6 +45,12 @@ kernels! {
     clocks,
     written,
     sides,
+    /// What is held on one side only.
+    gaps,
+    gap_rates,
+    gap_accelerations,
+    restitutions,
+    impact,
     /// Coefficients of the arm form.
     arms,
     /// Coefficients of the arm form without loads.

@@ -5,13 +5,14 @@ use cotree_fmu::program::Steep;
 use cotree_fmu::program::arm_form::ArmForm;
 use cotree_fmu::program::domain::{Domain, DomainTape};
 use cotree_fmu::program::{
-    Constraint, Coordinate, Engine, Experiment, Follower, FollowerOrder, Initial, Input, LawTape, Parameter, Program,
+    Constraint, Coordinate, Engine, Experiment, Follower, FollowerOrder, Initial, Input, Instants, LawTape, Parameter, Program,
     Role, SparseTape, Tapes,
 };
 use cotree_fmu::tape::Tape;
 use cotree_fmu::taylor::Jet;
 
 use super::dependencies::Moving;
+use super::contacts::ContactKernels;
 use super::initial::{Conditions, Settable, conditions, settable};
 use super::instants::InstantKernels;
 use super::kernels::Kernels;
@@ -69,6 +70,7 @@ struct MotionKernels {
     domains: Vec<(Domain, Expr)>,
     outputs: Vec<Expr>,
     instants: InstantKernels,
+    contacts: ContactKernels,
     arms: Option<(ArmForm, Vec<Expr>)>,
     masses: Option<(ArmForm, Vec<Expr>)>,
     solve_tree: Option<SolveTree>,
@@ -76,7 +78,8 @@ struct MotionKernels {
 
 /// A program with which the mechanism can be assembled, but not moved.
 pub fn positions(equations: &mut Equations, length: f64) -> Program {
-    let role = |own: &Row| if own.is_trivial() { Role::LeftOut } else { Role::Imposed };
+    // What may be open is so until the loops are closed.
+    let role = |own: &Row| if own.is_trivial() || own.gap.is_some() { Role::LeftOut } else { Role::Imposed };
     let roles: Vec<Role> = equations.constraints.iter().map(role).collect();
     let kernels = PositionKernels::new(equations, length);
     assemble(equations, (length, &roles), &kernels, &MotionKernels::default(), &Table::default())
@@ -104,6 +107,8 @@ pub fn program(
         moving.add_states(equations);
         let arena = &mut equations.system.arena;
         moving.reciprocal_pivots = solver.reciprocal_pivots(arena);
+        moving.contacts = ContactKernels::new(equations, &solver);
+        let arena = &mut equations.system.arena;
         if equations.constraints.iter().any(|row| row.is_imposed()) {
             let states = vec![Expr::ZERO; equations.states.len()];
             moving.project(&kernels, |residuals| [solver.projection(arena, residuals), states.clone()].concat());
@@ -304,6 +309,11 @@ fn assemble(
         clocks: &moving.instants.clocks,
         written: &moving.instants.written,
         sides: &moving.instants.sides,
+        gaps: &moving.contacts.gaps,
+        gap_rates: &moving.contacts.rates,
+        gap_accelerations: &moving.contacts.accelerations,
+        restitutions: &moving.contacts.restitutions,
+        impact: &moving.contacts.impact,
         arms,
         masses,
     };
@@ -339,7 +349,10 @@ fn assemble(
         velocity_jacobian: sparse(&position.velocities.jacobian, kernels.velocity_jacobian),
         ..Initial::default()
     };
+    let of_contacts = [kernels.gaps, kernels.gap_rates, kernels.gap_accelerations, kernels.restitutions, kernels.impact];
+    let contacts = ContactKernels::lower(equations, of_contacts);
     let instants = moving.instants.lower(mechanism, [kernels.begin, kernels.clocks, kernels.written, kernels.sides]);
+    let instants = Instants { contacts, ..instants };
     let form = |form: &Option<(ArmForm, Vec<Expr>)>, coefficients: Tape| {
         form.as_ref().map(|(form, _)| ArmForm { coefficients, ..form.clone() })
     };
@@ -381,6 +394,7 @@ fn roles(equations: &Equations, length: f64, pose: &State) -> Vec<Role> {
         && repeat_exactly(equations, length, &typical(pose));
     let role = |row: &Row| match row.standing {
         Standing::Imposed => Role::Imposed,
+        Standing::OneSided => Role::OneSided,
         Standing::Repeats if chosen => Role::Repeating,
         Standing::Repeats | Standing::SecondOrder | Standing::Trivial => Role::LeftOut,
     };

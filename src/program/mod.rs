@@ -3,6 +3,7 @@
 //! First the kernels of positions and velocities ([`positions`]): with them the mechanism is assembled and its redundant loop
 //! equations are found. Then, with the independent loop equations known, the whole program (`program`).
 
+mod contacts;
 mod dependencies;
 mod dependency_sets;
 mod initial;

@@ -89,7 +89,7 @@ impl Table {
 
     fn add_parameters_and_inputs(&mut self, equations: &mut Equations) {
         let mechanism = &*equations.system.mechanism.clone();
-        for (index, parameter) in mechanism.parameters.iter().enumerate() {
+        for (index, parameter) in mechanism.open_parameters() {
             let value = equations.system.arena.symbol(Symbol::Parameter(index));
             let own = described("parameter", &parameter.name, &parameter.description);
             let Parameter { value: start, min, max, tunable, .. } = *parameter;

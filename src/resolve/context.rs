@@ -470,6 +470,7 @@ fn refusal(variable: Variable, site: Site<'_>, called: &str) -> Option<(&'static
         (Class::Effort, Owner::Load(_), Quantity::Force | Quantity::Torque) => return None,
         (Class::Effort, Owner::Load(_), _) => "a component or the power of another load",
         (Class::Effort, ..) => "a reaction",
+        (Class::Contact, ..) => "what impacts leave",
         (Class::System, ..) => "a sum over the whole system",
     };
     Some((code, format!("{what} depends on {called}, {refused}"), help))

@@ -64,6 +64,10 @@ impl Resolver<'_> {
                     format!("{what} is negative: {value}{unit}{by_default}"),
                     "must not be negative",
                 ),
+                Range::Share => {
+                    let rule = "must be from 0 to 1";
+                    ("scene::out_of_range", format!("{what} {rule}, but is {value}{unit}{by_default}"), rule)
+                }
                 _ => {
                     let rule = if range == Range::NotZero { "must not be zero" } else { "must be positive" };
                     ("scene::out_of_range", format!("{what} {rule}, but is {value}{unit}{by_default}"), rule)

@@ -8,8 +8,8 @@ use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
 use crate::diagnostic::suggest;
 use crate::expr::{Binary, Function, Unary};
-use crate::model::measure::{ANYTHING, Wanted};
-use crate::model::{Formula, Friction, InputId, Motion, Range};
+use crate::model::measure::{ANYTHING, NUMBER, Wanted};
+use crate::model::{Formula, Friction, InputId, Limits, Motion, Range};
 use crate::scene::constant;
 use crate::scene::decode::Fields;
 use crate::scene::document::{Content, Node};
@@ -85,6 +85,37 @@ impl Resolver<'_> {
             coulomb: self.constant_in(Range::NotNegative, &coulomb?, &of("coulomb"), level),
             velocity: self.constant_in(Range::Positive, &velocity?, &of("velocity"), speed),
         })
+    }
+
+    /// `{ min = -0.1, max = 0.2, restitution = 0.5 }`
+    pub(super) fn stops(&mut self, node: &Node, what: &str, user: &str, wanted: &Wanted) -> Option<Limits> {
+        let fields = Fields::open(node, what, node.span, &["min", "max", "restitution"], self.faults)?;
+        let of = |key: &str| format!("`{key}` of the limits of {user}");
+        let mut quantity = |key: &str| match fields.get(key) {
+            Some(node) => self.faults.quantity(node, &of(key)).map(Some),
+            None => Some(None),
+        };
+        let (min, max, restitution) = (quantity("min"), quantity("max"), quantity("restitution"));
+        let [min, max] = [("min", min?), ("max", max?)].map(|(key, end)| end.map(|end| self.constant(&end, &of(key), wanted)));
+        let restitution = restitution?
+            .map_or(Formula::Number(0.0), |share| self.constant_in(Range::Share, &share, &of("restitution"), &NUMBER));
+        self.check_limits([min.as_ref(), max.as_ref()], what, user, node.span)?;
+        Some(Limits { ends: [min, max], restitution })
+    }
+
+    /// There must be one, and the lower one below the upper one.
+    fn check_limits(&mut self, ends: [Option<&Formula>; 2], what: &str, user: &str, span: Span) -> Option<()> {
+        let values = ends.map(|end| end.map(|end| constant::evaluate(end, &self.values)));
+        let (message, label) = match values {
+            [None, None] => (format!("{what} has neither `min` nor `max`"), "no limit"),
+            [Some(min), Some(max)] if min >= max => {
+                (format!("the limits of {user} leave nothing between: `min` is not below `max`"), "nothing between")
+            }
+            _ => return Some(()),
+        };
+        let fault = Fault::new("scene::limits", message, span).label(label);
+        self.faults.push(fault.help("write where the motion ends: `limits = { min = -0.1, max = 0.2, restitution = 0.5 }`"));
+        None
     }
 
     /// Is a key there that friction does not have? Says why.

@@ -128,6 +128,7 @@ impl Scene {
             states: resolver.states(states),
             samplers,
             events: resolver.events(),
+            unilaterals: Vec::new(),
             initial: resolver.initial(),
             begins: resolver.begins(),
             experiment: resolver.experiment(),
@@ -140,6 +141,7 @@ impl Scene {
         };
         let outputs = resolver.outputs(asked);
         mechanism.add_own_states();
+        mechanism.add_unilaterals();
         mechanism.units = mechanism.display.clone().before(&resolver.written_in);
         resolver.islands(&mechanism.bodies);
         if !resolver.faults.has_errors() {

@@ -58,6 +58,7 @@ impl Resolver<'_> {
             min,
             max,
             tunable: scene.tunable,
+            held: false,
             span: scene.name.span,
         }
     }

@@ -185,6 +185,9 @@ impl Namer<'_> {
                 friction.coulomb = self.formula(&friction.coulomb, About { letter: "C", ..about });
                 friction.velocity = self.formula(&friction.velocity, About { letter: "w", ..about });
             }
+            Value::Limits(limits) => {
+                limits.formulas_mut().for_each(|own| *own = self.formula(own, About { letter: "l", ..about }));
+            }
             Value::Motion(_) | Value::Place(_) | Value::Joint(_) | Value::Choice(_) | Value::Switch(_) => {}
         }
     }

@@ -61,6 +61,8 @@ pub enum Form {
     Axis,
     /// Dry friction with a level and a velocity.
     Friction([Wanted; 2]),
+    /// Where a motion of this measure ends, and how it rebounds there.
+    Limits(Wanted),
     /// A prescribed motion, its rate and its acceleration.
     Motion([Wanted; 3]),
     /// One of several words, the first by default; what to say of them, and what one of them is called.

@@ -164,7 +164,7 @@ impl Factorised {
         };
         let arena = &mut equations.system.arena;
         let mass = unit_masses(arena, &own);
-        let system = System { mass: &mass, jacobian: &jacobian, scales: &own, values: &values };
+        let system = System { mass: &mass, jacobian: &jacobian, diagonal: &[], scales: &own, values: &values };
         let factor = Factor::new(arena, &system).map_err(|obstacle| match obstacle {
             Obstacle::Undetermined(index) => Obstacle::Undetermined(block.columns[index] as usize),
             Obstacle::TooLarge => obstacle,
@@ -214,7 +214,7 @@ fn augment(equations: &[(u32, Vec<u32>)], place: usize, owner: &mut [Option<usiz
 
 /// Do drivers determine the motion: are there as many independent loop equations as coordinates?
 pub(crate) fn is_driven(equations: &Equations) -> bool {
-    equations.constraints.iter().filter(|row| row.is_imposed()).count() == equations.coordinates.len()
+    equations.constraints.iter().filter(|row| row.always_holds()).count() == equations.coordinates.len()
 }
 
 #[cfg(test)]

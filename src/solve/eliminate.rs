@@ -55,6 +55,8 @@ pub struct System<'a> {
     pub mass: &'a [Vec<(usize, Expr)>],
     /// \[Phi_q\] by rows, active constraints only.
     pub jacobian: &'a [Vec<(usize, Expr)>],
+    /// What stands on the diagonal of each multiplier: zero, or minus one while a loop equation is open.
+    pub diagonal: &'a [Expr],
     /// Natural sizes of the coordinates: a mass and an inertia compare by the energy of a motion of this size.
     pub scales: &'a [f64],
     /// Values of all symbols in a typical pose, by which pivots are judged.
@@ -229,7 +231,8 @@ impl Elimination {
             let value = value * system.scales[column];
             if row < self.coordinates {
                 mass[row].insert(column, value * system.scales[row]);
-            } else {
+            } else if !self.has_pivot(row) {
+                // What may be open must not carry a mass.
                 loops.entry(row).or_default().insert(column, value);
             }
         }
@@ -374,6 +377,9 @@ fn rows(system: &System) -> Rows {
             row.insert(column, entry);
             rows[column].insert(coordinates + index, entry);
         }
+        if let Some(&diagonal) = system.diagonal.get(index).filter(|diagonal| **diagonal != Expr::ZERO) {
+            row.insert(coordinates + index, diagonal);
+        }
         rows.push(row);
     }
     rows
@@ -395,7 +401,7 @@ mod tests {
         };
         let (mass_rows, jacobian_rows) = (sparse(mass), sparse(jacobian));
         let system =
-            System { mass: &mass_rows, jacobian: &jacobian_rows, scales: &vec![1.0; mass.len()], values: &|_| 0.0 };
+            System { mass: &mass_rows, jacobian: &jacobian_rows, diagonal: &[], scales: &vec![1.0; mass.len()], values: &|_| 0.0 };
         let factor = Factor::new(&mut arena, &system).unwrap();
         let (n, m) = (mass.len(), jacobian.len());
         let solution: Vec<f64> = (0..n + m).map(|i| 1.0 + i as f64 * 0.7).collect();
@@ -434,7 +440,7 @@ mod tests {
     fn a_coordinate_that_nothing_holds_is_reported() {
         let mut arena = Arena::default();
         let system =
-            System { mass: &[vec![(0, Expr::ONE)], vec![]], jacobian: &[], scales: &[1.0; 2], values: &|_| 0.0 };
+            System { mass: &[vec![(0, Expr::ONE)], vec![]], jacobian: &[], diagonal: &[], scales: &[1.0; 2], values: &|_| 0.0 };
         assert_eq!(Factor::new(&mut arena, &system).unwrap_err(), Obstacle::Undetermined(1));
     }
 }

@@ -171,7 +171,7 @@ fn least_change(
         entries.filter(|(_, entry)| *entry != Expr::ZERO).collect()
     };
     let mass: Vec<Vec<(usize, Expr)>> = normal.iter().map(sparse).collect();
-    let system = System { mass: &mass, jacobian, scales: &scales, values: &values };
+    let system = System { mass: &mass, jacobian, diagonal: &[], scales: &scales, values: &values };
     let factor = Factor::new(arena, &system)?;
     let mut right: Vec<Expr> = normal.iter().map(|row| row[rows.len()]).collect();
     right.resize(rows.len() + jacobian.len(), Expr::ZERO);
@@ -185,14 +185,17 @@ fn least_change(
 fn self_stresses(equations: &mut Equations, length: f64, pose: &State) -> Result<Vec<BTreeMap<usize, Expr>>, Obstacle> {
     let scales = scales(equations, length);
     let values = typical(pose);
+    // What may be open takes no part: where it closes upon what is held already, the run is refused.
+    let always = (0..equations.constraints.len()).filter(|&row| equations.constraints[row].gap.is_none());
     let (rows, dropped): (Vec<usize>, Vec<usize>) =
-        (0..equations.constraints.len()).partition(|&row| equations.constraints[row].is_imposed());
+        always.partition(|&row| equations.constraints[row].always_holds());
     let jacobian: Vec<_> = rows.iter().map(|&row| equations.constraints[row].jacobian.clone()).collect();
     let dropped = dropped.into_iter().map(|row| (row, equations.constraints[row].jacobian.clone()));
     let dropped: Vec<_> = dropped.collect();
     let arena = &mut equations.system.arena;
     let mass = unit_masses(arena, &scales);
-    let factor = Factor::new(arena, &System { mass: &mass, jacobian: &jacobian, scales: &scales, values: &values })?;
+    let system = System { mass: &mass, jacobian: &jacobian, diagonal: &[], scales: &scales, values: &values };
+    let factor = Factor::new(arena, &system)?;
     let balance = |(row, entries): (usize, Vec<(usize, Expr)>)| {
         let mut right = vec![Expr::ZERO; mass.len()];
         entries.into_iter().for_each(|(column, entry)| right[column] = entry);

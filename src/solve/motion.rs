@@ -27,6 +27,8 @@ pub struct LoopRow {
     pub gamma: Expr,
     /// The same loop equation in branch coordinates; the others are identities there.
     pub branch: Option<usize>,
+    /// The entry of its multiplier on the diagonal.
+    pub diagonal: Expr,
 }
 
 /// Acceleration of a branch coordinate: a sum over the system's accelerations, and a rest.
@@ -48,16 +50,19 @@ impl MotionSystem {
     pub fn in_branch_coordinates(equations: &mut Equations, length: f64) -> Self {
         let dynamics = equations.dynamics();
         let (mass, load) = (dynamics.mass.clone(), dynamics.load.clone());
+        let arena = &mut equations.system.arena;
         let imposed = equations.constraints.iter().enumerate().filter(|(_, row)| row.is_imposed());
         let rows = imposed.map(|(index, row)| LoopRow {
             jacobian: row.jacobian.clone(),
             gamma: row.gamma,
             branch: Some(index),
+            diagonal: row.multiplier_diagonal(arena),
         });
+        let rows = rows.collect();
         let itself = |index: usize| Branch { terms: vec![(index, Expr::ONE)], rest: Expr::ZERO };
         MotionSystem {
             scales: scales(equations, length),
-            rows: rows.collect(),
+            rows,
             branches: (0..load.len()).map(itself).collect(),
             mass,
             load,
@@ -71,7 +76,14 @@ impl MotionSystem {
     pub fn factorise(self, equations: &mut Equations, pose: &State) -> Result<Solver, Obstacle> {
         let values = typical(pose);
         let jacobian: Vec<Vec<(usize, Expr)>> = self.rows.iter().map(|row| row.jacobian.clone()).collect();
-        let matrix = eliminate::System { mass: &self.mass, jacobian: &jacobian, scales: &self.scales, values: &values };
+        let diagonal: Vec<Expr> = self.rows.iter().map(|row| row.diagonal).collect();
+        let matrix = eliminate::System {
+            mass: &self.mass,
+            jacobian: &jacobian,
+            diagonal: &diagonal,
+            scales: &self.scales,
+            values: &values,
+        };
         let factor = Factor::new(&mut equations.system.arena, &matrix)?;
         Ok(Solver { system: self, factor })
     }
@@ -109,9 +121,15 @@ impl Solver {
     pub fn motion(&self, arena: &mut Arena, constraints: usize) -> Vec<Expr> {
         let mut right = self.system.load.clone();
         right.extend(self.system.rows.iter().map(|row| row.gamma));
-        let solution = self.factor.solve(arena, &right);
+        self.results(arena, &right, constraints, true)
+    }
+
+    /// What follows from a right-hand side for the branch coordinates and their loop equations, with the rests of accelerations or without.
+    fn results(&self, arena: &mut Arena, right: &[Expr], constraints: usize, rests: bool) -> Vec<Expr> {
+        let solution = self.factor.solve(arena, right);
+        let rest = |branch: &Branch| if rests { branch.rest } else { Expr::ZERO };
         let mut results: Vec<Expr> =
-            self.system.branches.iter().map(|branch| branch.value(arena, &solution, branch.rest)).collect();
+            self.system.branches.iter().map(|branch| branch.value(arena, &solution, rest(branch))).collect();
         let mut reactions = vec![Expr::ZERO; constraints];
         for (row, &reaction) in self.system.rows.iter().zip(&solution[self.system.load.len()..]) {
             if let Some(index) = row.branch {
@@ -125,6 +143,21 @@ impl Solver {
     /// Reciprocal pivots of the loop equations: they grow towards a singular configuration.
     pub fn reciprocal_pivots(&self, arena: &mut Arena) -> Vec<Expr> {
         self.factor.reciprocal_pivots(arena, self.system.load.len())
+    }
+
+    /// Impulses: the change of the rates of branch coordinates, of least kinetic energy, that changes the rate of each loop equation by minus what is asked, and the multipliers of all loop equations.
+    pub fn impact(&self, arena: &mut Arena, asked: &[Expr]) -> Vec<Expr> {
+        let mut right = vec![Expr::ZERO; self.system.load.len()];
+        right.extend(self.system.rows.iter().map(|row| {
+            let asked = row.branch.map_or(Expr::ZERO, |index| arena.negate(asked[index]));
+            // What is open is not asked for anything.
+            if row.diagonal == Expr::ZERO {
+                return asked;
+            }
+            let closed = arena.add(row.diagonal, Expr::ONE);
+            arena.multiply(closed, asked)
+        }));
+        self.results(arena, &right, asked.len(), false)
     }
 
     /// Projection onto the loop equations: the correction of the branch coordinates of least norm in the mass metric that cancels the residuals.

@@ -131,7 +131,7 @@ fn in_other_trees(equations: &mut Equations, other: &mut Equations, length: f64)
 }
 
 /// The other trees' loop equations, without those that are not imposed in branch coordinates.
-fn imposed_rows(equations: &Equations, other: &Equations) -> Vec<LoopRow> {
+fn imposed_rows(equations: &Equations, other: &mut Equations) -> Vec<LoopRow> {
     // The equations of one chord in one graph have the same order for all trees; those of its coupling are separate.
     let kind = |row: &Constraint| (row.element, row.held == Held::Angle, row.coupled.is_empty());
     let mut own: HashMap<(ElementId, bool, bool), Vec<usize>> = HashMap::new();
@@ -139,10 +139,12 @@ fn imposed_rows(equations: &Equations, other: &Equations) -> Vec<LoopRow> {
         own.entry(kind(constraint)).or_default().push(index);
     }
     let mut rows = Vec::new();
-    for constraint in &other.constraints {
+    let Equations { constraints, system, .. } = other;
+    for constraint in &*constraints {
         let branch = own.get_mut(&kind(constraint)).and_then(Vec::pop);
         if branch.is_none_or(|index| equations.constraints[index].is_imposed()) && !constraint.is_trivial() {
-            rows.push(LoopRow { jacobian: constraint.jacobian.clone(), gamma: constraint.gamma, branch });
+            let diagonal = constraint.multiplier_diagonal(&mut system.arena);
+            rows.push(LoopRow { jacobian: constraint.jacobian.clone(), gamma: constraint.gamma, branch, diagonal });
         }
     }
     rows
@@ -153,7 +155,7 @@ fn move_to(equations: &mut Equations, other: &Equations, system: &mut MotionSyst
     places.extend(&mut system.load);
     for row in &mut system.rows {
         places.extend(row.jacobian.iter_mut().map(|(_, entry)| entry));
-        places.push(&mut row.gamma);
+        places.extend([&mut row.gamma, &mut row.diagonal]);
     }
     for branch in &mut system.branches {
         places.extend(branch.terms.iter_mut().map(|(_, entry)| entry));

@@ -8,7 +8,7 @@ use std::collections::HashSet;
 
 use thiserror::Error;
 
-use crate::program::{Condition, Engine, Initial, Instants, Layout, Program, Source, SparseTape, Write};
+use crate::program::{Condition, Engine, Initial, Instants, Layout, Program, Role, Source, SparseTape, Write};
 use crate::tape::Tape;
 
 /// What is wrong with a program.
@@ -138,6 +138,7 @@ impl Program {
         unique("parameter", self.parameters.iter().map(|parameter| &parameter.name))?;
         self.instants.samplers.iter().try_for_each(|sampler| named("sampler", &sampler.name))?;
         unique("event", self.instants.events.iter().map(|event| &event.name))?;
+        unique("contact", self.instants.contacts().iter().map(|contact| &contact.name))?;
         unique("input", self.inputs.iter().map(|input| &input.name))?;
         unique("coordinate", self.coordinates.iter().map(|coordinate| &coordinate.name))?;
         unique("variable", self.variables.iter().map(|variable| &variable.name))
@@ -195,6 +196,13 @@ impl Program {
         if !self.instants.writes().all(is_there) {
             return Err(Fault::Reference { name: "what is written".to_owned() });
         }
+        for contact in self.instants.contacts() {
+            let row = self.constraints.get(contact.constraint as usize);
+            let is_held = (contact.closed as usize) + 1 < self.parameters.len();
+            if row.is_none_or(|row| row.role != Role::OneSided) || !is_held {
+                return Err(Fault::Reference { name: contact.name.clone() });
+            }
+        }
         for variable in &self.variables {
             let (index, count) = match variable.source {
                 Source::Time => (0, 1),
@@ -245,6 +253,13 @@ impl Program {
         registers.kernel("clocks", &self.instants.clocks, layout.inputs())?;
         registers.kernel("written", &self.instants.written, layout.constants())?;
         registers.kernel("sides", &self.instants.sides, layout.constants())?;
+        if let Some(contacts) = &self.instants.contacts {
+            registers.kernel("gaps", &contacts.gaps, positions)?;
+            registers.kernel("gap rates", &contacts.rates, rates)?;
+            registers.kernel("gap accelerations", &contacts.accelerations, layout.reactions())?;
+            registers.kernel("restitutions", &contacts.restitutions, layout.inputs())?;
+            registers.kernel("impact", &contacts.impact, layout.constants())?;
+        }
         registers.kernel("initial position", &self.initial.position, positions)?;
         registers.kernel("initial position jacobian", &self.initial.position_jacobian.tape, positions)?;
         registers.kernel("initial velocity", &self.initial.velocity, rates)?;
@@ -254,6 +269,8 @@ impl Program {
 
     fn every_tape(&self) -> impl Iterator<Item = &Tape> {
         let (tapes, initial) = (&self.tapes, &self.initial);
+        let contacts = self.instants.contacts.iter();
+        let contacts = contacts.flat_map(|own| [&own.gaps, &own.rates, &own.accelerations, &own.restitutions, &own.impact]);
         [
             &tapes.parameters,
             &tapes.constraint,
@@ -278,6 +295,7 @@ impl Program {
             &initial.velocity_jacobian.tape,
         ]
         .into_iter()
+        .chain(contacts)
     }
 
     fn check_position_counts(&self) -> Result<(), Fault> {
@@ -303,6 +321,14 @@ impl Program {
         results("begin", begin, *held as usize)?;
         results("clocks", clocks, 2 * samplers.len())?;
         results("sides", sides, 2 * events.len())?;
+        if let Some(contacts) = &self.instants.contacts {
+            let count = contacts.all.len();
+            results("gaps", &contacts.gaps, count)?;
+            results("gap rates", &contacts.rates, count)?;
+            results("gap accelerations", &contacts.accelerations, count)?;
+            results("restitutions", &contacts.restitutions, count)?;
+            results("impact", &contacts.impact, n + m)?;
+        }
         results("acceleration", &tapes.acceleration, n + m)?;
         if constrained {
             results("project_position", &tapes.project_position, m + n)?;

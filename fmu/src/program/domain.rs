@@ -47,6 +47,8 @@ pub enum Limit {
     Positive,
     /// A key that must not be zero.
     NotZero,
+    /// A key that must be from zero to one.
+    Share,
     /// A calculated parameter with a smallest value.
     AtLeast(f64),
     /// A calculated parameter with a largest value.
@@ -61,6 +63,7 @@ impl Limit {
             Self::Divisor => !argument.is_nan() && argument != 0.0,
             Self::NotZero => argument.is_finite() && argument != 0.0,
             Self::Root | Self::Base | Self::NotNegative => argument >= 0.0,
+            Self::Share => (0.0..=1.0).contains(&argument),
             Self::Logarithm | Self::Distance | Self::Positive => argument > 0.0,
             Self::AtLeast(least) => argument.is_finite() && argument >= least,
             Self::AtMost(most) => argument.is_finite() && argument <= most,

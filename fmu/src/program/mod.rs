@@ -79,6 +79,37 @@ pub struct Instants {
     pub written: Tape,
     /// Both sides of the comparison of each event, the one that is then larger first. Reads as `written`.
     pub sides: Tape,
+    /// What the mechanism holds on one side only.
+    pub contacts: Option<Contacts>,
+}
+
+/// Everything that is held on one side only: gaps that are never negative, with reactions that only press.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Contacts {
+    /// One for each.
+    pub all: Vec<Contact>,
+    /// The gaps. Reads time, inputs, followers, q.
+    pub gaps: Tape,
+    /// Their rates. Reads v, too.
+    pub rates: Tape,
+    /// Their second derivatives. Reads a, too.
+    pub accelerations: Tape,
+    /// Share of the speed with which each rebounds. Reads parameters.
+    pub restitutions: Tape,
+    /// Changes of the rates of coordinates, then minus the impulses of all loop equations, that change the rate of each loop equation by minus what stands in the registers of reactions. Reads
+    /// as `constraint`.
+    pub impact: Tape,
+}
+
+/// Something that is held on one side only.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Contact {
+    /// The user's name, such as `hinge.max`.
+    pub name: String,
+    /// Its loop equation, of the role [`Role::OneSided`].
+    pub constraint: u32,
+    /// The parameter that is 1 while it is closed, else 0; the next one is the impulse of the last impact.
+    pub closed: u32,
 }
 
 /// Held values that change together at offset + k period, k = 0, 1, ...
@@ -117,7 +148,17 @@ pub struct Write {
 impl Instants {
     /// True if nothing ever happens.
     pub fn is_empty(&self) -> bool {
-        self.samplers.is_empty() && self.events.is_empty()
+        self.samplers.is_empty() && self.events.is_empty() && self.contacts.is_none()
+    }
+
+    /// How many things can happen at an instant that is not known beforehand: events, then openings, closings and impacts of contacts.
+    pub fn occasions(&self) -> usize {
+        self.events.len() + self.contacts().len()
+    }
+
+    /// What is held on one side only.
+    pub fn contacts(&self) -> &[Contact] {
+        self.contacts.as_ref().map_or(&[], |contacts| &contacts.all)
     }
 
     /// Everything that is ever written.
@@ -223,6 +264,8 @@ pub enum Role {
     LeftOut,
     /// One of as many as are independent.
     Imposed,
+    /// Imposed while it is closed: what it holds, it holds on one side only.
+    OneSided,
     /// Of a driven mechanism, redundant: it helps to determine the motion where those that are imposed depend on each other.
     Repeating,
 }
@@ -458,9 +501,9 @@ impl Layout {
 }
 
 impl Constraint {
-    /// Is it one of the independent ones?
+    /// Is it one of the independent ones? What is held on one side only counts as one in every mode.
     pub fn is_imposed(&self) -> bool {
-        self.role == Role::Imposed
+        matches!(self.role, Role::Imposed | Role::OneSided)
     }
 }
 
@@ -478,7 +521,7 @@ impl Program {
 
     /// How many event indicators Model Exchange has: those of laws, then one for each event of the scene.
     pub fn indicators(&self) -> usize {
-        self.tapes.indicators.results.len() + self.instants.events.len()
+        self.tapes.indicators.results.len() + self.instants.occasions()
     }
 
     /// How many inputs somebody outside sets: those before the held ones.
@@ -488,7 +531,7 @@ impl Program {
 
     /// Do drivers determine all that moves, so that there are no states: are there as many independent loop equations as coordinates?
     pub fn is_driven(&self) -> bool {
-        self.constraints.iter().filter(|constraint| constraint.is_imposed()).count() == self.coordinates.len()
+        self.constraints.iter().filter(|constraint| constraint.role == Role::Imposed).count() == self.coordinates.len()
     }
 
     /// The inputs that a driver follows, in order: those whose rates something needs, and those that a driver integrates.

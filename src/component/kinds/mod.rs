@@ -6,6 +6,7 @@ mod belt;
 mod bushing;
 mod cam;
 mod constant_force;
+mod contact;
 mod cylinder;
 mod damper;
 mod dc_motor;
@@ -40,6 +41,7 @@ pub(crate) const ALL: &[&Component] = &[
     &slot::SLOT,
     &rolling::ROLLING,
     &distance::DISTANCE,
+    &contact::CONTACT,
     &gear::GEAR,
     &rack::RACK,
     &belt::BELT,

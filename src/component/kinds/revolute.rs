@@ -1,8 +1,8 @@
 //! Revolute joint (h): r = 0, T resists.
 
-use crate::component::frame::anywhere;
+use crate::component::frame::Placed;
 use crate::component::key::{BETWEEN_POINTS, Form, Key};
-use crate::component::{Component, Icon, Room};
+use crate::component::{Component, Icon, Room, limits};
 use crate::model::measure::{ANGULAR_VELOCITY, TORQUE, TORSION_DAMPING};
 use crate::model::{Part, Quantity as Q, Range};
 use crate::network::{Resistance, RotationalRow, Rows, System, Torque, TranslationalRow};
@@ -15,15 +15,23 @@ pub(crate) const REVOLUTE: Component = Component {
         BETWEEN_POINTS,
         Key::optional("damping", Form::Constant(TORSION_DAMPING, Range::Any), "viscous friction"),
         Key::optional("friction", Form::Friction([TORQUE, ANGULAR_VELOCITY]), "dry friction"),
+        limits::OF_ANGLE,
     ],
-    variables: &[Q::Angle, Q::Omega, Q::Alpha, Q::Fx, Q::Fy, Q::Torque],
+    variables: &[Q::Angle, Q::Omega, Q::Alpha, Q::Fx, Q::Fy, Q::Torque, Q::StopTorque, Q::AngularImpulse, Q::Mode],
     reactions: &[Q::Fx, Q::Fy],
     pose: &[Q::Angle],
     room: Room::Turning,
     undriven: ["revolute", "give `angle = ...` instead of `displacement`"],
     drivers: &["angle"],
-    ..Component::joint("revolute", rows, anywhere, |_| Icon::Pin)
+    one_sided: limits::one_sided,
+    across: limits::angle,
+    ..Component::joint("revolute", rows, placed, |_| Icon::Pin)
 };
+
+/// The limits are those of the second body's angle against the first's.
+fn placed(placed: &mut Placed<'_>) {
+    placed.limits("limits");
+}
 
 fn rows(part: &Part, system: &mut System) -> Rows {
     let resistance = Resistance::of(system, part);

@@ -56,6 +56,8 @@ pub fn explain(equations: &mut Equations, model: &Model, failure: &Failure, leng
             Fault::new("assembly::not_finite", failure.to_string(), owner_span(equations, owner)).label("not a number")
         }
         Failure::WayEnds
+        | Failure::Contact { .. }
+        | Failure::Beyond { .. }
         | Failure::NotFinite { .. }
         | Failure::NoValue { .. }
         | Failure::OutOfRange { .. }

@@ -112,7 +112,7 @@ impl Lesson<'_> {
             Origin::Joint(id) => mechanism.joints[id.0].visit_parameters(&mut visit),
             Origin::Driver(id) => mechanism.drivers[id.0].visit_parameters(&mut visit),
             Origin::Load(id) => mechanism.loads[id.0].visit_parameters(&mut visit),
-            Origin::Arm(..) | Origin::GroundVector(_) | Origin::Implied(_) => {}
+            Origin::Arm(..) | Origin::GroundVector(_) | Origin::Implied(_) | Origin::Unilateral(_) => {}
         }
         found.dedup();
         found
@@ -205,6 +205,7 @@ pub fn kind(element: &Element) -> &'static str {
         Origin::Driver(_) => "driver",
         Origin::Load(_) => "load",
         Origin::Implied(_) => "implied relation",
+        Origin::Unilateral(_) => "contact",
         Origin::Joint(_) if element.coupling.is_some() && element.translation.is_none() => "coupling",
         Origin::Joint(_) if element.coupling.is_some() => "rolling disc",
         Origin::Joint(_) => match &element.translation {

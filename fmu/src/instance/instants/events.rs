@@ -17,7 +17,7 @@ const LOCATED: f64 = 1e-9;
 impl Instance {
     /// The first event up to a time, and when. Each step of the method is looked through as a whole.
     pub(super) fn first_event(&mut self, target: f64) -> Result<Option<(f64, usize)>, InstanceError> {
-        if self.model.program().instants.events.is_empty() {
+        if self.model.program().instants.occasions() == 0 {
             return Ok(None);
         }
         while self.time() < target {
@@ -29,7 +29,11 @@ impl Instance {
                 // The whole step is taken, of which only the very beginning is looked at.
                 self.advance(now.next_up().min(target))?;
             }
-            if let Some((at, event)) = self.search() {
+            let found = self.search();
+            if let Some(overlooked) = self.instants.as_mut().and_then(|own| own.overlooked.take()) {
+                return Err(overlooked.into());
+            }
+            if let Some((at, event)) = found {
                 return Ok((!is_later(at, target)).then_some((at, event)));
             }
             if self.now.run.step_end() >= target {
@@ -81,45 +85,51 @@ impl Instance {
         while from < 1.0 && first.is_none() {
             let to = from + 0.5_f64.powi(depth);
             let piece = [from, to].map(|share| between(step, share));
-            if depth < DEEPEST && !self.is_resolved(own, piece) {
+            if depth < DEEPEST && !self.is_resolved(own, step, piece) {
                 depth += 1;
                 continue;
             }
-            first = self.first_in(own, piece);
+            first = self.first_in(own, step, piece);
             from = to;
             while depth > 0 && (from * 2.0_f64.powi(depth - 1)).fract() == 0.0 {
                 depth -= 1;
             }
+        }
+        if first.is_none() && !own.indicators.is_empty() {
+            self.evaluate_sides(own, (step, step), 1.0);
+            own.overlooked = self.find_overlooked(own);
         }
         self.computed = Computed::default();
         Searched { step, first }
     }
 
     /// Looks at all excesses in the places of a piece, and whether those tell what they are in between.
-    fn is_resolved(&mut self, own: &mut Instants, piece: [f64; 2]) -> bool {
+    fn is_resolved(&mut self, own: &mut Instants, step: [f64; 2], piece: [f64; 2]) -> bool {
         for part in 0..=PARTS {
-            self.evaluate_sides(own, piece, part as f64 / PARTS as f64);
+            self.evaluate_sides(own, (step, piece), part as f64 / PARTS as f64);
             for event in 0..own.excesses.len() {
                 own.excesses[event][part] = own.excess(event);
             }
         }
         onset::CHECKS.iter().all(|&share| {
-            self.evaluate_sides(own, piece, share);
+            self.evaluate_sides(own, (step, piece), share);
             let mut counting = (0..own.excesses.len()).filter(|event| !self.is_over(*event));
             counting.all(|event| onset::fits(&own.excesses[event], share, own.excess(event)))
         })
     }
 
     /// The first event in a piece that is resolved.
-    fn first_in(&mut self, own: &mut Instants, piece: [f64; 2]) -> Option<(f64, usize)> {
+    fn first_in(&mut self, own: &mut Instants, step: [f64; 2], piece: [f64; 2]) -> Option<(f64, usize)> {
         let mut first: Option<(f64, usize)> = None;
         for event in 0..own.armed.len() {
             if self.is_over(event) {
                 continue;
             }
-            let (values, strict) = (own.excesses[event], self.model.program().instants.events[event].strict);
-            let onset = onset::first(&values, own.armed[event], strict, &mut |share: f64| {
-                self.evaluate_sides(own, piece, share);
+            let (values, strict) = (own.excesses[event], self.is_strict(event));
+            // What has just been left is seen by its distance over the time since then, which does not begin at zero.
+            let armed = own.armed[event] || self.has_left(own, event) && values[0] < 0.0;
+            let onset = onset::first(&values, armed, strict, &mut |share: f64| {
+                self.evaluate_sides(own, (step, piece), share);
                 own.excess(event)
             });
             own.armed[event] = onset.armed;
@@ -132,30 +142,38 @@ impl Instance {
     }
 
     /// Evaluates the sides of all comparisons at a share of the last step; none is a number where the motion is not known.
-    fn evaluate_sides(&mut self, own: &mut Instants, step: [f64; 2], share: f64) {
+    fn evaluate_sides(&mut self, own: &mut Instants, (step, piece): ([f64; 2], [f64; 2]), share: f64) {
         let settings = self.settings();
         let Snapshot { run, memory, .. } = &mut self.now;
-        let at = (between(step, share), &mut own.within);
+        let at = (between(piece, share), &mut own.within);
         let mut known = self.stepper.interpolate(&self.model, &mut self.machine, (run, memory), at, &settings).is_ok();
         self.machine.load(&self.model, &own.within);
-        if own.sides_solved {
+        if own.sides_solved || self.is_any_closed() {
             known = known && self.accelerations.evaluate(&self.model, &mut self.machine).is_ok();
             self.machine.load(&self.model, &own.within);
         }
         self.machine.evaluate(&self.model.program().instants.sides, &mut own.sides);
+        self.indicate(own, step);
         if !known {
             own.sides.fill(f64::NAN);
+            own.indicators.fill(f64::NAN);
         }
     }
 
     /// True if an event has happened that happens once only.
     fn is_over(&self, event: usize) -> bool {
-        self.model.program().instants.events[event].once && self.now.happened.counts[event] > 0
+        let own = self.model.program().instants.events.get(event);
+        own.is_some_and(|own| own.once) && self.now.happened.counts[event] > 0
+    }
+
+    /// True if something happens only where its excess is more than zero: a contact opens where its reaction has passed zero.
+    fn is_strict(&self, event: usize) -> bool {
+        self.model.program().instants.events.get(event).is_none_or(|own| own.strict)
     }
 
     /// Lets everything happen that holds at the present time and has not held before, and what has been found to begin here. What that changes may let other comparisons hold.
     pub(super) fn happen(&mut self, found: Option<usize>) -> Result<(), InstanceError> {
-        let events = self.model.program().instants.events.len();
+        let events = self.model.program().instants.occasions();
         let mut found = found;
         // After it has happened an event cannot begin to hold at the same instant.
         for _ in 0..=events {
@@ -174,10 +192,11 @@ impl Instance {
         let model = self.model.clone();
         let Some(mut own) = self.instants.take() else { return Ok(false) };
         let evaluated = self.evaluate(&model.program().instants.sides, own.sides_solved, &mut own.sides);
-        for (index, event) in model.program().instants.events.iter().enumerate() {
+        self.indicate_now(&mut own)?;
+        for index in 0..model.program().instants.occasions() {
             let excess = own.excess(index);
             let nearly = self.now.phase == Phase::Exchange && excess > -LOCATED * self.now.happened.sizes[index];
-            let holds = nearly || if event.strict { excess > 0.0 } else { excess >= 0.0 };
+            let holds = nearly || if self.is_strict(index) { excess > 0.0 } else { excess >= 0.0 };
             let begins = found == Some(index) || self.now.happened.armed[index] && holds;
             own.due[index] = begins && !self.is_over(index);
         }
@@ -201,8 +220,12 @@ impl Instance {
                 happened.ended = Some(index as u32);
             }
         }
+        let touching = own.due[model.program().instants.events.len()..].contains(&true);
         self.instants = Some(own);
         written?;
+        if touching {
+            self.resolve_contacts()?;
+        }
         self.go_on_anew();
         Ok(())
     }
@@ -213,6 +236,7 @@ impl Instance {
         for (armed, sides) in self.now.happened.armed.iter_mut().zip(own.sides.chunks_exact(2)) {
             *armed |= sides[0] - sides[1] < -ROUNDING * (sides[0].abs() + sides[1].abs());
         }
+        self.arm_contacts();
     }
 
     /// By how much the first side of each comparison exceeds the second.
@@ -220,6 +244,7 @@ impl Instance {
         let Some(mut own) = self.instants.take() else { return Ok(()) };
         let model = self.model.clone();
         let evaluated = self.evaluate(&model.program().instants.sides, own.sides_solved, &mut own.sides);
+        let evaluated = evaluated.and_then(|()| self.indicate_now(&mut own));
         for (event, (excess, size)) in excesses.iter_mut().zip(&mut self.now.happened.sizes).enumerate() {
             *excess = own.excess(event);
             *size = if excess.is_finite() { size.max(excess.abs()) } else { *size };
@@ -269,17 +294,25 @@ impl Instance {
 
     /// Every event of the scene, and how often it has happened.
     pub fn events(&self) -> impl Iterator<Item = (&str, u32)> {
-        let events = self.model.program().instants.events.iter().map(|event| event.name.as_str());
-        events.zip(self.now.happened.counts.iter().copied())
+        self.occasions().zip(self.now.happened.counts.iter().copied())
+    }
+
+    /// The names of events, then of contacts.
+    fn occasions(&self) -> impl Iterator<Item = &str> {
+        let instants = &self.model.program().instants;
+        let events = instants.events.iter().map(|event| event.name.as_str());
+        events.chain(instants.contacts().iter().map(|contact| contact.name.as_str()))
     }
 
     /// Reports the events that have happened since the last report.
     pub(crate) fn report_events(&mut self, mut report: impl FnMut(&str, f64)) {
         let Some(own) = &mut self.instants else { return };
-        let events = &self.model.program().instants.events;
-        for ((event, count), reported) in events.iter().zip(&self.now.happened.counts).zip(&mut own.reported) {
+        let instants = &self.model.program().instants;
+        let events = instants.events.iter().map(|event| &event.name);
+        let names = events.chain(instants.contacts().iter().map(|contact| &contact.name));
+        for ((name, count), reported) in names.zip(&self.now.happened.counts).zip(&mut own.reported) {
             if count > reported {
-                report(&event.name, self.now.state.time());
+                report(name, self.now.state.time());
             }
             *reported = *count;
         }

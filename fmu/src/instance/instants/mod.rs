@@ -3,6 +3,7 @@
 //! A tick is known beforehand: steps end there, by every method. For an event every step is looked through when it has been taken, whatever communication points lie in it; the motion goes on from
 //! where the comparison begins to hold. So what happens, and when, does not depend on the communication points.
 
+mod contacts;
 mod events;
 
 use serde::{Deserialize, Serialize};
@@ -11,6 +12,7 @@ use super::snapshot::Phase;
 use super::{Computed, Instance, InstanceError, Snapshot};
 use crate::context::Deadline;
 use crate::failure::Failure;
+use crate::hybrid::contact::Contacts;
 use crate::hybrid::onset::PARTS;
 use crate::hybrid::tick::{Clock, is_later};
 use crate::integrator::control::shortest;
@@ -35,7 +37,7 @@ pub(super) struct Happened {
 
 impl Happened {
     pub fn new(model: &Model) -> Self {
-        let events = model.program().instants.events.len();
+        let events = model.program().instants.occasions();
         Self {
             armed: vec![true; events],
             counts: vec![0; events],
@@ -53,7 +55,7 @@ impl Happened {
     }
 
     pub fn belongs_to(&self, model: &Model) -> bool {
-        let events = model.program().instants.events.len();
+        let events = model.program().instants.occasions();
         self.armed.len() == events
             && self.counts.len() == events
             && self.sizes.len() == events
@@ -84,7 +86,11 @@ pub(super) struct Instants {
     before: Snapshot,
     /// A state within the last step.
     within: State,
-    /// The excess of each event in the parts of the last step.
+    /// Of each contact what must not be positive: its reaction while it is closed, minus its gap while it is open.
+    indicators: Vec<f64>,
+    contacts: Contacts,
+    overlooked: Option<Failure>,
+    /// The excess of each event, then of each contact, in the parts of the last step.
     excesses: Vec<[f64; PARTS + 1]>,
     searched: Option<Searched>,
     /// Events that are due, and what `armed` becomes at the end of the last step.
@@ -122,7 +128,7 @@ impl Instants {
         if instants.is_empty() && instants.held == 0 {
             return None;
         }
-        let events = instants.events.len();
+        let occasions = instants.occasions();
         Some(Box::new(Self {
             clocks: Vec::with_capacity(instants.samplers.len()),
             tick: f64::INFINITY,
@@ -135,18 +141,24 @@ impl Instants {
             sides_solved: reads_solved(program, &instants.sides),
             before: now.clone(),
             within: model.default_state(0.0),
-            excesses: vec![[0.0; PARTS + 1]; events],
+            excesses: vec![[0.0; PARTS + 1]; occasions],
             searched: None,
-            due: vec![false; events],
-            armed: vec![true; events],
-            reported: vec![0; events],
+            due: vec![false; occasions],
+            armed: vec![true; occasions],
+            reported: vec![0; occasions],
+            indicators: vec![0.0; instants.contacts().len()],
+            contacts: Contacts::new(model),
+            overlooked: None,
             happened: false,
         }))
     }
 
-    /// By how much the first side of a comparison exceeds the second, where the sides were last evaluated.
+    /// By how much the first side of a comparison exceeds the second, where the sides were last evaluated; after the events, the indicators of contacts.
     fn excess(&self, event: usize) -> f64 {
-        self.sides[2 * event] - self.sides[2 * event + 1]
+        match self.sides.get(2 * event..2 * event + 2) {
+            Some(sides) => sides[0] - sides[1],
+            None => self.indicators[event - self.sides.len() / 2],
+        }
     }
 
     /// To be called when the continuation was replaced by another one.
@@ -188,6 +200,7 @@ impl Instance {
         }
         let start = self.time();
         self.now.happened = Happened::new(&self.model);
+        self.begin_contacts()?;
         self.now.happened.ticked = start - 2.0 * shortest(start);
         if self.next_tick(self.now.happened.ticked)? <= start + shortest(start) {
             self.tick()?;

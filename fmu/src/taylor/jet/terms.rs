@@ -60,6 +60,8 @@ pub(super) struct Terms<N = f64> {
     masses: Vec<Term<Mass>>,
     loops: Vec<Term<Slope>>,
     linear: Vec<Term<u32>>,
+    /// Of loop equations that hold on one side only.
+    diagonal: Vec<Term<u32>>,
     pub(super) pairs: Pairs<N>,
     /// Row, place of the unknown, and its factor.
     sums: Vec<(usize, usize, u32)>,
@@ -196,6 +198,8 @@ impl<N: Elementary> Terms<N> {
             terms.loops.extend(plan.slopes(index).filter_map(column));
             let column = |(place, value)| Some(Term::new(row, plan.equation(place)?, value));
             terms.linear.extend(plan.linear(index).filter_map(column));
+            let own = plan.form.one_sided.iter().filter(|(own, _)| *own as usize == index);
+            terms.diagonal.extend(own.map(|&(_, open)| Term::new(row, row, open)));
         }
         terms
     }
@@ -204,13 +208,13 @@ impl<N: Elementary> Terms<N> {
     pub(super) fn entries(&self) -> impl Iterator<Item = (usize, usize)> {
         let masses = self.masses.iter().map(|term| (term.row, term.column));
         let loops = self.loops.iter().map(|term| (term.row, term.column));
-        let rest = self.inertia.iter().chain(&self.linear).map(|term| (term.row, term.column));
+        let rest = self.inertia.iter().chain(&self.linear).chain(&self.diagonal).map(|term| (term.row, term.column));
         masses.chain(loops).chain(rest).chain(self.pairs.entries())
     }
 
     /// Entries go to their places in this matrix from now on.
     pub(super) fn aim(&mut self, places: impl Fn(usize, usize) -> Places) {
-        for term in self.inertia.iter_mut().chain(&mut self.linear) {
+        for term in self.inertia.iter_mut().chain(&mut self.linear).chain(&mut self.diagonal) {
             term.places = places(term.row, term.column);
         }
         for term in &mut self.masses {
@@ -287,7 +291,7 @@ impl<N: Elementary> Terms<N> {
         for term in &self.loops {
             matrix.add(term.places, term.value.value(c, derivatives));
         }
-        for term in &self.linear {
+        for term in self.linear.iter().chain(&self.diagonal) {
             matrix.add(term.places, c[term.value as usize]);
         }
         if !self.pairs.is_empty() {

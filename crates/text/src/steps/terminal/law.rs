@@ -61,7 +61,7 @@ fn variable(equations: &Equations, letters: Letters, own: Variable) -> Tree {
         (Aspect::Along(..) | Aspect::Slide(_) | Aspect::PressureAngle | Aspect::Curvature | Aspect::State, _) => {
             named()
         }
-        (Aspect::Effort(_) | Aspect::Whole(_), _) => named(),
+        (Aspect::Effort(_) | Aspect::OneSided(_) | Aspect::Whole(_), _) => named(),
     }
 }
 

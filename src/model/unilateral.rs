@@ -1,0 +1,98 @@
+//! What a part holds on one side only: a gap that is never negative, and a reaction that only presses (Pfeiffer and Glocker 1996, section 5.1).
+//!
+//! Each is a relation between across variables, a chord in every tree. Closed, it is a loop equation; open, its reaction is zero. Which of the two it is, is a
+//! held value: events alone change it.
+
+use super::{Formula, Mechanism, Owner, Parameter, ParameterId, Unit};
+use crate::diagnostic::Span;
+use crate::model::measure::{ANGULAR_IMPULSE, IMPULSE};
+
+/// The limits of what a joint leaves free; at least one is there.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Limits {
+    /// The least and the largest value.
+    pub ends: [Option<Formula>; 2],
+    /// Share of the speed with which it rebounds, from 0 to 1.
+    pub restitution: Formula,
+}
+
+/// What a component holds on one side: sign x (across - bound) is never negative.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OneSided {
+    /// What distinguishes it from others of its part; may be empty.
+    pub word: &'static str,
+    /// 1 or -1
+    pub sign: f64,
+    pub bound: Formula,
+    /// Share of the speed with which it rebounds, from 0 to 1.
+    pub restitution: Formula,
+}
+
+/// The same in a mechanism.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Unilateral {
+    pub owner: Owner,
+    /// Such as `hinge.max`, or the name of its part.
+    pub name: String,
+    pub held: OneSided,
+    /// 1 while it is closed, else 0.
+    pub closed: ParameterId,
+    /// The impulse of the last impact.
+    pub impulse: ParameterId,
+    /// Where its part stands in the file.
+    pub span: Span,
+}
+
+impl Limits {
+    /// The limits as relations on one side.
+    pub fn one_sided(&self) -> Vec<OneSided> {
+        let ends = self.ends.iter().zip([("min", 1.0), ("max", -1.0)]);
+        let of = |(end, (word, sign)): (&Option<Formula>, _)| {
+            let (bound, restitution) = (end.clone()?, self.restitution.clone());
+            Some(OneSided { word, sign, bound, restitution })
+        };
+        ends.filter_map(of).collect()
+    }
+
+    /// Every formula in it.
+    pub fn formulas(&self) -> impl Iterator<Item = &Formula> {
+        self.ends.iter().flatten().chain([&self.restitution])
+    }
+
+    pub fn formulas_mut(&mut self) -> impl Iterator<Item = &mut Formula> {
+        self.ends.iter_mut().flatten().chain([&mut self.restitution])
+    }
+}
+
+impl Mechanism {
+    /// The parameters that somebody outside may see and set.
+    pub fn open_parameters(&self) -> impl Iterator<Item = (usize, &Parameter)> {
+        self.parameters.iter().enumerate().filter(|(_, parameter)| !parameter.held)
+    }
+
+    /// Adds what components hold on one side, with the held values of each.
+    pub(crate) fn add_unilaterals(&mut self) {
+        let mut all = Vec::new();
+        for part in self.joints.iter().chain(&self.drivers).chain(&self.loads) {
+            let component = part.component();
+            for held in (component.one_sided)(part) {
+                let name = if held.word.is_empty() { part.name.clone() } else { format!("{}.{}", part.name, held.word) };
+                let measure = if part.is_angular() { ANGULAR_IMPULSE } else { IMPULSE };
+                all.push((part.owner, name, held, Unit::of(&measure, None), part.span));
+            }
+        }
+        for (owner, name, held, unit, span) in all {
+            let [closed, impulse] = [("closed", Unit::default()), ("impulse", unit)].map(|(word, unit)| {
+                let name = format!("{name}.{word}");
+                self.parameters.push(Parameter { name, unit, span, held: true, ..Parameter::default() });
+                ParameterId(self.parameters.len() - 1)
+            });
+            self.unilaterals.push(Unilateral { owner, name, held, closed, impulse, span });
+        }
+    }
+
+    /// Those of one part.
+    pub fn unilaterals_of(&self, owner: Owner) -> impl Iterator<Item = (usize, &Unilateral)> {
+        self.unilaterals.iter().enumerate().filter(move |(_, own)| own.owner == owner)
+    }
+}
