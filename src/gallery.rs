@@ -11,6 +11,7 @@ pub const MODELS: &[(&str, &str)] = &[
     ("chebyshev", include_str!("../models/chebyshev/scene.toml")),
     ("double_pendulum", include_str!("../models/double_pendulum/scene.toml")),
     ("double_wishbone", include_str!("../models/double_wishbone/scene.toml")),
+    ("end_stop", include_str!("../models/end_stop/scene.toml")),
     ("engine", include_str!("../models/engine/scene.toml")),
     ("excavator", include_str!("../models/excavator/scene.toml")),
     ("five_bar_robot", include_str!("../models/five_bar_robot/scene.toml")),

@@ -62,6 +62,7 @@ mod model_exchange;
 mod motion;
 mod nearly_neutral;
 mod no_allocation;
+mod one_sided;
 mod only_what_is_needed;
 mod open_loops;
 mod optimize;

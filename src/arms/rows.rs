@@ -6,12 +6,27 @@ use crate::equations::form::Coefficient;
 use crate::equations::kinematics::{ScalarMotion, known_angle};
 use crate::equations::vector::FrameId;
 use crate::expr::{Arena, Expr};
-use crate::network::{Angle, Coupling, Direction, Held, Port, RNode, TNode};
+use crate::network::{Angle, Coupling, Direction, Element, Held, Port, RNode, TNode};
 
 impl Equations {
     pub(super) fn row(&mut self, index: usize, arms: &mut ArmEquations) -> Result<(), Reason> {
-        let (element, held) = (self.constraints[index].element, self.constraints[index].held);
-        let element = self.system.element(element).clone();
+        let element = self.system.element(self.constraints[index].element).clone();
+        let Some(closed) = element.closed else { return self.row_of(index, element, arms) };
+        let is_coupled = element.coupling.is_some();
+        let (auxiliary, rods) = (arms.auxiliary.len(), arms.rods.len());
+        self.row_of(index, element, arms)?;
+        if arms.rods.len() > rods || !is_coupled && arms.auxiliary.len() > auxiliary {
+            return Err("what does not always hold is no constant combination of arms".into());
+        }
+        // Auxiliary displacements before it are there whether it holds or not.
+        if let Some(row) = arms.rows.last_mut() {
+            row.hold_while(&mut self.system.arena, closed);
+        }
+        Ok(())
+    }
+
+    fn row_of(&mut self, index: usize, element: Element, arms: &mut ArmEquations) -> Result<(), Reason> {
+        let held = self.constraints[index].held;
         if let (Some(coupling), false) = (element.coupling, self.constraints[index].coupled.is_empty()) {
             return self.coupled_row(index, &coupling, arms);
         }
@@ -50,9 +65,6 @@ impl Equations {
                 Port::Curve(..) => return Err("a cam's law is not linear in its angle".into()),
                 Port::Length(ends) => return self.rod(constraint, ends, coupling, arms),
             }
-        }
-        if let Some(closed) = coupling.closed {
-            row.on_one_side(&mut self.system.arena, closed);
         }
         arms.rows.push(row);
         Ok(())
@@ -134,9 +146,6 @@ impl Equations {
         coupling: &Coupling,
         arms: &mut ArmEquations,
     ) -> Result<(), Reason> {
-        if coupling.closed.is_some() {
-            return Err("a distance is held on one side only".into());
-        }
         let [term] = &coupling.terms[..] else { return Err("a distance is coupled with something else".into()) };
         let gap = self.kinematics.across(&mut self.system.arena, ends).position;
         let mut gap = self.decompose(&gap)?;
@@ -201,7 +210,7 @@ impl Equations {
 
 impl LoopEquation {
     /// The same while `closed` is 1; where that is 0 nothing is left of it.
-    fn on_one_side(&mut self, arena: &mut Arena, closed: Expr) {
+    fn hold_while(&mut self, arena: &mut Arena, closed: Expr) {
         let parts = self.arms.values_mut().flatten().chain(self.displacements.iter_mut().map(|(_, factor)| factor));
         let parts = parts.chain(self.angles.iter_mut().map(|(_, factor)| factor));
         let parts = parts.chain(self.signals.iter_mut().map(|(_, factor)| factor)).chain(&mut self.constant);

@@ -172,7 +172,12 @@ pub fn constraints(
         rows.push(assemble(arena, kinematics, (chord, Held::Angle), value, &velocity, &acceleration));
     }
     couplings::append(system, kinematics, &mut rows);
-    rows
+    let closed = |system: &System, row: &Constraint| system.element(row.element).closed.filter(|_| !row.is_trivial());
+    let rows = rows.into_iter().map(|row| match closed(system, &row) {
+        Some(closed) => row.while_closed(&mut system.arena, closed),
+        None => row,
+    });
+    rows.collect()
 }
 
 pub(super) fn assemble(

@@ -51,17 +51,13 @@ fn relation(
         coupled.push(chord);
     }
     let row = assemble(&mut system.arena, kinematics, (element, held), value, &velocity, &acceleration);
-    let row = Constraint { coupled, repeats_every_turn: coupling.repeats_every_turn(), ..row };
-    Some(match coupling.closed {
-        Some(closed) if !row.is_trivial() => row.on_one_side(&mut system.arena, closed),
-        _ => row,
-    })
+    Some(Constraint { coupled, repeats_every_turn: coupling.repeats_every_turn(), ..row })
 }
 
 impl Constraint {
     /// The same while `closed` is 1; where that is 0 nothing is left of it. So all modes are one matrix \[M J^T; J D\], whose entry D = closed - 1 makes the reaction zero while it is
     /// open: its factors L D L^T exist in any order in which a row comes after its unknowns.
-    fn on_one_side(self, arena: &mut Arena, closed: Expr) -> Constraint {
+    pub(super) fn while_closed(self, arena: &mut Arena, closed: Expr) -> Constraint {
         let Constraint { value, time_rate, gamma, .. } = self;
         let gap = Gap { closed, value, jacobian: self.jacobian.clone(), time_rate, gamma };
         let chord = |arena: &mut Arena, chord| match chord {

@@ -7,7 +7,8 @@ use super::vector::Vector;
 use super::{Constraint, Equations, Standing};
 use crate::expr::{Binary, Expr, Order, Symbol, Unary};
 use crate::model::{
-    Aspect, Axis, BodyId, Contact, Dimension, DriverId, Effort, JointId, LoadId, Owner, Place, Quantity, Variable, Whole,
+    Aspect, Axis, BodyId, Contact, Dimension, DriverId, Effort, JointId, LoadId, Owner, Place, Quantity, Variable,
+    Whole,
 };
 use crate::network::{
     Angle, Curve, Direction, ElementId, Force, Origin, Port, RNode, RotationalRow, System, TNode, Torque,
@@ -253,7 +254,9 @@ impl Equations {
             // A limit that is reached from below pushes back.
             let sign = if own.held.word == "max" { -1.0 } else { 1.0 };
             let value = match what {
-                Contact::Gap => row.and_then(|row| self.constraints[row].gap.as_ref()).map_or(Expr::ZERO, |gap| gap.value),
+                Contact::Gap => {
+                    row.and_then(|row| self.constraints[row].gap.as_ref()).map_or(Expr::ZERO, |gap| gap.value)
+                }
                 Contact::Reaction => row.map_or(Expr::ZERO, |row| {
                     let reaction = arena.symbol(Symbol::Reaction(row));
                     let factor = arena.constant(-sign);
@@ -276,6 +279,11 @@ impl Equations {
     /// The force with which an owner presses that has no other reaction.
     fn pressing(&mut self, owner: Owner) -> Expr {
         self.one_sided(owner, Contact::Reaction)
+    }
+
+    /// Does a loop equation belong to something that only presses?
+    pub(crate) fn presses(&self, row: &Constraint) -> bool {
+        matches!(self.system.element(row.element).origin, Origin::Unilateral(_))
     }
 
     /// The loop equation of something that is held on one side; none if nothing that moves is.

@@ -22,8 +22,10 @@ pub(super) fn check_contacts(equations: &mut Equations, state: &State, length: f
             continue;
         };
         if driven {
-            let message =
-                format!("`{}` would stop what drivers move: a stop gives way or is given way to, and they do neither", own.name);
+            let message = format!(
+                "`{}` would stop what drivers move: a stop gives way or is given way to, and they do neither",
+                own.name
+            );
             let help = "leave it out, or let a force or a torque move the mechanism instead of a driver";
             faults.push(fault("scene::limits", message, "stops a driven motion").help(help));
             continue;

@@ -2,7 +2,7 @@
 //!
 //! All of it acts through held values: the last inputs of a mechanism, which nobody outside sets. In between they are constant.
 
-use super::{Comparison, Formula, InputId, LoadId, Mechanism};
+use super::{Comparison, Formula, InputId, LoadId, Mechanism, Owner};
 use crate::diagnostic::Span;
 use crate::model::Input;
 
@@ -54,6 +54,8 @@ pub struct Event {
     pub sides: [Formula; 2],
     /// What held values become, seen from just before it.
     pub writes: Vec<(InputId, Formula)>,
+    /// Joints and drivers that are there no longer.
+    pub removes: Vec<Owner>,
     /// True if the event happens once only.
     pub once: bool,
     /// True if the event ends the run.

@@ -31,7 +31,7 @@ pub use name::identifier;
 pub use part::{Friction, Motion, Part, Value};
 pub use settings::{Coordinates, Experiment, Method, Solver};
 pub use state::State;
-pub use unilateral::{Limits, OneSided, Unilateral};
+pub use unilateral::{Limits, OneSided, Removable, Unilateral};
 pub use unit::{Calculated, DisplayUnit, Input, Parameter, Unit};
 pub use variable::{Aspect, Axis, Class, Contact, Effort, Owner, Quantity, Variable, Whole};
 
@@ -97,6 +97,8 @@ pub struct Mechanism {
     pub events: Vec<Event>,
     /// What parts hold on one side only.
     pub unilaterals: Vec<Unilateral>,
+    /// Joints and drivers that events remove.
+    pub removable: Vec<Removable>,
     /// Points of the ground.
     pub ground: Vec<Point>,
     pub bodies: Vec<Body>,

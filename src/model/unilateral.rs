@@ -3,6 +3,8 @@
 //! Each is a relation between across variables, a chord in every tree. Closed, it is a loop equation; open, its reaction is zero. Which of the two it is, is a
 //! held value: events alone change it.
 
+use std::collections::BTreeSet;
+
 use super::{Formula, Mechanism, Owner, Parameter, ParameterId, Unit};
 use crate::diagnostic::Span;
 use crate::model::measure::{ANGULAR_IMPULSE, IMPULSE};
@@ -43,6 +45,14 @@ pub struct Unilateral {
     pub span: Span,
 }
 
+/// A joint or driver that an event removes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Removable {
+    pub owner: Owner,
+    /// 1 while it is there, then 0.
+    pub there: ParameterId,
+}
+
 impl Limits {
     /// The limits as relations on one side.
     pub fn one_sided(&self) -> Vec<OneSided> {
@@ -76,7 +86,8 @@ impl Mechanism {
         for part in self.joints.iter().chain(&self.drivers).chain(&self.loads) {
             let component = part.component();
             for held in (component.one_sided)(part) {
-                let name = if held.word.is_empty() { part.name.clone() } else { format!("{}.{}", part.name, held.word) };
+                let name =
+                    if held.word.is_empty() { part.name.clone() } else { format!("{}.{}", part.name, held.word) };
                 let measure = if part.is_angular() { ANGULAR_IMPULSE } else { IMPULSE };
                 all.push((part.owner, name, held, Unit::of(&measure, None), part.span));
             }
@@ -89,6 +100,27 @@ impl Mechanism {
             });
             self.unilaterals.push(Unilateral { owner, name, held, closed, impulse, span });
         }
+    }
+
+    /// Adds the held values that say whether joints and drivers are there that events remove.
+    pub(crate) fn add_removable(&mut self) {
+        let owners: BTreeSet<Owner> = self.events.iter().flat_map(|event| event.removes.iter().copied()).collect();
+        for owner in owners {
+            let Some(part) = self.parts().find(|part| part.owner == owner) else { continue };
+            let (name, span) = (format!("{}.there", part.name), part.span);
+            self.parameters.push(Parameter { name, value: 1.0, span, held: true, ..Parameter::default() });
+            self.removable.push(Removable { owner, there: ParameterId(self.parameters.len() - 1) });
+        }
+    }
+
+    /// The first of what holds on one side only, as a message calls it.
+    pub fn first_unilateral(&self) -> Option<String> {
+        let own = self.unilaterals.first()?;
+        let part = self.parts().find(|part| part.owner == own.owner)?;
+        Some(match part.limits() {
+            Some(_) => format!("the limits of joint `{}`", part.name),
+            None => format!("{} `{}`", part.component().name, part.name),
+        })
     }
 
     /// Those of one part.

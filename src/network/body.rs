@@ -21,6 +21,7 @@ pub(super) fn element(system: &mut System, id: BodyId) -> Element {
         name: name.clone(),
         origin: Origin::Body(id),
         coupling: None,
+        closed: None,
         translation: Some(TranslationalRow {
             ends: [TNode::DATUM, system.t_node(Place::Centre(id))],
             priority: table2::BODY,

@@ -82,6 +82,8 @@ pub struct Element {
     pub rotation: Option<RotationalRow>,
     /// A relation that it imposes beside what its edges hold.
     pub coupling: Option<Coupling>,
+    /// If it does not always hold: 1 while it does, else 0. It is a chord in every tree.
+    pub closed: Option<Expr>,
 }
 
 /// A linear relation between across variables of either graph: sum of factor x across = offset. Every term stands for a chord
@@ -92,8 +94,6 @@ pub struct Coupling {
     pub terms: Vec<Term>,
     /// The constant on the right.
     pub offset: Expr,
-    /// If it holds on one side only: 1 while it is closed, else 0. The relation is the gap, which is never negative.
-    pub closed: Option<Expr>,
 }
 
 impl Coupling {

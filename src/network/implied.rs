@@ -42,7 +42,6 @@ impl Implied {
         Coupling {
             terms: terms.into_iter().map(|(factor, port)| Term { factor: constant(factor), port }).collect(),
             offset,
-            closed: None,
         }
     }
 

@@ -7,7 +7,8 @@ use petgraph::unionfind::UnionFind;
 
 use super::graph::{ElementId, LinearGraph, RNode, Rotation, TNode, Translation};
 use super::{
-    Angle, Coupling, Element, Force, Implied, Known, Origin, Port, RotationalRow, Rows, Signal, Term, Torque, arm, body, table3,
+    Angle, Coupling, Element, Force, Implied, Known, Origin, Port, RotationalRow, Rows, Signal, Term, Torque, arm,
+    body, table3,
 };
 use crate::diagnostic::Span;
 use crate::expr::{Arena, Expr, Order, Symbol};
@@ -90,7 +91,7 @@ impl System {
             let label = self.label("c", &relation.name);
             let coupling = Some(relation.coupling(&mut self));
             let name = relation.name.clone();
-            self.push(Element { label, name, origin, translation: None, rotation: None, coupling });
+            self.push(Element { label, name, origin, translation: None, rotation: None, coupling, closed: None });
             self.implied.push(relation.clone());
         }
         self
@@ -247,7 +248,9 @@ impl System {
             translation.iter_mut().for_each(|row| row.through.scale(&presence));
             rotation.iter_mut().for_each(|row| row.through.scale(&presence));
         }
-        self.push(Element { label, name, origin, translation, rotation, coupling });
+        let there = self.mechanism.removable.iter().find(|own| own.owner == part.owner).map(|own| own.there);
+        let closed = there.map(|there| self.arena.symbol(Symbol::Parameter(there.0)));
+        self.push(Element { label, name, origin, translation, rotation, coupling, closed });
     }
 
     /// gap = sign x (across - bound), each a chord of its own.
@@ -257,16 +260,15 @@ impl System {
             let Some(part) = mechanism.parts().find(|part| part.owner == own.owner) else { continue };
             let minus = self.arena.constant(-own.held.sign);
             let bound = self.value(&own.held.bound);
-            let terms = (self.across)(part, self).into_iter().map(|term| Term {
-                factor: self.arena.multiply(minus, term.factor),
-                port: term.port,
-            });
+            let terms = (self.across)(part, self)
+                .into_iter()
+                .map(|term| Term { factor: self.arena.multiply(minus, term.factor), port: term.port });
             let (terms, offset) = (terms.collect(), self.arena.multiply(minus, bound));
             let closed = Some(self.arena.symbol(Symbol::Parameter(own.closed.0)));
-            let coupling = Some(Coupling { terms, offset, closed });
+            let coupling = Some(Coupling { terms, offset });
             let label = self.label("k", &own.name);
             let (name, origin) = (part.name.clone(), Origin::Unilateral(index));
-            self.push(Element { label, name, origin, translation: None, rotation: None, coupling });
+            self.push(Element { label, name, origin, translation: None, rotation: None, coupling, closed });
         }
     }
 

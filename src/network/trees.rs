@@ -30,8 +30,9 @@ impl Trees {
     /// The same with some edges as chords, as far as others span the graphs.
     pub fn recommended_but(system: &System, chord: impl Fn(ElementId) -> bool) -> Trees {
         let (mut t_order, mut r_order) = Trees::order(system);
-        t_order.sort_by_key(|&id| chord(id));
-        r_order.sort_by_key(|&id| chord(id));
+        let last = |id: ElementId| (system.element(id).closed.is_some(), chord(id));
+        t_order.sort_by_key(|&id| last(id));
+        r_order.sort_by_key(|&id| last(id));
         Trees { translation: system.translation.tree(t_order), rotation: system.rotation.tree(r_order) }
     }
 
@@ -42,11 +43,12 @@ impl Trees {
             Origin::Joint(joint) => depth[joint.0],
             _ => 0,
         };
-        let t_order = ordered(&system.translation, |id| {
+        let t_order = ordered(system, &system.translation, |id| {
             (system.element(*id).translation.as_ref().map_or(u8::MAX, |row| row.priority), key(id))
         });
-        let r_order =
-            ordered(&system.rotation, |id| system.element(*id).rotation.as_ref().map_or(u8::MAX, |row| row.priority));
+        let r_order = ordered(system, &system.rotation, |id| {
+            system.element(*id).rotation.as_ref().map_or(u8::MAX, |row| row.priority)
+        });
         (t_order, r_order)
     }
 
@@ -69,7 +71,7 @@ impl Trees {
     /// drivers permit.
     pub fn with_bodies(&self, system: &System, chosen: impl Fn(BodyId) -> bool) -> Trees {
         let branches: HashSet<ElementId> = self.translation.branches.iter().copied().collect();
-        let order = ordered(&system.translation, |id| match system.element(*id).origin {
+        let order = ordered(system, &system.translation, |id| match system.element(*id).origin {
             Origin::Arm(..) | Origin::GroundVector(_) => 0,
             Origin::Driver(_) if branches.contains(id) => 1,
             Origin::Body(body) if chosen(body) => 2,
@@ -105,14 +107,15 @@ fn joint(system: &System) -> Trees {
 
 fn by_rank<K: Ord>(system: &System, rank: impl Fn(&ElementId) -> K + Copy) -> Trees {
     Trees {
-        translation: system.translation.tree(ordered(&system.translation, rank)),
-        rotation: system.rotation.tree(ordered(&system.rotation, rank)),
+        translation: system.translation.tree(ordered(system, &system.translation, rank)),
+        rotation: system.rotation.tree(ordered(system, &system.rotation, rank)),
     }
 }
 
-fn ordered<D, K: Ord>(graph: &LinearGraph<D>, rank: impl Fn(&ElementId) -> K) -> Vec<ElementId> {
+/// The edges of a graph by rank; what does not always hold comes last, so that it is a chord.
+fn ordered<D, K: Ord>(system: &System, graph: &LinearGraph<D>, rank: impl Fn(&ElementId) -> K) -> Vec<ElementId> {
     let mut order: Vec<ElementId> = graph.edges().map(|(element, _)| element).collect();
-    order.sort_by_key(rank);
+    order.sort_by_key(|id| (system.element(*id).closed.is_some(), rank(id)));
     order
 }
 
@@ -180,6 +183,7 @@ fn branches<D>(
     for (name, span) in names {
         match graph.edges().map(|(id, _)| id).find(|&id| !is_arm(system, id) && system.element(id).name == *name) {
             None => faults.push(not_in_graph(system, name, *span, list)),
+            Some(id) if system.element(id).closed.is_some() => faults.push(not_always(name, *span, list)),
             Some(id) => match closes_loop(system, graph, &branches, id) {
                 Some(others) => faults.push(loop_fault(name, *span, list, &others)),
                 None => branches.push(id),
@@ -225,6 +229,13 @@ fn not_in_graph(system: &System, name: &str, span: Span, list: &str) -> Fault {
         (false, _) => "not in the scene",
     };
     Fault::new("coordinates::unknown_branch", message, span).label(label).help(help)
+}
+
+fn not_always(name: &str, span: Span, list: &str) -> Fault {
+    let message = format!("`{name}` cannot be a branch of the {list} tree: an event removes it");
+    Fault::new("coordinates::unknown_branch", message, span)
+        .label("not there all the time")
+        .help("choose a branch that is there all the time, such as the body itself")
 }
 
 fn loop_fault(name: &str, span: Span, list: &str, others: &[String]) -> Fault {

@@ -52,14 +52,16 @@ impl InstantKernels {
             .iter()
             .map(|own| Sampler { name: own.name.clone(), writes: own.writes.iter().map(&mut write).collect() });
         let samplers = samplers.collect();
+        let there = |part: &crate::model::Removable| part.there.0 as u32;
         let events = mechanism.events.iter().map(|own| Event {
             name: own.name.clone(),
             strict: own.is_strict(),
             once: own.once,
             stop: own.stop,
             writes: own.writes.iter().map(&mut write).collect(),
+            removes: mechanism.removable.iter().filter(|part| own.removes.contains(&part.owner)).map(there).collect(),
         });
-        Instants { held, samplers, events: events.collect(), begin, clocks, written, sides, contacts: None }
+        Instants { held, samplers, events: events.collect(), begin, clocks, written, sides, ..Instants::default() }
     }
 }
 

@@ -5,21 +5,21 @@ use cotree_fmu::program::Steep;
 use cotree_fmu::program::arm_form::ArmForm;
 use cotree_fmu::program::domain::{Domain, DomainTape};
 use cotree_fmu::program::{
-    Constraint, Coordinate, Engine, Experiment, Follower, FollowerOrder, Initial, Input, Instants, LawTape, Parameter, Program,
-    Role, SparseTape, Tapes,
+    Constraint, Coordinate, Engine, Experiment, Follower, FollowerOrder, Initial, Input, Instants, LawTape, Parameter,
+    Program, Role, SparseTape, Tapes,
 };
 use cotree_fmu::tape::Tape;
 use cotree_fmu::taylor::Jet;
 
-use super::dependencies::Moving;
 use super::contacts::ContactKernels;
+use super::dependencies::Moving;
 use super::initial::{Conditions, Settable, conditions, settable};
 use super::instants::InstantKernels;
 use super::kernels::Kernels;
 use super::table::Table;
 use crate::arms::{TOO_MANY, arm_form, mass_form, repeat_exactly};
 use crate::equations::{Constraint as Row, Equations, Standing};
-use crate::expr::{Expr, Order, Symbol};
+use crate::expr::{Expr, Node, Order, Symbol};
 use crate::laws::{domains, motion_indicators, ranges, steep};
 use crate::model::{Method, Output};
 use crate::network::{Held, Origin};
@@ -79,8 +79,9 @@ struct MotionKernels {
 /// A program with which the mechanism can be assembled, but not moved.
 pub fn positions(equations: &mut Equations, length: f64) -> Program {
     // What may be open is so until the loops are closed.
-    let role = |own: &Row| if own.is_trivial() || own.gap.is_some() { Role::LeftOut } else { Role::Imposed };
-    let roles: Vec<Role> = equations.constraints.iter().map(role).collect();
+    let presses: Vec<bool> = equations.constraints.iter().map(|own| equations.presses(own)).collect();
+    let role = |(own, presses): (&Row, &bool)| if own.is_trivial() || *presses { Role::LeftOut } else { Role::Imposed };
+    let roles: Vec<Role> = equations.constraints.iter().zip(&presses).map(role).collect();
     let kernels = PositionKernels::new(equations, length);
     assemble(equations, (length, &roles), &kernels, &MotionKernels::default(), &Table::default())
 }
@@ -349,10 +350,11 @@ fn assemble(
         velocity_jacobian: sparse(&position.velocities.jacobian, kernels.velocity_jacobian),
         ..Initial::default()
     };
-    let of_contacts = [kernels.gaps, kernels.gap_rates, kernels.gap_accelerations, kernels.restitutions, kernels.impact];
+    let of_contacts =
+        [kernels.gaps, kernels.gap_rates, kernels.gap_accelerations, kernels.restitutions, kernels.impact];
     let contacts = ContactKernels::lower(equations, of_contacts);
     let instants = moving.instants.lower(mechanism, [kernels.begin, kernels.clocks, kernels.written, kernels.sides]);
-    let instants = Instants { contacts, ..instants };
+    let instants = Instants { masks: masks(equations, roles), contacts, ..instants };
     let form = |form: &Option<(ArmForm, Vec<Expr>)>, coefficients: Tape| {
         form.as_ref().map(|(form, _)| ArmForm { coefficients, ..form.clone() })
     };
@@ -481,6 +483,18 @@ fn coordinates(equations: &Equations, length: f64) -> Vec<Coordinate> {
     // A state is the rate of its integral, whose size is that of the state in a second.
     let states = states.map(|state| Coordinate { name: state.name.clone(), scale: state.nominal });
     equations.coordinates.iter().map(of).chain(states).collect()
+}
+
+/// The loop equations that do not always hold, with the parameters that say whether they do.
+fn masks(equations: &Equations, roles: &[Role]) -> Vec<(u32, u32)> {
+    let rows = equations.constraints.iter().zip(roles).enumerate();
+    let masked = rows.filter(|(_, (_, role))| **role == Role::OneSided).filter_map(|(index, (row, _))| {
+        let Node::Symbol(Symbol::Parameter(closed)) = equations.system.arena.node(row.gap.as_ref()?.closed) else {
+            return None;
+        };
+        Some((index as u32, closed as u32))
+    });
+    masked.collect()
 }
 
 fn constraints(equations: &Equations, length: f64, roles: &[Role]) -> Vec<Constraint> {

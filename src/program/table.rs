@@ -10,7 +10,7 @@ use super::variable::{Causality, ScalarVariable, Start, Variability};
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
 use crate::model::{
-    Calculated, DisplayUnit, Formula, HeldWhat, InputId, Mechanism, Output, Parameter, StateId, Unit, Variable,
+    Calculated, Class, DisplayUnit, Formula, HeldWhat, InputId, Mechanism, Output, Parameter, StateId, Unit, Variable,
 };
 
 /// A variable: what an importer sees, and where its value comes from.
@@ -151,12 +151,10 @@ impl Table {
             }
             let value = equations.formula(&output.value);
             let source = self.computed(equations, value);
-            self.push(
-                ScalarVariable::new(name, description, output.unit.clone(), Causality::Output),
-                of,
-                source,
-                value,
-            );
+            let variable = ScalarVariable::new(name, description, output.unit.clone(), Causality::Output);
+            let is_held = matches!(of, Some(Of::Variable(own)) if own.quantity.class() == Class::Contact);
+            let variability = if is_held { Variability::Discrete } else { variable.variability };
+            self.push(ScalarVariable { variability, ..variable }, of, source, value);
         }
     }
 

@@ -25,7 +25,7 @@ pub fn summarise(formulated: &Formulated) -> Summary {
         joints: mechanism.joints.iter().map(|joint| describe_joint(mechanism, joint)).collect(),
         drivers: mechanism.drivers.iter().map(|driver| driver.name.clone()).collect(),
         loads: mechanism.loads.iter().map(|load| load.name.clone()).collect(),
-        parameters: mechanism.parameters.iter().map(|parameter| parameter.name.clone()).collect(),
+        parameters: mechanism.open_parameters().map(|(_, parameter)| parameter.name.clone()).collect(),
         inputs: mechanism.open_inputs().iter().map(|input| input.name.clone()).collect(),
         states: mechanism.states.iter().map(|state| state.name.clone()).collect(),
         outputs: formulated.outputs.iter().map(|output| output.name.clone()).collect(),

@@ -10,7 +10,7 @@ use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
 use crate::diagnostic::suggest;
 use crate::model::measure::{ANYTHING, TIME};
-use crate::model::{Event, Formula, Held, HeldWhat, Input, InputId, LoadId, Range, Sampler, Unit};
+use crate::model::{Event, Formula, Held, HeldWhat, Input, InputId, LoadId, Owner, Range, Sampler, Unit};
 use crate::scene::constant;
 use crate::scene::dimension::Known;
 use crate::scene::expression::comparison;
@@ -260,9 +260,15 @@ impl Resolver<'_> {
         for (name, value) in &event.set {
             writes.extend(self.set(name, value, &what));
         }
+        let mut removes = Vec::new();
         for name in &event.remove {
-            let presence = self.removed(name, &what).and_then(|load| scene.presence(load));
-            writes.extend(presence.map(|presence| (presence, Formula::Number(0.0))));
+            match self.removed(name, &what) {
+                Some(Owner::Load(load)) => {
+                    writes.extend(scene.presence(load).map(|presence| (presence, Formula::Number(0.0))));
+                }
+                Some(owner) => removes.push(owner),
+                None => {}
+            }
         }
         let (comparison, sides) = self.sides(&event.when, &format!("`when` of {what}"))?;
         Some(Event {
@@ -271,6 +277,7 @@ impl Resolver<'_> {
             comparison,
             sides,
             writes,
+            removes,
             once: event.once,
             stop: event.stop,
             span: event.name.span,
@@ -317,25 +324,38 @@ impl Resolver<'_> {
         Some((id, self.held_formula(value, id, &what, Context::Instant(None)).0))
     }
 
-    fn removed(&mut self, name: &Text, what: &str) -> Option<LoadId> {
-        if let Some(Named::Load(load)) = self.names.get(&name.text) {
-            return Some(load);
+    /// The joint, driver or load with that name, if it can be removed.
+    fn removed(&mut self, name: &Text, what: &str) -> Option<Owner> {
+        let scene = self.scene;
+        let presses = |joint: usize| scene.joints[joint].text("type").is_some_and(|kind| kind.text == "contact");
+        match self.names.get(&name.text) {
+            Some(Named::Load(load)) => return Some(Owner::Load(load)),
+            Some(Named::Driver(driver)) => return Some(Owner::Driver(driver)),
+            Some(Named::Joint(joint)) if !presses(joint.0) => return Some(Owner::Joint(joint)),
+            _ => {}
         }
         if !self.is_reported(name, &name.text) {
             let message = match self.names.get(&name.text) {
+                Some(Named::Joint(_)) => {
+                    format!("{what} removes `{}`, but what presses only is not removed: it opens by itself", name.text)
+                }
                 Some(named) => {
-                    format!("{what} removes the {} `{}`, but only loads can be removed", named.word(), name.text)
+                    let word = named.word();
+                    format!(
+                        "{what} removes the {word} `{}`, but only joints, drivers and loads can be removed",
+                        name.text
+                    )
                 }
                 None => format!("{what} removes `{}`, which is not in the scene", name.text),
             };
-            let scene = self.scene;
-            let names = || scene.loads.iter().map(|load| load.name.text.as_str());
-            let otherwise = match scene.loads.is_empty() {
-                true => "there is no load".to_owned(),
-                false => format!("the loads are {}", suggest::list(names())),
+            let parts = scene.joints.iter().chain(&scene.drivers).chain(&scene.loads);
+            let names: Vec<&str> = parts.map(|part| part.name.text.as_str()).collect();
+            let otherwise = match names.is_empty() {
+                true => "there is nothing to remove".to_owned(),
+                false => format!("there are {}", suggest::list(names.iter().copied())),
             };
-            let fault = Fault::new("scene::unknown_name", message, name.span).label("no load");
-            self.faults.push(fault.help(suggest::hint(&name.text, names(), otherwise)));
+            let fault = Fault::new("scene::unknown_name", message, name.span).label("cannot be removed");
+            self.faults.push(fault.help(suggest::hint(&name.text, names, otherwise)));
         }
         None
     }

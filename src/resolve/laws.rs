@@ -96,7 +96,8 @@ impl Resolver<'_> {
             None => Some(None),
         };
         let (min, max, restitution) = (quantity("min"), quantity("max"), quantity("restitution"));
-        let [min, max] = [("min", min?), ("max", max?)].map(|(key, end)| end.map(|end| self.constant(&end, &of(key), wanted)));
+        let [min, max] =
+            [("min", min?), ("max", max?)].map(|(key, end)| end.map(|end| self.constant(&end, &of(key), wanted)));
         let restitution = restitution?
             .map_or(Formula::Number(0.0), |share| self.constant_in(Range::Share, &share, &of("restitution"), &NUMBER));
         self.check_limits([min.as_ref(), max.as_ref()], what, user, node.span)?;
@@ -114,7 +115,8 @@ impl Resolver<'_> {
             _ => return Some(()),
         };
         let fault = Fault::new("scene::limits", message, span).label(label);
-        self.faults.push(fault.help("write where the motion ends: `limits = { min = -0.1, max = 0.2, restitution = 0.5 }`"));
+        self.faults
+            .push(fault.help("write where the motion ends: `limits = { min = -0.1, max = 0.2, restitution = 0.5 }`"));
         None
     }
 

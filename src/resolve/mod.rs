@@ -129,6 +129,7 @@ impl Scene {
             samplers,
             events: resolver.events(),
             unilaterals: Vec::new(),
+            removable: Vec::new(),
             initial: resolver.initial(),
             begins: resolver.begins(),
             experiment: resolver.experiment(),
@@ -142,6 +143,7 @@ impl Scene {
         let outputs = resolver.outputs(asked);
         mechanism.add_own_states();
         mechanism.add_unilaterals();
+        mechanism.add_removable();
         mechanism.units = mechanism.display.clone().before(&resolver.written_in);
         resolver.islands(&mechanism.bodies);
         if !resolver.faults.has_errors() {

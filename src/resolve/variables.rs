@@ -9,12 +9,18 @@ use crate::component::{ENERGIES, RESIDUALS, Section};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
 use crate::diagnostic::suggest;
-use crate::model::{Owner, Place, Quantity, Variable};
+use crate::model::{Aspect, Owner, Place, Quantity, Variable};
+use crate::scene::key::Form;
 use crate::scene::part::Part;
 
 pub(super) fn of_part(part: &Part, section: Section) -> Option<(String, Vec<Quantity>)> {
     let component = part.component(section)?;
-    Some((component.words(), component.variables.iter().copied().chain([Quantity::Power]).collect()))
+    // Limits that are not there are never reached.
+    let limits = component.keys.iter().find(|key| matches!(key.form, Form::Limits(_)));
+    let is_free = limits.is_some_and(|key| part.get(key.name).is_none());
+    let has = |quantity: &Quantity| !is_free || !matches!(quantity.aspect(), Aspect::OneSided(_));
+    let own = component.variables.iter().copied().filter(has);
+    Some((component.words(), own.chain([Quantity::Power]).collect()))
 }
 
 /// An owner of variables, what to call it, and what it has.

@@ -420,10 +420,10 @@ impl Event {
         Event { when: Text::from(comparison), ..Event::default() }
     }
 
-    /// A load is there no longer; it then happens once only.
+    /// A joint, driver or load is there no longer; it then happens once only.
     #[must_use]
-    pub fn remove(mut self, load: &str) -> Event {
-        self.remove.push(Text::from(load));
+    pub fn remove(mut self, part: &str) -> Event {
+        self.remove.push(Text::from(part));
         self.once = true;
         self
     }

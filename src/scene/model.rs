@@ -221,7 +221,7 @@ pub struct Event {
     pub name: Text,
     /// The comparison, such as `beam.angle > 0.7`.
     pub when: Text,
-    /// Loads that are there no longer.
+    /// Joints, drivers and loads that are there no longer.
     pub remove: Vec<Text>,
     /// New values of sampled values.
     pub set: Vec<(Text, Quantity)>,

@@ -141,7 +141,7 @@ pub(crate) const EVENT: &[Key] = &[
         "a comparison of two expressions, in which everything may occur; the event happens when it begins to hold",
         "give a comparison: `when = \"beam.angle > 0.7\"`",
     ),
-    Key::default("remove", Form::Names, "names of loads that are there no longer", "none"),
+    Key::default("remove", Form::Names, "names of joints, drivers and loads that are there no longer", "none"),
     Key::default(
         "set",
         Form::Table,

@@ -400,8 +400,13 @@ mod tests {
                 .collect()
         };
         let (mass_rows, jacobian_rows) = (sparse(mass), sparse(jacobian));
-        let system =
-            System { mass: &mass_rows, jacobian: &jacobian_rows, diagonal: &[], scales: &vec![1.0; mass.len()], values: &|_| 0.0 };
+        let system = System {
+            mass: &mass_rows,
+            jacobian: &jacobian_rows,
+            diagonal: &[],
+            scales: &vec![1.0; mass.len()],
+            values: &|_| 0.0,
+        };
         let factor = Factor::new(&mut arena, &system).unwrap();
         let (n, m) = (mass.len(), jacobian.len());
         let solution: Vec<f64> = (0..n + m).map(|i| 1.0 + i as f64 * 0.7).collect();
@@ -439,8 +444,13 @@ mod tests {
     #[test]
     fn a_coordinate_that_nothing_holds_is_reported() {
         let mut arena = Arena::default();
-        let system =
-            System { mass: &[vec![(0, Expr::ONE)], vec![]], jacobian: &[], diagonal: &[], scales: &[1.0; 2], values: &|_| 0.0 };
+        let system = System {
+            mass: &[vec![(0, Expr::ONE)], vec![]],
+            jacobian: &[],
+            diagonal: &[],
+            scales: &[1.0; 2],
+            values: &|_| 0.0,
+        };
         assert_eq!(Factor::new(&mut arena, &system).unwrap_err(), Obstacle::Undetermined(1));
     }
 }

@@ -51,11 +51,21 @@ pub(crate) fn rows_of(model: &Model, state: &State, imposed: &[usize]) -> Vec<Sp
     imposed.iter().map(|&row| std::mem::take(&mut rows[row])).collect()
 }
 
+/// The active loop equations without those that are open in the mode of a state.
+pub(crate) fn closed(model: &Model, state: &State) -> Vec<usize> {
+    let masks = &model.program().instants.masks;
+    let is_open = |row: usize| {
+        let own = masks.iter().find(|(own, _)| *own as usize == row);
+        own.is_some_and(|(_, parameter)| state.parameters()[*parameter as usize] == 0.0)
+    };
+    model.active().iter().copied().filter(|&row| !is_open(row)).collect()
+}
+
 /// The loop equations that count in a pose: the active ones or, where others repeat them, as many of all as are furthest from depending on each other there.
 pub(crate) fn imposed(model: &Model, state: &State) -> Vec<usize> {
     let eligible = model.eligible();
     if eligible.is_empty() {
-        return model.active().to_vec();
+        return closed(model, state);
     }
     let mut left: Vec<(usize, SparseRow)> = eligible.iter().copied().zip(rows_of(model, state, eligible)).collect();
     let square = |row: &SparseRow| row.values().map(|entry| entry * entry).sum::<f64>();

@@ -12,7 +12,7 @@ use crate::program::Contacts as Data;
 /// What is open no further than this share of its scale touches: an instant is found to rounding errors of the motion.
 pub(crate) const TOUCHING: f64 = 1e-11;
 /// A rate is zero within this share of the rates before an impact, and of those that the accelerations give it.
-const RESTING: f64 = 1e-11;
+pub(crate) const RESTING: f64 = 1e-11;
 /// What must not be negative may be by this share of its size.
 const ROUNDING: f64 = 1e-9;
 /// More contacts than these are not decided at once: all their modes are tried.
@@ -42,6 +42,9 @@ pub(crate) struct Contacts {
     rest: Vec<f64>,
     /// Who was closed before the impact, and who does not rebound.
     modes: Vec<bool>,
+    /// Who touches, and whose reaction has fallen to zero.
+    touches: Vec<bool>,
+    leaves: Vec<bool>,
     dead: Vec<bool>,
 }
 
@@ -63,6 +66,8 @@ impl Contacts {
             before: zeros(),
             rest: vec![0.0; n],
             modes: vec![false; count],
+            touches: vec![false; count],
+            leaves: vec![false; count],
             dead: vec![false; count],
         }
     }
@@ -75,8 +80,8 @@ impl Contacts {
         machine.evaluate(&data.rates, &mut self.rates);
     }
 
-    /// Lets what touches collide, and decides what is closed afterwards. `opens` says whose reaction has just fallen to zero: they are left. At the `start` of a run nothing rebounds that
-    /// rests.
+    /// Lets what touches collide, and decides what is closed afterwards. `turns` says which have been found to change here: open ones touch, wherever the method has taken them to within its
+    /// tolerance, and closed ones open if both fit.
     ///
     /// # Errors
     /// No mode fits, or too many contacts are undecided at once.
@@ -85,7 +90,7 @@ impl Contacts {
         model: &Model,
         machine: &mut Machine,
         (state, tolerance): (&mut State, f64),
-        opens: impl Fn(usize) -> bool,
+        turns: impl Fn(usize) -> bool,
     ) -> Result<(), Failure> {
         let Some(data) = &model.program().instants.contacts else { return Ok(()) };
         self.measure(model, machine, state);
@@ -94,15 +99,20 @@ impl Contacts {
         self.dead.fill(false);
         self.before.copy_from_slice(&self.rates);
         let context = &mut Place { model, data, machine, state };
+        for index in 0..self.gaps.len() {
+            let closed = context.is_closed(index);
+            self.touches[index] = closed || turns(index) || self.gaps[index] <= TOUCHING * context.scale(index);
+            self.leaves[index] = closed && turns(index);
+        }
         let hits = |index: usize| {
-            let touches = self.gaps[index] <= TOUCHING * context.scale(index);
-            touches && !context.is_closed(index) && self.rates[index] < -self.least_rate(context, index)
+            let comes = self.rates[index] < -self.least_rate(context, index);
+            comes && self.touches[index] && !context.is_closed(index)
         };
         if (0..self.gaps.len()).any(hits) {
             self.collide(context)?;
             self.end_bounces(context, tolerance)?;
         }
-        self.settle(context, opens)
+        self.settle(context)
     }
 
     /// Newton's law: those that hit leave with their share of the speed, and whoever touches does not go in. Which impulses press is found by trial, as there is but one set of them that fits
@@ -110,11 +120,7 @@ impl Contacts {
     fn collide(&mut self, context: &mut Place) -> Result<(), Failure> {
         self.before.copy_from_slice(&self.rates);
         self.concerned.clear();
-        for index in 0..self.gaps.len() {
-            if context.is_closed(index) || self.gaps[index] <= TOUCHING * context.scale(index) {
-                self.concerned.push(index);
-            }
-        }
+        self.concerned.extend((0..self.gaps.len()).filter(|&index| self.touches[index]));
         if self.concerned.len() > MOST_AT_ONCE {
             return Err(context.failure(&self.concerned, TOO_MANY));
         }
@@ -210,14 +216,12 @@ impl Contacts {
     }
 
     /// Which of those that touch and do not move apart are closed: the only modes in which what is open does not go in, and what is closed presses.
-    fn settle(&mut self, context: &mut Place, opens: impl Fn(usize) -> bool) -> Result<(), Failure> {
+    fn settle(&mut self, context: &mut Place) -> Result<(), Failure> {
         self.measure(context.model, context.machine, context.state);
         self.concerned.clear();
         for index in 0..self.gaps.len() {
-            let touches = context.is_closed(index) || self.gaps[index] <= TOUCHING * context.scale(index);
-            let rests = self.rates[index].abs() <= self.least_rate(context, index);
-            context.close(index, context.is_closed(index) && rests && !opens(index));
-            if touches && rests && !opens(index) {
+            context.close(index, false);
+            if self.touches[index] && self.rates[index].abs() <= self.least_rate(context, index) {
                 self.concerned.push(index);
             }
         }
@@ -225,9 +229,9 @@ impl Contacts {
         if count > MOST_AT_ONCE {
             return Err(context.failure(&self.concerned, TOO_MANY));
         }
-        for trial in (0..1_usize << count).rev() {
+        for trial in 0..1_usize << count {
             for (place, &index) in self.concerned.iter().enumerate() {
-                context.close(index, trial >> place & 1 == 1);
+                context.close(index, (trial >> place & 1 == 1) == self.leaves[index]);
             }
             self.accelerate(context);
             if self.is_mode(context) {

@@ -11,6 +11,8 @@ pub(crate) const PARTS: usize = 16;
 pub(crate) const CHECKS: [f64; 3] = [0.093_71, 0.541_37, 0.829_53];
 /// A place tells what is beside it to this share of what the excess varies by: seven places in a period of a sine do.
 const TELLING: f64 = 1e-3;
+/// What is further from zero than ten times by how much the places are wrong does not reach it between them.
+const AWAY: f64 = 0.1;
 /// Rounding errors of an excess, as a share of its size.
 const ROUNDING: f64 = 1e-12;
 /// Halvings of an interval of one, to its last bit.
@@ -29,6 +31,22 @@ pub(crate) struct Onset {
 
 /// True if the excess at a share of a piece is what the values in the six places about it say, or has no value anywhere.
 pub(crate) fn fits(values: &[f64; PARTS + 1], share: f64, found: f64) -> bool {
+    let known = values.iter().filter(|value| value.is_finite());
+    let [least, most] = known.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], &value| {
+        [minimum(least, value), maximum(most, value)]
+    });
+    let allowed = TELLING * (most - least) + ROUNDING * maximum(least.abs(), most.abs());
+    least > most && !found.is_finite() || (interpolated(values, share) - found).abs() <= allowed
+}
+
+/// True if the excess is so far below zero in all places that what they do not tell of it does not reach zero: a reaction that hardly changes has nothing but rounding errors between them.
+pub(crate) fn stays_away(values: &[f64; PARTS + 1], share: f64, found: f64) -> bool {
+    let most = values.iter().fold(found, |most, &value| maximum(most, value));
+    (interpolated(values, share) - found).abs() <= AWAY * -most
+}
+
+/// What the values in the six places about a share say of it.
+fn interpolated(values: &[f64; PARTS + 1], share: f64) -> f64 {
     const NEIGHBOURS: usize = 6;
     let first = ((share * PARTS as f64) as usize).saturating_sub(NEIGHBOURS / 2 - 1).min(PARTS + 1 - NEIGHBOURS);
     let place = |index: usize| (first + index) as f64 / PARTS as f64;
@@ -36,13 +54,7 @@ pub(crate) fn fits(values: &[f64; PARTS + 1], share: f64, found: f64) -> bool {
         let others = (0..NEIGHBOURS).filter(|other| *other != index);
         others.fold(1.0, |weight, other| weight * (share - place(other)) / (place(index) - place(other)))
     };
-    let interpolated = (0..NEIGHBOURS).fold(0.0, |sum, index| sum + weight(index) * values[first + index]);
-    let known = values.iter().filter(|value| value.is_finite());
-    let [least, most] = known.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], &value| {
-        [minimum(least, value), maximum(most, value)]
-    });
-    let allowed = TELLING * (most - least) + ROUNDING * maximum(least.abs(), most.abs());
-    least > most && !found.is_finite() || (interpolated - found).abs() <= allowed
+    (0..NEIGHBOURS).fold(0.0, |sum, index| sum + weight(index) * values[first + index])
 }
 
 /// Looks through a step at whose beginning the comparison can begin to hold (`armed`), or holds; `values` are those of the excess in `PARTS` + 1 places.

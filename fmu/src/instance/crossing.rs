@@ -1,7 +1,7 @@
 //! Singular poses in Model Exchange. Two branches of the motion cross there. The importer's integrator does not know and goes on along either of
 //! them, with results that look good. So every completed step is searched for such a pose, and one that is found is an error.
 
-use crate::constraints::poses::rows_of;
+use crate::constraints::poses::{closed, rows_of};
 use crate::model::{Model, State};
 use crate::singular::detect::{dependent, weakest};
 
@@ -21,7 +21,8 @@ const SECTION: f64 = 0.618_033_988_749_894_8;
 
 /// How far the loop equations are from depending on each other, in units of what they hold.
 fn distance(model: &Model, state: &State) -> f64 {
-    weakest(model, &rows_of(model, state, model.active())).map_or(f64::INFINITY, |(least, ..)| least.max(0.0).sqrt())
+    weakest(model, &rows_of(model, state, &closed(model, state)))
+        .map_or(f64::INFINITY, |(least, ..)| least.max(0.0).sqrt())
 }
 
 /// A singular pose within a step.

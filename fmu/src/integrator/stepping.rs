@@ -27,6 +27,9 @@ const REACH: f64 = 0.05;
 /// Shortest part of a change that is followed.
 const SHORTEST_PART: f64 = 1e-4;
 
+/// So well loops are closed where contacts are looked for: the finest tolerance that means something.
+const EXACT: f64 = 1e-13;
+
 /// Moves states of one model. Everything is allocated here; nothing allocates while stepping.
 #[derive(Clone, Debug)]
 pub struct Stepper {
@@ -352,8 +355,11 @@ fn read(
         projection.tighten(model, machine, state)?;
     } else if open && !model.active().is_empty() {
         machine.load(model, state);
-        projection.positions(model, machine, state.positions_mut(), settings.tolerance, f64::INFINITY)?;
-        projection.rates(model, machine, state.rates_mut(), settings.tolerance)?;
+        // What is left of a loop would be taken for a gap that opens or closes.
+        let is_exact = model.program().instants.contacts.is_some();
+        let tolerance = if is_exact { settings.tolerance.min(EXACT) } else { settings.tolerance };
+        projection.positions(model, machine, state.positions_mut(), tolerance, f64::INFINITY)?;
+        projection.rates(model, machine, state.rates_mut(), tolerance)?;
     }
     Ok(())
 }

@@ -196,6 +196,16 @@ impl Program {
         if !self.instants.writes().all(is_there) {
             return Err(Fault::Reference { name: "what is written".to_owned() });
         }
+        let is_parameter = |index: u32| (index as usize) < self.parameters.len();
+        let is_masked = |row: &u32| {
+            let row = self.constraints.get(*row as usize);
+            row.is_some_and(|row| row.role == Role::OneSided)
+        };
+        let masks = self.instants.masks.iter().all(|(row, parameter)| is_masked(row) && is_parameter(*parameter));
+        let removes = self.instants.events.iter().flat_map(|event| &event.removes).all(|own| is_parameter(*own));
+        if !masks || !removes {
+            return Err(Fault::Reference { name: "what does not always hold".to_owned() });
+        }
         for contact in self.instants.contacts() {
             let row = self.constraints.get(contact.constraint as usize);
             let is_held = (contact.closed as usize) + 1 < self.parameters.len();
@@ -270,7 +280,8 @@ impl Program {
     fn every_tape(&self) -> impl Iterator<Item = &Tape> {
         let (tapes, initial) = (&self.tapes, &self.initial);
         let contacts = self.instants.contacts.iter();
-        let contacts = contacts.flat_map(|own| [&own.gaps, &own.rates, &own.accelerations, &own.restitutions, &own.impact]);
+        let contacts =
+            contacts.flat_map(|own| [&own.gaps, &own.rates, &own.accelerations, &own.restitutions, &own.impact]);
         [
             &tapes.parameters,
             &tapes.constraint,

@@ -79,6 +79,8 @@ pub struct Instants {
     pub written: Tape,
     /// Both sides of the comparison of each event, the one that is then larger first. Reads as `written`.
     pub sides: Tape,
+    /// Loop equations of the role [`Role::OneSided`], each with the parameter that is 1 while it holds, else 0.
+    pub masks: Vec<(u32, u32)>,
     /// What the mechanism holds on one side only.
     pub contacts: Option<Contacts>,
 }
@@ -134,6 +136,8 @@ pub struct Event {
     pub stop: bool,
     /// What it writes.
     pub writes: Vec<Write>,
+    /// Parameters that are 0 from then on: what they are the factors of is removed.
+    pub removes: Vec<u32>,
 }
 
 /// One held value, and the result of [`Instants::written`] that it gets.

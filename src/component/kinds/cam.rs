@@ -139,7 +139,7 @@ fn coupling(part: &Part, mounting: &Mounting, geometry: &Geometry, system: &mut 
     let turn = [system.r_node(mounting.carrier), system.r_node(cam.body())];
     let factor = system.arena.constant(-geometry.sense);
     let terms = vec![Term { factor: Expr::ONE, port }, Term { factor, port: Port::Curve(turn, curve) }];
-    Coupling { terms, offset: geometry.start, closed: None }
+    Coupling { terms, offset: geometry.start }
 }
 
 /// The contact pushes the follower and pushes back on the cam: the shaft carries all of that, the guide what is not along it.

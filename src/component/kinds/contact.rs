@@ -19,7 +19,11 @@ pub(crate) const CONTACT: Component = Component {
     keys: &[
         BETWEEN_POINTS,
         AXIS,
-        Key::optional("radius", Form::Constant(LENGTH, Range::NotNegative), "the radius of a disc about the second point"),
+        Key::optional(
+            "radius",
+            Form::Constant(LENGTH, Range::NotNegative),
+            "the radius of a disc about the second point",
+        ),
         Key::optional(
             "restitution",
             Form::Constant(NUMBER, Range::Share),

@@ -30,7 +30,7 @@ pub(crate) const DISTANCE: Component = Component {
 fn rows(part: &Part, system: &mut System) -> Rows {
     let port = Port::Length(part.between.map(|place| system.t_node(place)));
     let offset = system.value(part.formula("length"));
-    let coupling = Coupling { terms: vec![Term { factor: Expr::ONE, port }], offset, closed: None };
+    let coupling = Coupling { terms: vec![Term { factor: Expr::ONE, port }], offset };
     Rows { letter: "d", coupling: Some(coupling), ..Rows::default() }
 }
 

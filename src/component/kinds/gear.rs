@@ -60,7 +60,7 @@ pub(crate) fn wheels(system: &mut System, part: &Part, ratio: Expr, offset: &For
         Term { factor: Expr::ONE, port: Port::Angle([carrier, second]) },
         Term { factor: minus_ratio, port: Port::Angle([carrier, first]) },
     ];
-    Coupling { terms, offset: system.value(offset), closed: None }
+    Coupling { terms, offset: system.value(offset) }
 }
 
 impl Joint {

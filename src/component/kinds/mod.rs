@@ -20,6 +20,7 @@ mod prismatic;
 mod rack;
 mod revolute;
 mod rolling;
+mod rope;
 mod screw;
 mod slot;
 mod spring;
@@ -42,6 +43,7 @@ pub(crate) const ALL: &[&Component] = &[
     &rolling::ROLLING,
     &distance::DISTANCE,
     &contact::CONTACT,
+    &rope::ROPE,
     &gear::GEAR,
     &rack::RACK,
     &belt::BELT,

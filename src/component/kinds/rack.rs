@@ -68,7 +68,7 @@ pub(crate) fn slide_by_turn(system: &mut System, part: &Part, factor: impl Fn(&m
         Term { factor: Expr::ONE, port: Port::Along(slide, along) },
         Term { factor: minus_factor, port: Port::Angle(turn) },
     ];
-    Coupling { terms, offset: system.value(part.formula("displacement")), closed: None }
+    Coupling { terms, offset: system.value(part.formula("displacement")) }
 }
 
 impl Joint {

@@ -82,7 +82,7 @@ fn rows(part: &Part, system: &mut System) -> Rows {
             through: Force::None,
         }),
         rotation: Some(turn),
-        coupling: Some(Coupling { terms, offset, closed: None }),
+        coupling: Some(Coupling { terms, offset }),
     }
 }
 

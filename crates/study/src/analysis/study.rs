@@ -206,6 +206,7 @@ impl Study {
                 Ok(vec![StateSpace::new(formulated, variation, &equilibrium.point, None)?])
             })?,
             At::Times(times) => {
+                is_one_system(&self.mechanism)?;
                 let driven = self.driven.clone();
                 self.formulated(&self.mechanism.clone(), |formulated| along(formulated, driven, times))?
             }
@@ -235,6 +236,7 @@ impl Study {
             return self
                 .rest(|formulated, variation, equilibrium| vibration(formulated, variation, &equilibrium.point, true));
         };
+        is_one_system(&self.mechanism)?;
         let driven = self.driven.clone();
         self.formulated(&self.mechanism.clone(), |formulated| {
             let variation = Variation::new(formulated);
@@ -269,8 +271,21 @@ impl Study {
     }
 }
 
+/// What is open or closed in turn is another linear system each time.
+fn is_one_system(mechanism: &Mechanism) -> Result<(), Failure> {
+    let Some(own) = mechanism.first_unilateral() else { return Ok(()) };
+    Err(Failure::Instants(format!(
+        "there is another linear system whenever {own} open or close: linearise a scene without, or with a joint in the place of what is closed"
+    )))
+}
+
 /// What is sampled goes on changing where everything else rests.
 fn can_rest(mechanism: &Mechanism) -> Result<(), Failure> {
+    if let Some(own) = mechanism.first_unilateral() {
+        return Err(Failure::Instants(format!(
+            "what rests on {own} is not looked for: use `simulate` until nothing moves, or a scene without it"
+        )));
+    }
     let Some(sampler) = mechanism.samplers.iter().find(|own| !own.writes.is_empty()) else { return Ok(()) };
     Err(Failure::Instants(format!(
         "sampler `{}` goes on changing its values, so that nothing is said to rest: use `simulate`, or `--at` a time",

@@ -10,7 +10,7 @@ use crate::linalg::least_squares::{Equations, solve};
 use crate::machine::Machine;
 use crate::math::Random;
 use crate::model::{Model, State};
-use crate::program::Condition;
+use crate::program::{Condition, Role};
 
 /// Longest Newton step, relative to the scales: longer ones jump between assemblies.
 const REACH: f64 = 0.5;
@@ -341,10 +341,11 @@ impl<'a> Positions<'a> {
     /// Sign of the determinant of the active loop equations and known conditions; 0 if it has none.
     fn orientation(&mut self, x: &[f64]) -> f64 {
         let inactive: Vec<bool> =
-            self.0.model.program().constraints.iter().map(|constraint| !constraint.is_imposed()).collect();
+            self.0.model.program().constraints.iter().map(|constraint| constraint.role != Role::Imposed).collect();
         let known = self.conditions().iter().filter(|condition| condition.known).count();
         let size = x.len();
-        if self.0.model.active().len() + known != size || size > 500 || known == size {
+        let active = inactive.iter().filter(|inactive| !**inactive).count();
+        if active + known != size || size > 500 || known == size {
             return 0.0;
         }
         let mut entries = Vec::new();

@@ -5,7 +5,7 @@
 use super::super::{Computed, Instance, InstanceError};
 use super::Instants;
 use crate::failure::Failure;
-use crate::hybrid::contact::{TOUCHING, is_closed};
+use crate::hybrid::contact::{RESTING, TOUCHING, is_closed};
 
 /// What is open by less than nothing, by more than this share of its scale, has been overlooked.
 const PENETRATION: f64 = 1e-9;
@@ -22,6 +22,13 @@ impl Instance {
         let contacts = self.model.program().instants.contacts.as_ref();
         let index = event.checked_sub(self.model.program().instants.events.len());
         contacts.zip(index).is_some_and(|(data, index)| !own.armed[event] && !is_closed(data, &self.now.state, index))
+    }
+
+    /// How far a contact that rests seems to move in a step, by rounding errors.
+    pub(super) fn resting(&self, event: usize, [begin, end]: [f64; 2]) -> f64 {
+        let program = self.model.program();
+        let contact = &program.instants.contacts()[event - program.instants.events.len()];
+        RESTING * program.constraints[contact.constraint as usize].scale * (end - begin)
     }
 
     /// The indicators at the state within the step, whose accelerations and reactions are in the registers if any contact is closed. What has just been left is divided by the share of the step
@@ -72,10 +79,9 @@ impl Instance {
         let Some(mut own) = self.instants.take() else { return Ok(()) };
         let (first, state) = (model.program().instants.events.len(), &mut self.now.state);
         let Instants { due, armed, contacts, .. } = &mut *own;
-        for (index, due) in due[first..].iter_mut().enumerate() {
-            let closed = is_closed(data, state, index);
+        for index in 0..data.all.len() {
             // Who was closed is kept where nothing else is until the next search.
-            (armed[first + index], *due) = (closed, *due && closed);
+            armed[first + index] = is_closed(data, state, index);
         }
         let resolved = contacts.resolve(&model, &mut self.machine, (state, tolerance), |index| due[first + index]);
         let happened = &mut self.now.happened;
@@ -88,6 +94,14 @@ impl Instance {
         self.instants = Some(own);
         self.computed = Computed::default();
         resolved.map_err(InstanceError::Solver)
+    }
+
+    /// What a tick writes may let contacts open.
+    pub(super) fn resolve_contacts_after_tick(&mut self) -> Result<(), InstanceError> {
+        if let Some(own) = &mut self.instants {
+            own.due.fill(false);
+        }
+        self.resolve_contacts()
     }
 
     /// At the start of a run: what touches is opened or closed.

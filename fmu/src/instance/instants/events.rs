@@ -114,7 +114,10 @@ impl Instance {
         onset::CHECKS.iter().all(|&share| {
             self.evaluate_sides(own, (step, piece), share);
             let mut counting = (0..own.excesses.len()).filter(|event| !self.is_over(*event));
-            counting.all(|event| onset::fits(&own.excesses[event], share, own.excess(event)))
+            counting.all(|event| {
+                let (values, found) = (&own.excesses[event], own.excess(event));
+                onset::fits(values, share, found) || own.is_contact(event) && onset::stays_away(values, share, found)
+            })
         })
     }
 
@@ -127,7 +130,7 @@ impl Instance {
             }
             let (values, strict) = (own.excesses[event], self.is_strict(event));
             // What has just been left is seen by its distance over the time since then, which does not begin at zero.
-            let armed = own.armed[event] || self.has_left(own, event) && values[0] < 0.0;
+            let armed = own.armed[event] || self.has_left(own, event) && values[0] < -self.resting(event, step);
             let onset = onset::first(&values, armed, strict, &mut |share: f64| {
                 self.evaluate_sides(own, (step, piece), share);
                 own.excess(event)
@@ -175,6 +178,10 @@ impl Instance {
     pub(super) fn happen(&mut self, found: Option<usize>) -> Result<(), InstanceError> {
         let events = self.model.program().instants.occasions();
         let mut found = found;
+        if found.is_some_and(|found| found >= self.model.program().instants.events.len()) {
+            // A step that is taken again up to here is so before anything changes.
+            self.go_on_anew();
+        }
         // After it has happened an event cannot begin to hold at the same instant.
         for _ in 0..=events {
             if !self.find_due(found)? {
@@ -213,6 +220,9 @@ impl Instance {
         let mut written = Ok(());
         for (index, event) in model.program().instants.events.iter().enumerate().filter(|(index, _)| own.due[*index]) {
             written = written.and_then(|()| event.writes.iter().try_for_each(|write| self.write(&own, *write)));
+            for &there in &event.removes {
+                self.now.state.parameters_mut()[there as usize] = 0.0;
+            }
             let happened = &mut self.now.happened;
             happened.armed[index] = false;
             happened.counts[index] = happened.counts[index].saturating_add(1);
@@ -220,12 +230,9 @@ impl Instance {
                 happened.ended = Some(index as u32);
             }
         }
-        let touching = own.due[model.program().instants.events.len()..].contains(&true);
         self.instants = Some(own);
         written?;
-        if touching {
-            self.resolve_contacts()?;
-        }
+        self.resolve_contacts()?;
         self.go_on_anew();
         Ok(())
     }

@@ -161,6 +161,11 @@ impl Instants {
         }
     }
 
+    /// True for what comes after the events.
+    fn is_contact(&self, event: usize) -> bool {
+        2 * event >= self.sides.len()
+    }
+
     /// To be called when the continuation was replaced by another one.
     pub fn forget(&mut self) {
         self.searched = None;
@@ -328,6 +333,7 @@ impl Instance {
         let written = ticking.flat_map(|(sampler, _)| &sampler.writes).try_for_each(|write| self.write(&own, *write));
         self.instants = Some(own);
         written?;
+        self.resolve_contacts_after_tick()?;
         self.now.happened.ticked = time;
         self.go_on_anew();
         Ok(())

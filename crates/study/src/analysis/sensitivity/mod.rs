@@ -362,9 +362,8 @@ impl Study {
 /// Held values jump at ticks and events, and with them what depends on them.
 fn uneventful(mechanism: &Mechanism, what: &str) -> Result<(), Failure> {
     let sampled = mechanism.samplers.first().map(|own| format!("sampler `{}`", own.name));
-    let Some(own) = sampled.or_else(|| mechanism.events.first().map(|own| format!("event `{}`", own.name))) else {
-        return Ok(());
-    };
+    let event = || mechanism.events.first().map(|own| format!("event `{}`", own.name));
+    let Some(own) = sampled.or_else(event).or_else(|| mechanism.first_unilateral()) else { return Ok(()) };
     Err(Failure::Instants(format!(
         "there are no {what} through the instants of {own}, where values jump; compare runs with other values instead, with `cotree sweep`"
     )))

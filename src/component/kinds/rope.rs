@@ -1,0 +1,52 @@
+//! Rope (y): a massless thread between two points, |r| <= length. It pulls and never pushes; slack, its force is zero. Where it becomes taut it takes the ends along, and they come back with the
+//! share `restitution` of the speed with which they went apart.
+
+use crate::component::frame::anywhere;
+use crate::component::key::{BETWEEN_POINTS, Form, Key};
+use crate::component::{Component, Icon};
+use crate::expr::Expr;
+use crate::model::measure::{LENGTH, NUMBER};
+use crate::model::{OneSided, Part, Quantity as Q, Range};
+use crate::network::{Port, Rows, System, Term};
+use crate::scene::{Joint, Quantity};
+
+pub(crate) const ROPE: Component = Component {
+    about: "a massless thread between two points that pulls and never pushes",
+    equations: "|r| <= length, force <= 0",
+    keys: &[
+        BETWEEN_POINTS,
+        Key::required(
+            "length",
+            Form::Constant(LENGTH, Range::Positive),
+            "the length of the rope",
+            "give the length of the rope: `length = \"0.5 m\"`",
+        ),
+        Key::optional(
+            "restitution",
+            Form::Constant(NUMBER, Range::Share),
+            "the share of the speed with which its ends come back",
+        ),
+    ],
+    variables: &[Q::Gap, Q::StopForce, Q::Impulse, Q::Mode],
+    undriven: ["a rope", "a driver with `position` moves a point"],
+    one_sided,
+    across,
+    ..Component::joint("rope", |_, _| Rows { letter: "y", ..Rows::default() }, anywhere, |_| Icon::Link)
+};
+
+fn one_sided(part: &Part) -> Vec<OneSided> {
+    vec![OneSided { word: "max", sign: -1.0, bound: part.key("length"), restitution: part.key("restitution") }]
+}
+
+/// |r|
+fn across(part: &Part, system: &mut System) -> Vec<Term> {
+    let ends = part.between.map(|place| system.t_node(place));
+    vec![Term { factor: Expr::ONE, port: Port::Length(ends) }]
+}
+
+impl Joint {
+    /// A massless thread between two points, no longer than this.
+    pub fn rope(first: &str, second: &str, length: impl Into<Quantity>) -> Joint {
+        Joint::new("rope", first, second).set("length", length.into())
+    }
+}
