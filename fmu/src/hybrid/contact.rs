@@ -112,7 +112,7 @@ impl Contacts {
             self.collide(context)?;
             self.end_bounces(context, tolerance)?;
         }
-        self.settle(context)
+        self.decide(context)
     }
 
     /// Newton's law: those that hit leave with their share of the speed, and whoever touches does not go in. Which impulses press is found by trial, as there is but one set of them that fits
@@ -210,13 +210,15 @@ impl Contacts {
             self.dead[index] = acceleration < 0.0 && 2.0 * rate < shortest * acceleration.abs();
         }
         if self.dead.contains(&true) {
+            // The same impact again, from the rates before it.
+            context.state.rates_mut().copy_from_slice(&self.rest);
             self.collide(context)?;
         }
         Ok(())
     }
 
     /// Which of those that touch and do not move apart are closed: the only modes in which what is open does not go in, and what is closed presses.
-    fn settle(&mut self, context: &mut Place) -> Result<(), Failure> {
+    fn decide(&mut self, context: &mut Place) -> Result<(), Failure> {
         self.measure(context.model, context.machine, context.state);
         self.concerned.clear();
         for index in 0..self.gaps.len() {
