@@ -22,6 +22,7 @@ mod components;
 mod conformance;
 mod contacts;
 mod contradictions;
+mod controllers;
 mod dependencies;
 mod display_units;
 mod documentation;
