@@ -62,6 +62,7 @@ mod methods_by_name;
 mod model_exchange;
 mod motion;
 mod nearly_neutral;
+mod networks;
 mod no_allocation;
 mod only_what_is_needed;
 mod open_loops;
