@@ -62,8 +62,12 @@ impl Reading<'_> {
         self.fields.get(key).is_some()
     }
 
+    fn is_sampled(&self) -> bool {
+        self.transfer.sampled_by.is_some_and(|key| self.is_there(key))
+    }
+
     fn is_at_once(&self) -> bool {
-        (self.transfer.at_once)(&|key| self.is_there(key))
+        self.transfer.sampled_by.is_some() && !self.is_sampled()
     }
 
     fn made(&self, heard: Formula) -> Result<Made, Flaw> {
@@ -76,7 +80,7 @@ impl<'s> Resolver<'s> {
     pub(super) fn awaited(&self, signal: &model::Signal) -> BTreeSet<usize> {
         let transfer = signal.part.as_ref().and_then(|part| part.transfer());
         let Some((part, transfer)) = signal.part.as_ref().zip(transfer) else { return BTreeSet::new() };
-        if signal.unit.is_some() && !(transfer.at_once)(&|key| part.get(key).is_some()) {
+        if signal.unit.is_some() && transfer.sampled_by.is_none_or(|key| part.get(key).is_some()) {
             return BTreeSet::new();
         }
         part.text(transfer.hears.name).map(|text| self.signals_in(&text)).unwrap_or_default()
@@ -214,7 +218,7 @@ impl<'s> Resolver<'s> {
         let node = reading.fields.required(key.name, key.help(), self.faults)?;
         let quantity = self.faults.quantity(node, &reading.fields.name_of(key.name))?;
         let what = format!("`{}` of {}", key.name, reading.what);
-        let context = if reading.is_there("period") { Context::Instant(None) } else { Context::Rate };
+        let context = if reading.is_sampled() { Context::Instant(None) } else { Context::Rate };
         let (formula, _, known) = self.formula_and_known(&quantity, &what, &ANYTHING, context);
         (!constant::number(&formula).is_some_and(f64::is_nan)).then_some((formula, known))
     }
@@ -279,7 +283,6 @@ impl<'s> Resolver<'s> {
         (given, heard): (Option<Exponents>, Known),
         inputs: &mut Vec<Input>,
     ) {
-        let name = &reading.signal.name;
         let unit = |inner: &Inner| match inner.unit {
             Like::Given | Like::Gain(_) => given,
             Like::Rate => given.and_then(|unit| Exponents::product([(unit, 1), (Exponents::SECOND, -1)])),
@@ -287,40 +290,52 @@ impl<'s> Resolver<'s> {
         };
         let nominal = self.usual_size(reading, made);
         for inner in &made.states {
-            let id = StateId(self.scene.states.len() + self.transfers.states.len());
-            let own = State {
-                name: format!("{}.{}", name.text, inner.word),
-                description: format!("{} `{}`", inner.about, name.text),
-                unit: unit(inner).map(from_exponents).unwrap_or_default(),
-                start: inner.start.clone(),
-                rate: inner.next.clone(),
-                nominal: if inner.unit == Like::Given { nominal } else { 1.0 },
-                variable: None,
-                span: name.span,
-            };
-            self.transfers.inner.insert(own.name.clone(), Named::State(id));
-            self.state_units.push(unit(inner).map(|unit| (unit, 0)));
-            self.transfers.states.push(own);
+            let size = if inner.unit == Like::Given { nominal } else { 1.0 };
+            self.add_state(reading, inner, unit(inner), size);
         }
         for inner in &made.sampled {
-            let own = Input {
-                name: format!("{}.{}", name.text, inner.word),
-                description: format!("{} `{}`", inner.about, name.text),
-                unit: unit(inner).map(from_exponents).unwrap_or_default(),
-                start: constant::number(&inner.start).unwrap_or(0.0),
-                min: None,
-                max: None,
-                span: name.span,
-            };
-            self.transfers.inner.insert(own.name.clone(), Named::Held(InputId(inputs.len())));
-            self.input_units.push(unit(inner).map(|unit| (unit, 0)));
-            self.transfers.held.push(Held { what: HeldWhat::Sampled, begin: inner.start.clone() });
-            inputs.push(own);
+            self.add_sampled(reading, inner, unit(inner), inputs);
         }
         if let Some([period, offset]) = made.ticks.clone() {
+            let name = &reading.signal.name;
             let writes = writes(reading, made);
             self.transfers.samplers.push(Sampler { name: name.text.clone(), period, offset, writes, span: name.span });
         }
+    }
+
+    fn add_state(&mut self, reading: &Reading<'_>, inner: &Inner, unit: Option<Exponents>, nominal: f64) {
+        let signal = &reading.signal.name;
+        let name = inner.name(&signal.text);
+        let id = StateId(self.scene.states.len() + self.transfers.states.len());
+        self.transfers.inner.insert(name.clone(), Named::State(id));
+        self.state_units.push(unit.map(|unit| (unit, 0)));
+        self.transfers.states.push(State {
+            name,
+            description: inner.description(&signal.text),
+            unit: unit.map(from_exponents).unwrap_or_default(),
+            start: inner.start.clone(),
+            rate: inner.next.clone(),
+            nominal,
+            variable: None,
+            span: signal.span,
+        });
+    }
+
+    fn add_sampled(&mut self, reading: &Reading<'_>, inner: &Inner, unit: Option<Exponents>, inputs: &mut Vec<Input>) {
+        let signal = &reading.signal.name;
+        let name = inner.name(&signal.text);
+        self.transfers.inner.insert(name.clone(), Named::Held(InputId(inputs.len())));
+        self.input_units.push(unit.map(|unit| (unit, 0)));
+        self.transfers.held.push(Held { what: HeldWhat::Sampled, begin: inner.start.clone() });
+        inputs.push(Input {
+            name,
+            description: inner.description(&signal.text),
+            unit: unit.map(from_exponents).unwrap_or_default(),
+            start: constant::number(&inner.start).unwrap_or(0.0),
+            min: None,
+            max: None,
+            span: signal.span,
+        });
     }
 
     fn usual_size(&self, reading: &Reading<'_>, made: &Made) -> f64 {

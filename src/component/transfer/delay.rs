@@ -41,7 +41,7 @@ pub(crate) const DELAY: Transfer = Transfer {
         Key { about: "what it heard before the start", ..START },
     ],
     terms: &[("input", Like::Given), ("start", Like::Given)],
-    at_once: |_| false,
+    sampled_by: None,
     made,
 };
 

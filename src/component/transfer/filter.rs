@@ -31,7 +31,7 @@ pub(crate) const FILTER: Transfer = Transfer {
         START,
     ],
     terms: &[("input", Like::Given), ("start", Like::Given)],
-    at_once: |_| false,
+    sampled_by: None,
     made,
 };
 

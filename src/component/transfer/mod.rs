@@ -27,8 +27,8 @@ pub(crate) struct Transfer {
     pub keys: &'static [Key],
     /// The units of its keys.
     pub terms: &'static [(&'static str, Like)],
-    /// True if what it gives changes at once with what it hears, where these keys are given; else it may hear of itself.
-    pub at_once: fn(&dyn Fn(&str) -> bool) -> bool,
+    /// The key with which it is sampled. Without that key what it gives changes at once with what it hears. A kind that has no such key gives nothing at once.
+    pub sampled_by: Option<&'static str>,
     pub made: MadeOf,
 }
 
@@ -96,8 +96,9 @@ impl Made {
 /// A state or a sampled value of a signal.
 pub(crate) struct Inner {
     /// Its name is the signal's with this word behind a point.
-    pub word: String,
-    pub about: &'static str,
+    word: String,
+    /// What it is of the signal, whose name follows.
+    about: &'static str,
     pub unit: Like,
     /// Constants and parameters only.
     pub start: Formula,
@@ -108,6 +109,16 @@ pub(crate) struct Inner {
 impl Inner {
     fn new(word: &str, about: &'static str, start: Formula, next: Formula) -> Inner {
         Inner { word: word.to_owned(), about, unit: Like::Given, start, next }
+    }
+
+    /// What it is called where the signal has this name.
+    pub fn name(&self, signal: &str) -> String {
+        format!("{signal}.{}", self.word)
+    }
+
+    /// One line about it.
+    pub fn description(&self, signal: &str) -> String {
+        format!("{} `{signal}`", self.about)
     }
 }
 

@@ -61,7 +61,7 @@ pub(crate) const PID: Transfer = Transfer {
         ("start", Like::Given),
         ("before", Like::Heard),
     ],
-    at_once: |is_there| !is_there("period"),
+    sampled_by: Some("period"),
     made,
 };
 
