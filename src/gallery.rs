@@ -14,6 +14,7 @@ pub const MODELS: &[(&str, &str)] = &[
     ("end_stop", include_str!("../models/end_stop/scene.toml")),
     ("engine", include_str!("../models/engine/scene.toml")),
     ("excavator", include_str!("../models/excavator/scene.toml")),
+    ("excavator_arm", include_str!("../models/excavator_arm/scene.toml")),
     ("five_bar_robot", include_str!("../models/five_bar_robot/scene.toml")),
     ("four_bar", include_str!("../models/four_bar/scene.toml")),
     ("friction", include_str!("../models/friction/scene.toml")),

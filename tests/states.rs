@@ -1,10 +1,7 @@
-//! States of a scene, whose rates are given: against closed forms, absolute coordinates, differences, and themselves by other methods.
+//! States of a scene, whose rates are given: against closed forms, differences, and themselves by other methods.
 
 use crate::model_exchange::integrate;
 use crate::sensitivities::check as check_sensitivities;
-use crate::support::absolute::{
-    At as Corner, Body as Rigid, Joint as Held, JointKind, Load as Applied, State as Pose, System,
-};
 use crate::support::motion::Run;
 use crate::support::run::{compiled, model, sound, started, value};
 
@@ -17,7 +14,7 @@ use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::Engine;
 use cotree_study::analysis::{At, Study};
-use nalgebra::{Complex, DVector, Matrix2, Matrix3, Vector2};
+use nalgebra::{Complex, Matrix2, Matrix3, Vector2};
 
 const METHODS: [Engine; 3] = [Engine::Taylor, Engine::Dop853, Engine::Radau];
 
@@ -284,139 +281,6 @@ fn singular_poses_are_passed_beside_states() {
     assert!((with.1 - without.1).abs() < 1e-7 && (with.2 - without.2).abs() < 1e-7, "{with:?} {without:?}");
 }
 
-/// A number between two bounds from a sequence that looks random.
-struct Random(f64);
-
-impl Random {
-    fn within(&mut self, low: f64, high: f64) -> f64 {
-        self.0 = (self.0 * 78.233 + 0.371).sin() * 43758.5453;
-        self.0 -= self.0.floor();
-        low + (high - low) * self.0
-    }
-}
-
-/// z' = -d z + a angle + b omega + s sin(w t) + c tanh(z of another), and a torque t.z on the crank.
-struct Network(Vec<[f64; 7]>);
-
-impl Network {
-    fn rates(&self, crank: [f64; 2], z: &[f64], time: f64) -> Vec<f64> {
-        let rate = |(index, own): (usize, &[f64; 7])| {
-            let [d, a, b, s, w, c, _] = own;
-            let other = z[(index + 1) % z.len()];
-            -d * z[index] + a * crank[0].sin() + b * crank[1] + s * (w * time).sin() + c * other.tanh()
-        };
-        self.0.iter().enumerate().map(rate).collect()
-    }
-
-    fn torque(&self, z: &[f64]) -> f64 {
-        self.0.iter().zip(z).map(|(own, z)| own[6] * z).sum()
-    }
-
-    fn scene(&self) -> Scene {
-        let count = self.0.len();
-        let bar = |length: f64, mass: f64| {
-            let body = Body::new().mass(mass).inertia(mass * length * length / 12.0);
-            body.point("a", [-length / 2.0, 0.0]).point("b", [length / 2.0, 0.0])
-        };
-        let torque: Vec<String> =
-            self.0.iter().enumerate().map(|(index, own)| format!("{}*z{index}", own[6])).collect();
-        let mut scene = Scene::new("network")
-            .gravity([0.0, -9.81])
-            .ground_point("right", [0.9, 0.0])
-            .body("crank", bar(0.3, 1.1))
-            .body("coupler", bar(0.8, 0.9))
-            .body("rocker", bar(0.6, 1.3))
-            .joint("p1", Joint::revolute("ground", "crank.a").damping(0.3))
-            .revolute("p2", "crank.b", "coupler.a")
-            .revolute("p3", "coupler.b", "rocker.b")
-            .revolute("p4", "ground.right", "rocker.a")
-            .load("motor", Load::torque("ground", "crank", torque.join(" + ").as_str()))
-            .initial("crank.angle", 0.4)
-            .initial("crank.omega", 1.0)
-            .guess("coupler.angle", 0.7)
-            .guess("rocker.angle", 1.6);
-        for (index, [d, a, b, s, w, c, _]) in self.0.iter().enumerate() {
-            let other = (index + 1) % count;
-            let rate =
-                format!("-{d}*z{index} + {a}*sin(crank.angle) + {b}*crank.omega + {s}*sin({w}*t) + {c}*tanh(z{other})");
-            scene = scene.state(&format!("z{index}"), State::new(0.1 * index as f64, rate.as_str()));
-        }
-        scene
-    }
-
-    /// The same in absolute coordinates, by classical Runge-Kutta steps: crank, its rate, states.
-    fn reference(&self, start: &Pose, stop: f64, steps: usize) -> Vec<f64> {
-        let bar = |mass: f64, length: f64| Rigid { mass, inertia: mass * length * length / 12.0 };
-        let at = |body: usize, x: f64| Corner { body: Some(body), local: Vector2::new(x, 0.0) };
-        let fixed = |x: f64| Corner { body: None, local: Vector2::new(x, 0.0) };
-        let pin = |between: [Corner; 2], damping: f64| Held { between, kind: JointKind::Revolute, damping };
-        let system = System {
-            gravity: Vector2::new(0.0, -9.81),
-            bodies: vec![bar(1.1, 0.3), bar(0.9, 0.8), bar(1.3, 0.6)],
-            joints: vec![
-                pin([fixed(0.0), at(0, -0.15)], 0.3),
-                pin([at(0, 0.15), at(1, -0.4)], 0.0),
-                pin([at(1, 0.4), at(2, 0.3)], 0.0),
-                pin([fixed(0.9), at(2, -0.3)], 0.0),
-            ],
-            ..System::default()
-        };
-        let count = self.0.len();
-        let rate = |y: &DVector<f64>, time: f64| {
-            let pose = Pose { q: y.rows(0, 9).into_owned(), v: y.rows(9, 9).into_owned() };
-            let z = &y.as_slice()[18..];
-            let torque = Applied::Torque { between: [None, Some(0)], value: self.torque(z) };
-            let acceleration = System { loads: vec![torque], ..system.clone() }.solve(&pose, time).acceleration;
-            let own = self.rates([y[2], y[11]], z, time);
-            DVector::from_iterator(18 + count, y.rows(9, 9).iter().chain(acceleration.iter()).copied().chain(own))
-        };
-        let z = (0..count).map(|index| 0.1 * index as f64);
-        let mut y = DVector::from_iterator(18 + count, start.q.iter().chain(start.v.iter()).copied().chain(z));
-        let h = stop / steps as f64;
-        for step in 0..steps {
-            let time = step as f64 * h;
-            let k1 = rate(&y, time);
-            let k2 = rate(&(&y + &k1 * (h / 2.0)), time + h / 2.0);
-            let k3 = rate(&(&y + &k2 * (h / 2.0)), time + h / 2.0);
-            let k4 = rate(&(&y + &k3 * h), time + h);
-            y += (k1 + (k2 + k3) * 2.0 + k4) * (h / 6.0);
-        }
-        [&[y[2], y[11]], &y.as_slice()[18..]].concat()
-    }
-}
-
-/// Networks of first order, with one to four states, on a four-bar that they drive and that they hear of.
-#[test]
-fn networks_on_a_four_bar_agree_with_absolute_coordinates() {
-    let mut random = Random(0.37);
-    for case in 0..12 {
-        let count = 1 + case % 4;
-        let mut row = || {
-            let ends = [(0.2, 8.0), (-3.0, 3.0), (-2.0, 2.0), (-4.0, 4.0), (0.5, 9.0), (-2.0, 2.0), (-1.5, 1.5)];
-            ends.map(|(low, high)| (1e4 * random.within(low, high)).round() / 1e4)
-        };
-        let network = Network((0..count).map(|_| row()).collect());
-        let scene = network.scene().with_every_output();
-        let mut run = Run::new(&scene);
-        let mut pose = |quantities: [&str; 3]| {
-            let all =
-                ["crank", "coupler", "rocker"].iter().flat_map(|body| quantities.map(|own| format!("{body}.{own}")));
-            DVector::from_vec(all.map(|name| run.get(&name)).collect::<Vec<f64>>())
-        };
-        let start = Pose { q: pose(["x", "y", "angle"]), v: pose(["vx", "vy", "omega"]) };
-        let stop = 1.0;
-        let expected = network.reference(&start, stop, 4000);
-        run.to(stop);
-        let names = ["crank.angle".to_owned(), "crank.omega".to_owned()];
-        let states = (0..count).map(|index| format!("z{index}"));
-        for (name, expected) in names.into_iter().chain(states).zip(expected) {
-            let found = run.get(&name);
-            let close = (found - expected).abs() < 2e-8 * (1.0 + expected.abs());
-            assert!(close, "network {case}: {name} is {found}, not {expected}");
-        }
-    }
-}
-
 /// States of a part have the name of the part in front.
 #[test]
 fn a_part_brings_its_states() {
@@ -458,4 +322,18 @@ fn what_a_rate_and_a_driver_may_not_use_is_said() {
     assert!(fault(&driven).contains("cannot depend on a state"), "{}", fault(&driven));
     let twice = MOTOR.replace("[inputs]", "[inputs]\ncurrent = 0");
     assert!(fault(&twice).contains("as input and as state"), "{}", fault(&twice));
+}
+
+/// Pressures are large numbers in SI: what they do to an angle is printed all the same.
+#[test]
+fn printed_linear_systems_show_small_numbers_beside_pressures() {
+    let scene = Scene::from_toml(&crate::support::run::scene_of("hydraulic_lever")).unwrap();
+    let system = Study::new(&scene).unwrap().linearize(&At::Times(vec![0.0])).unwrap();
+    let exact = system.points[0].a[(1, 2)];
+    assert!(exact.abs() < 1e-4 && exact != 0.0, "{exact}");
+    let text = system.report().text(&cotree::model::Units::default());
+    let is_wanted = |line: &&str| line.contains("d(lever.omega)/dt") && line.split_whitespace().count() == 5;
+    let row = text.lines().find(is_wanted).expect("a row of A");
+    let printed: f64 = row.split_whitespace().nth(3).unwrap().parse().unwrap();
+    assert!((printed - exact).abs() < 1e-5 * exact.abs(), "{row}");
 }

@@ -164,6 +164,7 @@ fn what_cannot_be_answered_is_said() {
     assert!(poses("[0, 0, 0], [1, 1, 0], [2, 2, 0]").contains("on a line"));
     assert!(poses("[0, 0, 0], [1, 1, 0], [2, 3, 0]").contains("does not turn"));
     assert!(poses("[1, 0, 0], [0, 1, \"90 deg\"], [-1, 0, \"180 deg\"]").contains("one point"));
+    assert!(poses("[1, 0, 0], [0, 1, \"90 deg\"], [-1, 0, \"180 deg\"]").contains("(0 m, 0 m)"));
     assert!(poses("[1, 0, 0]").contains("two poses or more"));
     assert!(poses("[1, 0], [0, 1, 1]").contains("2 numbers instead of three"));
     let limits = |limit: &str| {
@@ -173,6 +174,12 @@ fn what_cannot_be_answered_is_said() {
     assert!(limits("transmission = \"95 deg\"").contains("below 90 degrees"));
     assert!(limits("speed = 1").contains("no key `speed`"));
     assert!(refused("name = \"x\"\n").contains("one of poses, function, path and stroke"));
+    let path = |more: &str| refused(&format!("name = \"x\"\n[path]\n{more}\n"));
+    assert!(path("points = [[0, 0], [1, 1], [1, 1], [2, 0]]").contains("points 2 and 3 are the same"));
+    let pivots = path("points = [[0, 0], [1, 1], [2, 0]]\npivots = [[0, -1], [0, -1]]");
+    assert!(pivots.contains("both pivots are the same point"), "{pivots}");
+    let function = refused("name = \"x\"\n[function]\ninput = [0, 0.3, 0.3]\noutput = [0, 0.2, 0.5]\n");
+    assert!(function.contains("pairs 2 and 3 have the same input"), "{function}");
     let stroke = |more: &str| refused(&format!("name = \"x\"\n[stroke]\ntime_ratio = 1.2\n{more}\n"));
     assert!(stroke("swing = 0.5\noffset = 0.1").contains("`offset` of `stroke` has no effect on a swing"));
     assert!(stroke("stroke = 0.5\nground = 0.1").contains("`ground` of `stroke` has no effect on a slider"));
@@ -190,6 +197,16 @@ fn the_limit_that_removed_the_last_one_is_named() {
     assert_eq!(answer.good().count(), 0);
     let text = answer.report().text(&cotree_study::synthesis::report::usual());
     assert!(text.contains("no linkage is left; what removed the last"), "{text}");
+}
+
+/// Poses that no four-bar comes near: that there are more than five of them is said.
+#[test]
+fn too_many_poses_are_named() {
+    let at = "[0, 0, 0], [0.1, 0.1, 0.1], [0.15, 0.2, 0.3], [0.2, 0.3, 0.35], [0.3, 0.3, 0.6], [0.35, 0.25, 0.8], [0.4, 0.1, 1]";
+    let answer = answered(&format!("name = \"x\"\n[poses]\nat = [{at}]\n"));
+    assert_eq!(answer.good().count(), 0);
+    let text = answer.report().text(&cotree_study::synthesis::report::usual());
+    assert!(text.contains("take five poses and no more"), "{text}");
 }
 
 /// Between given pivots five points have finitely many four-bars: this many, as Morgan and Wampler 1990 published, and all are looked at.

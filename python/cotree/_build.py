@@ -96,8 +96,10 @@ class Builder:
         """A quantity with its rate and its value at the start; keys are unit, nominal, description."""
         return self._add("states", name, {"rate": rate, "start": start, **keys})
 
-    def signal(self, name: str, value: Value, **keys: Unpack[SignalKeys]) -> Builder:
-        """A law with a name that others use; keys are unit, description."""
+    def signal(self, name: str, value: Value | None = None, **keys: Unpack[SignalKeys]) -> Builder:
+        """A law with a name that others use; keys are unit, description. With the type pid, filter or delay it has no value, but the keys of its type."""
+        if value is None:
+            return self._add("signals", name, dict(keys))
         return self._add("signals", name, {"value": value, **keys} if keys else value)
 
     def part(self, name: str, file: str | os.PathLike[str], **keys: Unpack[PartKeys]) -> Builder:

@@ -76,8 +76,45 @@ class StateKeys(TypedDict, total=False):
 class SignalKeys(TypedDict, total=False):
     """Keys of a signal."""
 
+    #: the error before the start: its derivative counts from there; 0 if absent
+    before: Quantity
+    #: the angular frequency from which a filter of second order lets less through [rad/s]
+    cutoff: Quantity
+    #: the damping ratio, with cutoff; 1/sqrt(2), the flattest if absent
+    damping: Quantity
+    #: what it gives by the rate of the error
+    derivative: Quantity
     #: one line about it
     description: str
+    #: what is to vanish: what is wanted less what is
+    error: Quantity
+    #: the time constant with which its derivative follows [s]; must be given with derivative, unless it is sampled if absent
+    filter: Quantity
+    #: what it hears: a law
+    input: Quantity
+    #: what it gives by the error and the time
+    integral: Quantity
+    #: the most that it gives
+    max: Quantity
+    #: the least that it gives
+    min: Quantity
+    #: its usual size: tolerances are relative to it; that of its limits or of its start, or 1 if absent
+    nominal: Quantity
+    #: the first tick, if it is sampled [s]; 0 if absent
+    offset: Quantity
+    #: how many states write the past, a whole number to 10; 4 if absent
+    order: Quantity
+    #: from tick to tick, if it is sampled: what it gives changes at ticks only [s]; it is continuous if absent
+    period: Quantity
+    #: what it gives by the error
+    proportional: Quantity
+    #: its integral part at the start; 0 if absent; what it gives at the start; 0 if absent; what it heard before the start; 0 if absent
+    start: Quantity
+    #: the time constant of a filter of first order [s]; how long ago [s]
+    time: Quantity
+    #: the time constant with which its integral gives way at a limit; if it is sampled, the period at least [s]; proportional/integral if absent
+    tracking: Quantity
+    type: Literal['pid'] | Literal['filter'] | Literal['delay']
     #: its unit: the law must have it, and of numbers that stand alone it is the unit; the one that follows from the law if absent
     unit: str
 

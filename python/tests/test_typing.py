@@ -21,6 +21,7 @@ results = model.replace({"rod.mass": np.float32(2)}).simulate(stop=np.float32(1)
 run = model.start(set={"push": "1 N"})
 run.step("20 ms", push=0.1 * run["cart.x"])
 built = cotree.Builder("a").gravity(np.array([0.0, -9.81])).ground_point("p", np.array([0.0, 1.0])).signal("s", 1).model()
+controlled = cotree.Builder("b").signal("u", type="pid", error="0.3[m] - cart.x", proportional="40 N/m", period="20 ms").model()
 value, gradient = built.value_and_gradient("max(cart.x)", {"mass": 2.0})
 try:
     found = model.fit({"time": [0, 1], "cart.x": [0, 1]}, {"mass": (0, None)}).model

@@ -93,6 +93,16 @@ def test_the_builder_has_signals_and_units_of_display():
         cotree.Builder("a").display("furlong").body("b", mass=1.0, inertia=1.0).model()
 
 
+def test_the_builder_has_signals_with_a_type():
+    model = cotree.Builder("a").body("b", mass=2.0, inertia=1.0).joint("rail", "prismatic", ["ground", "b"], axis=[1, 0])
+    model = model.signal("slow", type="filter", input="rail.s", time="0.5 s").signal("u", type="pid", error="1[m] - slow", proportional="3 N/m")
+    model = model.load("f", "force", on="b", vector=["u", 0]).initial("rail.s", 0.0).initial("rail.v", 0.0).output("u", "slow").stop(1).model()
+    results = model.simulate()
+    assert results["u"][0] == pytest.approx(3.0) and results["u"][-1] == pytest.approx(3.0 * (1 - results["slow"][-1]))
+    with pytest.raises(cotree.SceneError, match="has neither of `time` or `cutoff`"):
+        cotree.Builder("a").body("b", mass=1.0, inertia=1.0).signal("slow", type="filter", input="b.x").output("slow").model()
+
+
 def test_results_are_read_as_numbers(pendulum):
     pandas, polars = pytest.importorskip("pandas"), pytest.importorskip("polars")
     results = pendulum.simulate(stop=0.1)

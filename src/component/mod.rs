@@ -13,6 +13,7 @@ mod schema;
 pub(crate) mod shape;
 mod slide;
 mod torsion;
+pub(crate) mod transfer;
 
 pub(crate) use frame::{Frame, Placed, minus, sum};
 pub use icon::{Glyph, Icon, RoundGlyph, Stroke};

@@ -3,7 +3,7 @@
 
 use std::fmt::Write;
 
-use super::{ALL, Component, ENERGIES, RESIDUALS, Section, body, shape};
+use super::{ALL, Component, ENERGIES, RESIDUALS, Section, body, shape, transfer};
 use crate::model::{Dimension, Quantity};
 use crate::scene::key::{Form, Key, Need};
 use crate::scene::tables;
@@ -35,6 +35,7 @@ pub fn reference() -> String {
     let signals = "Laws that loads, drivers, outputs and other signals use by their names: a number or an expression, or a table with these keys. \
                    [expressions.md](expressions.md#signals) explains them.";
     table(&mut text, "`signals`", signals, tables::SIGNAL);
+    transfers(&mut text);
     table(&mut text, "`ground`", "Its bare name `ground` is its origin.", tables::GROUND);
     bodies(&mut text);
     shapes(&mut text);
@@ -130,6 +131,21 @@ fn shapes(text: &mut String) {
     }
 }
 
+fn transfers(text: &mut String) {
+    push(
+        text,
+        "A signal with a `type` follows from what it has heard so far; it has states, or sampled values, which are called as the signal with a word behind a point. A bare\n\
+         value is in its `unit`, a bare gain in SI. [machines.md](machines.md#controllers-filters-delays) explains them.\n",
+    );
+    for transfer in transfer::ALL {
+        push(text, &format!("### Signal of type `{}`\n", transfer.name));
+        push(text, &format!("{}: `{}`\n", capital(transfer.about), transfer.equations));
+        rows(text, &transfer.all_keys());
+        let head = format!("[signals.example]\ntype = \"{}\"\n", transfer.name);
+        push(text, &format!("```toml\n{head}{}```\n", shown(&transfer.all_keys())));
+    }
+}
+
 fn chapter(component: &Component, text: &mut String) {
     let heading = if component.section == Section::Drivers { "with the key" } else { "of type" };
     push(text, &format!("### {} {heading} `{}`\n", capital(component.section.word()), component.name));
@@ -191,8 +207,14 @@ fn example(component: &Component) -> String {
     if component.section != Section::Drivers {
         push(&mut text, &format!("type = \"{}\"", component.name));
     }
+    text + &shown(component.keys)
+}
+
+/// The keys that must be given, as the help of each shows it.
+fn shown(keys: &[Key]) -> String {
+    let mut text = String::new();
     let mut chosen = false;
-    for key in component.keys {
+    for key in keys {
         let shown = match key.need {
             Need::Required(help) => help,
             Need::OneOf(help) if !std::mem::replace(&mut chosen, true) => help,

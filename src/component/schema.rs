@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use super::{Component, Section, body, shape};
+use super::{Component, Section, body, shape, transfer};
 use crate::model::Range;
 use crate::scene::key::{Form, Key, Need};
 use crate::scene::tables;
@@ -40,7 +40,7 @@ fn definitions() -> Value {
         "sampler": object(tables::SAMPLED),
         "sampled_value": { "oneOf": [reference("quantity"), object(tables::SAMPLED_VALUE)] },
         "event": object(tables::EVENT),
-        "signal": either(tables::SIGNAL),
+        "signal": signal(),
         "output": either(tables::OUTPUT),
         "initial": {
             "anyOf": [
@@ -107,6 +107,22 @@ fn parts(section: Section) -> Value {
         table
     };
     json!({ "oneOf": section.components().map(one).collect::<Vec<_>>() })
+}
+
+/// A number, a law with its unit, or a table of one of the types.
+fn signal() -> Value {
+    let typed = |transfer: &&transfer::Transfer| {
+        let mut table = object(&transfer.all_keys());
+        table["title"] = json!(transfer.name);
+        table["description"] = json!(transfer.about);
+        table["properties"]["type"] = json!({ "const": transfer.name });
+        let mut required = vec![json!("type")];
+        required.extend(table["required"].as_array().into_iter().flatten().cloned());
+        table["required"] = Value::Array(required);
+        table
+    };
+    let plain = [reference("quantity"), object(tables::SIGNAL)];
+    json!({ "anyOf": plain.into_iter().chain(transfer::ALL.iter().map(typed)).collect::<Vec<_>>() })
 }
 
 /// A file that is a part: the parameters that it has are its own.

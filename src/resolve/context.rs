@@ -181,7 +181,7 @@ impl Resolver<'_> {
 
     fn lower_name(&mut self, name: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
         let own = self.own_variable(name, site.context);
-        match self.names.get(name) {
+        match self.named(name) {
             Some(named) if named.is_number() && own.is_some() => self.refuse(
                 "scene::ambiguous_name",
                 format!(
@@ -269,9 +269,9 @@ impl Resolver<'_> {
         let (mut state, mut held) = (None, None);
         formula.visit(&mut |part| {
             if let Formula::State(id) = part {
-                state = Some(self.scene.states[id.0].name.text.clone());
+                state = Some(self.state_name(*id));
             } else if let Formula::Input(id) = part {
-                held = held.take().or_else(|| self.scene.held_name(*id));
+                held = held.take().or_else(|| self.name_of_held(*id));
             }
         });
         (state, held)

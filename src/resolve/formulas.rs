@@ -51,7 +51,15 @@ impl Resolver<'_> {
         self.keep_in(Range::Positive, formula, quantity, what, wanted)
     }
 
-    fn keep_in(&mut self, range: Range, formula: Formula, quantity: &Quantity, what: &str, wanted: &Wanted) -> Formula {
+    /// A formula within a range, at the default parameters; at others the runtime sees to it.
+    pub(super) fn keep_in(
+        &mut self,
+        range: Range,
+        formula: Formula,
+        quantity: &Quantity,
+        what: &str,
+        wanted: &Wanted,
+    ) -> Formula {
         let (value, is_number) = (self.value(&formula), constant::number(&formula).is_some());
         if !value.is_nan() && !range.permits(value) {
             let by_default = if is_number { "" } else { " with the default parameters" };

@@ -151,6 +151,8 @@ impl Resolver<'_> {
         held.extend(scene.events.iter().map(|_| Held { what: HeldWhat::Time, begin: never.clone() }));
         let there = |load| Held { what: HeldWhat::Presence(load), begin: Formula::Number(1.0) };
         held.extend(scene.removed().into_iter().map(there));
+        held.append(&mut self.transfers.held);
+        samplers.append(&mut self.transfers.samplers);
         (held, samplers)
     }
 

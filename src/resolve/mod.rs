@@ -28,6 +28,7 @@ mod signals;
 mod states;
 pub mod symbolic;
 mod tables;
+mod transfers;
 mod variables;
 
 use std::collections::{HashMap, HashSet};
@@ -108,7 +109,7 @@ impl Scene {
         resolver.declare_held(&mut inputs);
         let states = resolver.declare_states();
         resolver.place_parts();
-        resolver.signals();
+        resolver.signals(&mut inputs);
         let (held, samplers) = resolver.held(&mut inputs);
         let mut mechanism = Mechanism {
             name: self.name.text.clone(),
@@ -179,6 +180,8 @@ struct Resolver<'s> {
     nexts: instants::Nexts,
     /// What the names of the signals stand for; none if one is at fault.
     signals: Vec<Option<signals::Signal>>,
+    /// What signals with a type bring.
+    transfers: transfers::Transfers<'s>,
     /// The inputs that something follows or depends on.
     used_inputs: HashSet<InputId>,
     /// The states that something uses.
@@ -218,6 +221,7 @@ impl<'s> Resolver<'s> {
             held_units: HashMap::new(),
             nexts: instants::Nexts::default(),
             signals: Vec::new(),
+            transfers: transfers::Transfers::default(),
             used_inputs: HashSet::new(),
             used_states: HashSet::new(),
             used_signals: HashSet::new(),

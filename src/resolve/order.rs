@@ -35,6 +35,19 @@ impl Resolver<'_> {
         (pending, uses)
     }
 
+    /// The signals that an expression uses, or whose states it uses.
+    pub(super) fn signals_in(&self, text: &Text) -> BTreeSet<usize> {
+        let mut found = BTreeSet::new();
+        let tree = expression::parse(text).ok();
+        tree.iter().for_each(|tree| tree.visit_names(&mut |name| found.extend(self.signal_in(name))));
+        found
+    }
+
+    fn signal_in(&self, name: &str) -> Option<usize> {
+        let first = name.split('.').next().unwrap_or(name);
+        if let Named::Signal(index) = self.names.get(first)? { Some(index) } else { None }
+    }
+
     /// Reports a circle if there is one: names and places, each of which uses the next; the last is the first again.
     pub(super) fn refuse_circle(&mut self, circle: &[(&str, Span)], what: &str, help: &str) {
         let Some((_, span)) = circle.first() else { return };

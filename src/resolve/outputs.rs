@@ -46,10 +46,10 @@ impl Resolver<'_> {
         if let Some(Named::Signal(index)) = self.names.get(&name.text) {
             return self.signal_output(index, name.span);
         }
-        if let Some(Named::State(id)) = self.names.get(&name.text) {
+        if let Some(Named::State(id)) = self.named(&name.text) {
             return Some(self.state_output(id, name.span));
         }
-        if let Some(Named::Held(id)) = self.names.get(&name.text) {
+        if let Some(Named::Held(id)) = self.named(&name.text) {
             return Some(self.held_output(id, name));
         }
         if let Some((_, id)) = self.scene.event_of_time(&name.text) {
@@ -68,11 +68,12 @@ impl Resolver<'_> {
 
     fn state_output(&mut self, id: StateId, span: Span) -> Output {
         self.used_states.insert(id);
-        let model::State { name, rate, description, .. } = &self.scene.states[id.0];
+        let description =
+            self.scene.states.get(id.0).map_or_else(String::new, |own| described(own.description.as_ref(), &own.rate));
         let unit = self.state_units[id.0].map(|(exponents, _)| crate::scene::unit::from_exponents(exponents));
         Output {
-            name: name.text.clone(),
-            description: described(description.as_ref(), rate),
+            name: self.state_name(id),
+            description,
             is_open: unit.is_none(),
             unit: unit.unwrap_or_default(),
             value: Formula::State(id),
@@ -96,10 +97,11 @@ impl Resolver<'_> {
     fn signal_output(&mut self, index: usize, span: Span) -> Option<Output> {
         self.used_signals.insert(index);
         let Signal { formula, known, unit } = self.signals[index].clone()?;
-        let model::Signal { name, value, description, .. } = &self.scene.signals[index];
+        let own = &self.scene.signals[index];
+        let description = own.description.as_ref().map(|text| text.text.clone());
         Some(Output {
-            name: name.text.clone(),
-            description: described(description.as_ref(), value),
+            name: own.name.text.clone(),
+            description: description.unwrap_or_else(|| Resolver::wording_of_signal(own)),
             is_open: unit.is_none() && known != Known::Number,
             unit: unit.unwrap_or_default(),
             value: formula,

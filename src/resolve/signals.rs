@@ -8,7 +8,7 @@ use super::parameters::{bare_factor, hertz};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Span;
 use crate::model::measure::ANYTHING;
-use crate::model::{Formula, Unit, Variable};
+use crate::model::{Formula, Input, Unit, Variable};
 use crate::scene::dimension::Known;
 use crate::scene::unit::from_exponents;
 use crate::scene::{constant, model};
@@ -26,24 +26,36 @@ pub(super) struct Signal {
 const LONGEST: usize = 100_000;
 const DEEPEST: usize = 1000;
 
-impl Resolver<'_> {
+impl<'s> Resolver<'s> {
     /// Gives the names of the signals their meanings.
-    pub(super) fn signals(&mut self) {
+    pub(super) fn signals(&mut self, inputs: &mut Vec<Input>) {
         let scene = self.scene;
         let place = |named| if let Named::Signal(index) = named { Some(index) } else { None };
-        let (pending, uses) = self.expressions(scene.signals.iter().map(|signal| &signal.value), place);
+        let (pending, mut uses) = self.expressions(scene.signals.iter().map(|signal| &signal.value), place);
+        for (index, signal) in scene.signals.iter().enumerate().filter(|(_, signal)| signal.part.is_some()) {
+            uses.insert(index, self.awaited(signal));
+        }
         let (order, circle) = sorted(&uses);
         self.signals = vec![None; scene.signals.len()];
-        let others = (0..scene.signals.len()).filter(|index| !pending.contains_key(index));
+        let others = (0..scene.signals.len()).filter(|index| !uses.contains_key(index));
         for index in others.chain(order) {
             self.signals[index] = {
                 let signal = &scene.signals[index];
-                self.within(signal.within, |resolver| resolver.signal(signal, pending.get(&index)))
+                self.within(signal.within, |resolver| match signal.part {
+                    Some(_) => resolver.transfer(signal, inputs),
+                    None => resolver.signal(signal, pending.get(&index)),
+                })
             };
         }
         let own = circle.iter().map(|&index| &scene.signals[index]);
-        let circle: Vec<_> = own.map(|own| (own.name.text.as_str(), own.value.span)).collect();
-        self.refuse_circle(&circle, "signals", "let one of them depend on none of the others");
+        let place = |own: &model::Signal| if own.part.is_some() { own.name.span } else { own.value.span };
+        let help = match own.clone().any(|own| own.part.is_some()) {
+            true => "give a filter, a delay or a sampled controller among them its `unit`: it may then hear of itself",
+            false => "let one of them depend on none of the others",
+        };
+        let circle: Vec<_> = own.map(|own| (own.name.text.as_str(), place(own))).collect();
+        self.refuse_circle(&circle, "signals", help);
+        self.hear_of_all();
     }
 
     fn signal(&mut self, signal: &model::Signal, pending: Option<&Pending>) -> Option<Signal> {

@@ -80,12 +80,13 @@ impl Resolver<'_> {
         self.value(&formula)
     }
 
-    /// The states with their rates.
+    /// The states with their rates, and behind them those of the signals.
     pub(super) fn states(&mut self, mut states: Vec<State>) -> Vec<State> {
         let scene = self.scene;
         for (state, written) in states.iter_mut().zip(&scene.states) {
             state.rate = self.within(written.within, |resolver| resolver.rate(written, &state.unit));
         }
+        states.extend(self.transfers.states.iter().cloned());
         states
     }
 

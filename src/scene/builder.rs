@@ -4,7 +4,7 @@ use super::model::{
     Coordinates, Event, Experiment, Initial, Input, InputAs, Motion, Outputs, Parameter, Point, Sampled, SampledValue,
     Scene, Signal, Solver, State, Vector,
 };
-use super::part::{Body, Driver, Joint, Load};
+use super::part::{Body, Driver, Joint, Load, Part};
 use super::quantity::Quantity;
 use crate::diagnostic::span::{Source, Span, Text};
 use crate::model::Dimension;
@@ -501,6 +501,35 @@ impl Signal {
     #[must_use]
     pub fn description(mut self, text: &str) -> Signal {
         self.description = Some(Text::from(text));
+        self
+    }
+}
+
+impl Signal {
+    /// A signal of a type: `pid` of an error, `filter` or `delay` of an input.
+    fn of_type(kind: &str, hears: &str, law: Quantity) -> Signal {
+        Signal { part: Some(Part::empty().set("type", kind).set(hears, law)), ..Signal::default() }
+    }
+
+    /// A controller of an error; its gains and limits are its keys.
+    pub fn pid(error: impl Into<Quantity>) -> Signal {
+        Signal::of_type("pid", "error", error.into())
+    }
+
+    /// A low pass; `time` or `cutoff` is one of its keys.
+    pub fn filter(input: impl Into<Quantity>) -> Signal {
+        Signal::of_type("filter", "input", input.into())
+    }
+
+    /// What was heard so long ago \[s\].
+    pub fn delay(input: impl Into<Quantity>, time: impl Into<Quantity>) -> Signal {
+        Signal::of_type("delay", "input", input.into()).with("time", time)
+    }
+
+    /// A key of a signal with a type.
+    #[must_use]
+    pub fn with(mut self, key: &str, value: impl Into<Quantity>) -> Signal {
+        self.part = self.part.map(|part| part.set(key, value.into()));
         self
     }
 }

@@ -246,6 +246,8 @@ pub struct Signal {
     pub unit: Option<Text>,
     /// One line; without one the expression.
     pub description: Option<Text>,
+    /// The keys of one with a type, such as a filter; it has no value then.
+    pub(crate) part: Option<Part>,
     /// Whose law it is.
     pub(crate) within: Within,
 }

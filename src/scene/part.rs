@@ -24,7 +24,7 @@ impl Part {
         Part { name, node, within: 0, carried: Vec::new() }
     }
 
-    fn empty() -> Part {
+    pub(super) fn empty() -> Part {
         Part::new(Text::default(), Node::built(Content::Table(Vec::new())))
     }
 

@@ -49,7 +49,7 @@ pub(crate) const SCENE: &[Key] = &[
 ];
 
 const UNIT: Key = Key::default("unit", Form::Text, "the unit of numbers without one", "SI, as the value is used");
-const DESCRIPTION: Key = Key::default("description", Form::Text, "one line about it", "none");
+pub(crate) const DESCRIPTION: Key = Key::default("description", Form::Text, "one line about it", "none");
 const MIN: Key = Key::default("min", Form::Constant(ANYTHING, Range::Any), "its smallest value", "none");
 const MAX: Key = Key::default("max", Form::Constant(ANYTHING, Range::Any), "its largest value", "none");
 
@@ -166,14 +166,16 @@ pub(crate) const SIGNAL: &[Key] = &[
         "an expression of parameters, inputs, the time, variables and other signals, in SI units",
         "give its expression: `value = \"3[N]*sin(t)\"`",
     ),
-    Key::default(
-        "unit",
-        Form::Text,
-        "its unit: the law must have it, and of numbers that stand alone it is the unit",
-        "the one that follows from the law",
-    ),
+    SIGNAL_UNIT,
     DESCRIPTION,
 ];
+
+pub(crate) const SIGNAL_UNIT: Key = Key::default(
+    "unit",
+    Form::Text,
+    "its unit: the law must have it, and of numbers that stand alone it is the unit",
+    "the one that follows from the law",
+);
 
 /// The ground.
 pub(crate) const GROUND: &[Key] = &[Key::default("points", Form::NamedPoints, "its points", "none")];

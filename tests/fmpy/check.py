@@ -33,6 +33,7 @@ LIMITS = {
     "gas_strut": 1e-7,
     "hydraulic_lever": 1e-6,
     "motor_four_bar": 1e-7,
+    "excavator_arm": 1e-6,
     "balancing_cart": 1e-6,
     "screw_lift": 1e-7,
     "metronome": 1e-7,

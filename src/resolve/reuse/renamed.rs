@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use crate::component::{Section, body, shape};
+use crate::component::{Section, body, shape, transfer};
 use crate::diagnostic::span::Text;
 use crate::model::Quantity as Variable;
 use crate::scene::document::{Content, Node};
@@ -166,7 +166,13 @@ impl Walk<'_> {
         }
         scene.outputs.variables.iter_mut().for_each(|variable| (self.name)(&mut variable.text));
         let signals = scene.signals.iter_mut().chain(&mut scene.outputs.expressions);
-        signals.for_each(|signal| self.quantity(&mut signal.value));
+        for signal in signals {
+            self.quantity(&mut signal.value);
+            if let Some(part) = &mut signal.part {
+                let keys: Vec<Key> = part.transfer().map(transfer::Transfer::all_keys).unwrap_or_default();
+                self.entries(part, &keys, &[]);
+            }
+        }
     }
 
     /// The values of a table with these keys.

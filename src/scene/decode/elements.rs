@@ -6,6 +6,8 @@ use crate::diagnostic::span::Text;
 use crate::scene::document::{Content, Node};
 use crate::scene::key::names;
 use crate::scene::model::{Event, Input, Parameter, Point, Sampled, SampledValue, Signal, State, Use};
+use crate::scene::part::Part;
+use crate::scene::quantity::Quantity;
 use crate::scene::tables::{EVENT, GROUND, INPUT, PARAMETER, PART, SAMPLED, SAMPLED_VALUE, SIGNAL, STATE};
 
 impl Decoder {
@@ -143,13 +145,23 @@ impl Decoder {
             let value = self.faults.quantity(node, owner)?;
             return Some(Signal { name: name.clone(), value, ..Signal::default() });
         }
-        let fields = Fields::open(node, owner, name.span, &names(SIGNAL), &mut self.faults)?;
-        let value = self.faults.required_quantity(&fields, "value", SIGNAL[0].help());
+        let any = Fields::open_any(node, owner, name.span, &mut self.faults)?;
+        // The keys of one with a type are known where its type is.
+        let part = any.get("type").map(|_| Part::new(name.clone(), node.clone()));
+        let fields = match part {
+            Some(_) => any,
+            None => Fields::open(node, owner, name.span, &names(SIGNAL), &mut self.faults)?,
+        };
+        let value = match part {
+            Some(_) => Some(Quantity::default()),
+            None => self.faults.required_quantity(&fields, "value", SIGNAL[0].help()),
+        };
         Some(Signal {
             name: name.clone(),
             unit: self.faults.optional_text(&fields, "unit"),
             description: self.faults.optional_text(&fields, "description"),
             value: value?,
+            part,
             within: 0,
         })
     }

@@ -22,6 +22,8 @@ pub struct Signal {
     pub name: String,
     pub unit: Unit,
     pub value: f64,
+    /// The usual size of a state of the scene, SI; 1 of all else.
+    pub size: f64,
 }
 
 #[derive(Clone, Debug)]
@@ -347,7 +349,8 @@ fn signal(formulated: &Formulated, point: &Point, symbol: Symbol) -> Signal {
         Order::Velocity => unit.per_second(),
         Order::Acceleration => unit.per_second().per_second(),
     };
-    Signal { name, unit, value: point.value(symbol) }
+    let size = if let Symbol::State(index, _) = symbol { mechanism.states[index].nominal } else { 1.0 };
+    Signal { name, unit, value: point.value(symbol), size }
 }
 
 /// Not a number where something has no finite value.
@@ -360,6 +363,9 @@ fn output_signals(formulated: &Formulated, numbers: &Numbers) -> Vec<Signal> {
     let values = numbers.values(RowBlock::Outputs);
     outputs
         .zip(values.iter())
-        .map(|(output, &value)| Signal { name: output.name.clone(), unit: output.unit.clone(), value: defined(value) })
+        .map(|(output, &value)| {
+            let (name, unit) = (output.name.clone(), output.unit.clone());
+            Signal { name, unit, value: defined(value), size: 1.0 }
+        })
         .collect()
 }

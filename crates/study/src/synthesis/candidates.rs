@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 
 use cotree::scene::Faults;
 use cotree::task::{Choose, Kind, Task};
+use cotree::typeset::number;
 use cotree_synthesis::path::{Effort, Follower, Path, followers};
 use cotree_synthesis::stroke::{self, NoStroke, Stroke};
 use cotree_synthesis::{
@@ -20,6 +21,8 @@ const SHOWN: usize = 12;
 /// Places of a pin that are tried in each direction, and lines on which it may be.
 const PLACES: usize = 13;
 const LINES: usize = 41;
+/// Points are the same up to this share of the size, and angles \[rad\] up to this difference.
+const ALIKE: f64 = 1e-9;
 /// A bar that is longer than this many sizes of the task is a slider in all but name.
 const LONGEST: f64 = 1e3;
 
@@ -38,6 +41,7 @@ pub fn of(task: &Task, limits: &Limits) -> Result<Found, Faults> {
                 crank: crank.clone(),
                 pivots: pivots.map(|own| own.map(at)),
             };
+            refuse_special_path(task, &path)?;
             Ok(path_followers(&path))
         }
         Kind::Stroke { crank_turn, way, is_slider, offset, ground } => {
@@ -107,9 +111,28 @@ fn refuse_special(task: &Task, poses: &[Pose]) -> Result<(), Faults> {
             "use a parallelogram on any two points of the body, or change an angle",
         )),
         Some(Special::OneCentre(centre)) => {
-            let message = format!("all poses are turns about one point, ({:.6} m, {:.6} m)", centre.re, centre.im);
+            let (_, size) = extent(poses.iter().map(|pose| pose.at));
+            let [x, y] = [centre.re, centre.im].map(|own| number(own, ALIKE * size));
+            let message = format!("all poses are turns about one point, ({x} m, {y} m)");
             Err(task.fault(&message, "a pin there does it; for a linkage change a pose"))
         }
+    }
+}
+
+/// Points that are the same where no crank tells them apart, and pivots that are.
+fn refuse_special_path(task: &Task, path: &Path) -> Result<(), Faults> {
+    let (_, size) = extent(path.points.iter().copied());
+    let alike = |a: Point, b: Point| (a - b).norm() <= ALIKE * size;
+    let twice = path.points.windows(2).position(|two| alike(two[0], two[1])).filter(|_| path.crank.is_none());
+    if let Some(place) = twice {
+        let message = format!("points {} and {} are the same", place + 1, place + 2);
+        return Err(task.fault(&message, "leave one of them out"));
+    }
+    match path.pivots {
+        Some([first, second]) if alike(first, second) => {
+            Err(task.fault("both pivots are the same point: the ground of a four-bar has two", "move one of them"))
+        }
+        _ => Ok(()),
     }
 }
 
@@ -305,6 +328,14 @@ fn function(task: &Task, pairs: &[Pair], is_slider: bool, zero: Zero, ground: f6
     let count = pairs.len() + if is_slider { usize::from(zero.input.is_some()) } else { given };
     if pairs.len() < 3 {
         return Err(task.fault("a function has three pairs or more", "add pairs, or write a law"));
+    }
+    let twice = (0..pairs.len()).find_map(|second| {
+        let alike = |own: &Pair| (own.input - pairs[second].input).abs() <= ALIKE;
+        Some((pairs[..second].iter().position(alike)?, second))
+    });
+    if let Some((first, second)) = twice {
+        let message = format!("pairs {} and {} have the same input", first + 1, second + 1);
+        return Err(task.fault(&message, "a function has one output for each input: leave one of them out"));
     }
     let exact = count == 5;
     let all: Vec<Coupler> = match (is_slider, exact) {

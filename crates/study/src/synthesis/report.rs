@@ -9,6 +9,9 @@ use serde_json::{Value, json};
 
 use super::{Answer, Solution};
 
+/// So many poses have four-bars that take them exactly.
+const MOST_POSES: usize = 5;
+
 /// Millimetres and degrees, in which people think of linkages.
 pub fn usual() -> Units {
     crate::motion::usual()
@@ -27,6 +30,11 @@ impl Answer {
         if good == 0 {
             let last = self.last.clone().unwrap_or_else(|| "no linkage meets the task".to_owned());
             notes.push(Cell::from(format!("\nno linkage is left; {last}")));
+            let is_too_many = matches!(&self.task.kind, Kind::Poses { at, .. } if at.len() > MOST_POSES);
+            notes.extend(is_too_many.then(|| {
+                let advice = "four-bars take five poses and no more, but for special ones: these are far from what any of them does; leave some out";
+                Cell::from(advice)
+            }));
         }
         notes.extend(self.ground().map(|length| {
             line![

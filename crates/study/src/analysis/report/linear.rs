@@ -43,6 +43,16 @@ impl StateSpace {
         ]
     }
 
+    /// The usual sizes of the rows and of the columns of a matrix, where they are those of states.
+    fn sizes(&self, matrix: &str) -> [Vec<f64>; 2] {
+        let states = || self.states.iter().map(|own| own.size).collect();
+        match matrix {
+            "A" => [states(), states()],
+            "B" => [states(), Vec::new()],
+            _ => [Vec::new(), Vec::new()],
+        }
+    }
+
     fn data(&self, held: bool) -> Value {
         let rows = |matrix: &DMatrix<f64>| {
             matrix.row_iter().map(|row| row.iter().copied().collect::<Value>()).collect::<Value>()
@@ -67,9 +77,16 @@ impl StateSpace {
         let rates = self.moves().then(|| self.rate_table());
         let matrices = self.matrices(held).into_iter().filter(|(_, matrix, ..)| !matrix.is_empty());
         let matrices = matrices.map(|(name, matrix, rows, columns)| {
-            let finite = matrix.iter().filter(|entry| entry.is_finite());
-            let noise = Noise(ROUNDING * finite.fold(0.0, |most: f64, entry| most.max(entry.abs())));
+            // Beside pressures, the rates of angles are small numbers in SI.
+            let [tall, wide] = self.sizes(name);
+            let scale = |row: usize, column: usize| {
+                tall.get(row).copied().unwrap_or(1.0) / wide.get(column).copied().unwrap_or(1.0)
+            };
+            let places = (0..matrix.nrows()).flat_map(|row| (0..matrix.ncols()).map(move |column| (row, column)));
+            let share = |(row, column): (usize, usize)| (matrix[(row, column)] / scale(row, column)).abs();
+            let most = places.map(share).filter(|share| share.is_finite()).fold(0.0, f64::max);
             let entry = |row: usize, column: usize| {
+                let noise = Noise(ROUNDING * most * scale(row, column));
                 number(matrix[(row, column)], &per(rows[row].1, columns[column].1)).within(noise)
             };
             let [above, beside] = [&columns, &rows].map(|labels| labels.iter().map(|own| &own.0).collect::<Vec<_>>());

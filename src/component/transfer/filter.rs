@@ -1,0 +1,54 @@
+//! Low pass of first or second order.
+
+use super::{Flaw, Given, Inner, Like, Made, START, Transfer};
+use crate::model::measure::{ANGULAR_VELOCITY, ANYTHING, NUMBER, TIME};
+use crate::model::{Formula, Range};
+use crate::scene::key::{Form, Key};
+
+pub(crate) const FILTER: Transfer = Transfer {
+    name: "filter",
+    about: "what it hears without what is fast",
+    equations: "time y' = input - y, or y'' = cutoff^2 (input - y) - 2 damping cutoff y'",
+    hears: Key::required(
+        "input",
+        Form::Law(ANYTHING),
+        "what it hears: a law",
+        "say what it is to hear: `input = \"BODY.omega\"`",
+    ),
+    keys: &[
+        Key::one_of("time", Form::Constant(TIME, Range::Positive), "the time constant of a filter of first order"),
+        Key::one_of(
+            "cutoff",
+            Form::Constant(ANGULAR_VELOCITY, Range::Positive),
+            "the angular frequency from which a filter of second order lets less through",
+        ),
+        Key::default(
+            "damping",
+            Form::Constant(NUMBER, Range::Positive),
+            "the damping ratio, with `cutoff`",
+            "1/sqrt(2), the flattest",
+        ),
+        START,
+    ],
+    terms: &[("input", Like::Given), ("start", Like::Given)],
+    sampled_by: None,
+    made,
+};
+
+fn made(given: &Given<'_>) -> Result<Made, Flaw> {
+    let (value, start) = (given.state(0), given.value_or("start", 0.0));
+    let left = given.heard.clone() - value.clone();
+    let of = |rate| Inner::new("value", "what it gives:", start, rate);
+    let Some(cutoff) = given.value("cutoff") else {
+        if given.value("damping").is_some() {
+            let help = "remove it, or give `cutoff` in place of `time`: a filter of second order";
+            return Err(Flaw::new("damping", "has `damping`, but is of first order", help));
+        }
+        let time = given.value_or("time", f64::NAN);
+        return Ok(Made::of_states(value, vec![of(left / time)]));
+    };
+    let (rate, damping) = (given.state(1), given.value_or("damping", std::f64::consts::FRAC_1_SQRT_2));
+    let curve = cutoff.clone() * (cutoff * left - Formula::Number(2.0) * damping * rate.clone());
+    let slope = Inner { unit: Like::Rate, ..Inner::new("rate", "rate of", Formula::Number(0.0), curve) };
+    Ok(Made::of_states(value, vec![of(rate), slope]))
+}
