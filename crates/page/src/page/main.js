@@ -1,5 +1,5 @@
 // From the data to the first picture, and from a slider to the next run.
-/** Pace: what a time of the last run has taken [ms]. */
+/** Pace: what a time of the last run has taken, solved and drawn [ms]. */
 const state = { run: null, first: null, time: START, solver: null, pace: 0 };
 
 /** Calls with every sample of the run, the pose taken. */
@@ -84,12 +84,13 @@ function solveAgain() {
   $("reset").disabled = $("copy").disabled = !changed;
   const solver = solverNow(), times = Solver.times(nthTime());
   ask(solver, touching.drag ? state.pace * times.length : state.first.ms, [set, list, MODEL.recorded.filter(name => solver.index.has(name)), pose, times], run => {
-    state.pace = run.ms / run.times.length;
+    const began = performance.now();
     tell(run.error ?? run.warning);
     $("status").textContent = `${changed ? "dashed: before · " : ""}solved in ${run.ms.toFixed(run.ms < 10 ? 1 : 0)}\u202fms`;
     if (run.last < 0) return;
     knobs.forEach((knob, k) => { knob.solved = values[k]; });
     take(changed ? run : state.first);
+    state.pace = (run.ms + performance.now() - began) / run.times.length;
     dragAnswered();
   });
 }
