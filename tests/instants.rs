@@ -390,8 +390,8 @@ fn what_is_wrong_with_instants_is_said() {
         let two = latch("rail.v > 0.3", &format!("rail.v > 0.3 {second}"));
         assert!(two.contains("only one comparison") && two.contains("`min(a, b) > 0`"), "{two}");
     }
-    let joint = latch("remove = [\"spring\"]", "remove = [\"rail\"]");
-    assert!(joint.contains("the joint `rail`") && joint.contains("only loads"), "{joint}");
+    let body = latch("remove = [\"spring\"]", "remove = [\"block\"]");
+    assert!(body.contains("the body `block`") && body.contains("only joints, drivers and loads"), "{body}");
     let nothing = latch("remove = [\"spring\"]", "");
     assert!(nothing.contains("nothing happens at event `release`"), "{nothing}");
     let set = latch("set = { n", "set = { m");

@@ -71,6 +71,7 @@ build_for() (
     target=$(triple "$platform")
     choose_toolchain "$target"
     local options=(--release --config "$STRIP" --manifest-path "$manifest" --target-dir "$work" ${std[@]+"${std[@]}"} "${@:3}")
+    [ "$platform" != web ] || options+=(--config "target.$target.linker=\"$PWD/tools/link-web.sh\"")
     if [ "$platform" = win64 ] || [ "$platform" = web ]; then
         "$CARGO" build "${options[@]}" --target "$target"
     else

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import copy
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Unpack
 
 from ._given import Value
 from ._keys import (
     BodyKeys,
     DriverKeys,
+    EventKeys,
     InputKeys,
     JointKeys,
     JointType,
@@ -21,6 +22,8 @@ from ._keys import (
     PartKeys,
     PrismaticKeys,
     RevoluteKeys,
+    SampledValue,
+    SamplerKeys,
     SignalKeys,
     SolverKeys,
     StateKeys,
@@ -101,6 +104,16 @@ class Builder:
         if value is None:
             return self._add("signals", name, dict(keys))
         return self._add("signals", name, {"value": value, **keys} if keys else value)
+
+    def sampled(
+        self, name: str, period: Value, values: Mapping[str, SampledValue], **keys: Unpack[SamplerKeys]
+    ) -> Builder:
+        """Values that change at ticks only, by their names, with the time from tick to tick [s]; offset is the time of the first tick."""
+        return self._add("sampled", name, {"period": period, "values": dict(values), **keys})
+
+    def event(self, name: str, when: str, **keys: Unpack[EventKeys]) -> Builder:
+        """What happens when a comparison begins to hold; keys are set, remove, stop, once, description."""
+        return self._add("events", name, {"when": when, **keys})
 
     def part(self, name: str, file: str | os.PathLike[str], **keys: Unpack[PartKeys]) -> Builder:
         """A mechanism from another file; keys are parameters, on, at, angle, mirror. Its path counts from the folder of `model`."""

@@ -34,6 +34,19 @@ class Shape(TypedDict, total=False):
     thickness: Quantity
 
 
+class SampledValue(TypedDict, total=False):
+    """Keys of the values of samplers."""
+
+    #: one line about it
+    description: str
+    #: its value from a tick on: an expression of everything just before the tick; new(x) is what the value x of the same sampler gets at this tick; as it was; events may set it if absent
+    next: Quantity
+    #: its value before the first tick: an expression of parameters, inputs, and positions, velocities and states at the start; 0 if absent
+    start: Quantity
+    #: its unit, that of numbers without one; that of its start if absent
+    unit: str
+
+
 class ParameterKeys(TypedDict, total=False):
     """Keys of a parameter."""
 
@@ -117,6 +130,28 @@ class SignalKeys(TypedDict, total=False):
     type: Literal['pid'] | Literal['filter'] | Literal['delay']
     #: its unit: the law must have it, and of numbers that stand alone it is the unit; the one that follows from the law if absent
     unit: str
+
+
+class SamplerKeys(TypedDict, total=False):
+    """Keys of a sampler."""
+
+    #: the time of the first tick [s]; 0 if absent
+    offset: Quantity
+
+
+class EventKeys(TypedDict, total=False):
+    """Keys of an event."""
+
+    #: one line about it
+    description: str
+    #: whether it happens once only; false, but true where it removes something if absent
+    once: bool
+    #: names of loads that are there no longer
+    remove: Sequence[str]
+    #: new values of sampled values, expressions of everything just before the event
+    set: Mapping[str, Quantity]
+    #: whether it ends the run; false if absent
+    stop: bool
 
 
 class OutputKeys(TypedDict, total=False):

@@ -480,6 +480,7 @@ class Model(Commands):
         crossing: Mapping[str, Value] | None = None,
         stop: Value | None = None,
         step: Value | None = None,
+        times: Value | Iterable[Value] | None = None,
         tolerance: float | None = None,
         set: Mapping[str, Value] | None = None,
         inputs: Any = None,
@@ -487,13 +488,13 @@ class Model(Commands):
         """The largest and the smallest value of variables [default: the scene's outputs] and when they are reached, and the times at which variables cross given
         values (SI), with the derivatives of both with respect to parameters, constant inputs and initial values.
 
-        The motion is looked at every `step`: what happens between two points and is gone again is not seen. Where there are no derivatives, at a corner or of
+        The motion is looked at every `step`, or at these `times` [s], ascending: what happens between two points and is gone again is not seen. Where there are no derivatives, at a corner or of
         two equal peaks, `refused` says why. Raises as `sensitivities` does.
         """
         levels = given.settings(crossing, "crossing")
         with raised():
             report = self._core.peaks(
-                given.Times(None, stop, step, tolerance),
+                given.Times(None, stop, step, tolerance, times),
                 None if of is None else given.names("of", of),
                 given.names("to", to),
                 levels,

@@ -84,6 +84,13 @@ def test_peaks_equilibria_and_modes_have_derivatives(pendulum):
     assert highest.d_value["length"] == pytest.approx(0, abs=1e-6)
     [crossing, *_] = [own for own in pendulum.peaks("bob.angle", "length", step=0.02, set=start, crossing={"bob.angle": 0.0}) if own.kind == "crossing"]
     assert crossing.time == pytest.approx(2 * 0.5 * crossing.d_time["length"], rel=1e-6)
+    times = np.linspace(0, 2, 101)
+    assert pendulum.peaks("bob.angle", "length", times=times, set=start) == list(peaks.values())
+    # Before the first of the times nothing is looked at.
+    late = pendulum.peaks("bob.angle", times=times[60:90], set=start)
+    assert {own.kind: own.value for own in late}["max"] < 0.99 * highest.value
+    with pytest.raises(ValueError, match="leave `stop` and `step` out"):
+        pendulum.peaks("bob.angle", times=times, step=0.02)
     rest = pendulum.sensitivities("bob.angle", "length", "equilibrium")
     assert abs(rest["bob.angle", "length"]).max() < 1e-9 and rest.time.shape == (1,)
     [mode] = pendulum.modes(to="length", set={"length": 0.5})
@@ -241,6 +248,39 @@ def test_kept_equations_give_what_new_ones_give(root):
         assert one == model.sensitivities("cylinder.s", "rod_length", times, set={"rod_length": own})
 
 
+#: Analyses at a point, with numbers that are compared.
+AT_A_POINT = {
+    "equilibrium": lambda model, **given: np.array(list(model.equilibrium(**given).values.values())),
+    "modes": lambda model, **given: np.array([mode.eigenvalue for mode in model.modes(**given)]),
+    "shapes": lambda model, **given: np.array([list(mode.shape.values()) for mode in model.modes(**given)]),
+    "modes on the way": lambda model, **given: np.array([mode.eigenvalue for mode in model.modes(0.2, **given)]),
+    "linear systems": lambda model, **given: np.concatenate([point.A.ravel() for point in model.linearize([0, 0.2], **given)]),
+}
+
+
+@pytest.mark.parametrize("name, values", [("double_wishbone", {"tyre_stiffness": 1.4e5}), ("slider_crank", {"crank_length": 0.4, "rod_length": 1.3})])
+def test_kept_equations_at_a_point_give_what_new_ones_give(root, name, values):
+    model = cotree.load(root / "models" / name / "scene.toml")
+    other = model.replace(values)
+    for what, numbers in AT_A_POINT.items():
+        own, found, expected = numbers(model), numbers(model, set=values), numbers(other)
+        change = np.abs(expected - own).max()
+        assert np.abs(found - expected).max() < 1e-4 * change, what
+        assert np.array_equal(numbers(model), own), what
+
+
+@pytest.mark.parametrize("what", AT_A_POINT)
+def test_equations_at_a_point_are_made_in_the_first_call_alone(root, what):
+    model, numbers = cotree.load(root / "models/slider_crank/scene.toml"), AT_A_POINT[what]
+    model.check()
+    took = []
+    for index in range(20):
+        begin = time.perf_counter()
+        numbers(model, **({"set": {"rod_length": 1.4 + 0.01 * index}} if index else {}))
+        took.append(time.perf_counter() - begin)
+    assert min(took[1:]) < 0.5 * took[0], took
+
+
 #: Three cranks: with these lengths a truss, with others a parallelogram, whose loop equations repeat each other.
 CRANKS = """
 name = "cranks"
@@ -287,6 +327,10 @@ def test_values_that_change_which_loops_count_are_no_trap():
     kept = truss.sensitivities("a.angle", "drag", times, set=moving)
     new = parallel.sensitivities("a.angle", "drag", times)
     assert np.allclose(kept.values, new.values, atol=1e-4) and np.allclose(kept.derivatives, new.derivatives, rtol=1e-3)
+    # At a point, too: a truss has no motion, a parallelogram has one.
+    assert len(truss.modes(0)) == 0 and len(truss.modes(0, set=moving)) == len(parallel.modes(0)) > 0
+    assert truss.linearize(0.1, set=moving).A == pytest.approx(parallel.linearize(0.1).A, rel=1e-6)
+    assert len(parallel.modes(0, set={"third": 0.5, "x": 0.34645, "y": -0.0071443})) == 0
     # The other way round nothing can be assembled as the parallelogram is, and what is found stands still.
     back = {"third": 0.5, "x": 0.34645, "y": -0.0071443}
     parallel.sensitivities("a.angle", "drag", times)

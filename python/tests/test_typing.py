@@ -49,13 +49,15 @@ def test_wrong_keys_of_a_builder_are_found(tmp_path):
     program.write_text(
         "import cotree\n\nbuilt = cotree.Builder('a').body('b', mass=1, point={'p': [0, 1]})\n"
         "built.load('s', 'spirng', between=['ground', 'b'])\nbuilt.prismatic('j', 'ground', 'b', [1, 0], angle='3 deg', friction={'coulomb': 1, 'velocity': 0.01})\n"
+        "built.sampled('c', 0.1, {'u': {'start': 0, 'nxt': 'u + 1'}}).event('e', 'b.x > 1', stops=True)\n"
     )
     folder = Path(cotree.__file__).parent.parent
     environment = {} if folder.name == "site-packages" else {"MYPYPATH": str(folder)}
     command = [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(tmp_path / "cache"), str(program)]
     done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, env=environment, check=False)
     wrong = [line for line in done.stdout.splitlines() if "error:" in line]
-    assert len(wrong) == 2 and '"point"' in wrong[0] and "spirng" in wrong[1], done.stdout
+    assert len(wrong) == 4 and '"point"' in wrong[0] and "spirng" in wrong[1], done.stdout
+    assert '"stops"' in wrong[2] and '"nxt"' in wrong[3], done.stdout
 
 
 def test_the_types_of_keys_are_those_of_the_schema(root):

@@ -103,6 +103,57 @@ def test_the_builder_has_signals_with_a_type():
         cotree.Builder("a").body("b", mass=1.0, inertia=1.0).signal("slow", type="filter", input="b.x").output("slow").model()
 
 
+def test_the_builder_has_samplers_and_events(root):
+    """The balancing cart as it is built gives the bits of the one that is written."""
+    lean = "pi/2 - pole.angle"
+    push = "max(-15[N], min(15[N], gain*new(lean) + reset*new(sum) + damp*(new(lean) - lean)/0.02[s] + 2[N/m]*rail.s + 4[N.s/m]*rail.v))"
+    built = (
+        cotree.Builder("balancing_cart")
+        .gravity([0.0, -9.81])
+        .parameter("pole_length", "0.8 m")
+        .parameter("pole_mass", "0.3 kg")
+        .parameter("gain", "55 N/rad", tunable=True)
+        .parameter("reset", "30 N/rad/s", tunable=True)
+        .parameter("damp", "11 N.s/rad", tunable=True)
+        .ground_point("post", [-1.0, 0.0])
+        .body("cart", mass=1.5)
+        .body("pole", mass="pole_mass", inertia="pole_mass*pole_length^2/12", points={"foot": ["-pole_length/2", 0], "tip": ["pole_length/2", 0]})
+        .prismatic("rail", "ground", "cart", [1, 0], damping=0.4)
+        .revolute("hinge", "cart", "pole.foot")
+        .sampled(
+            "computer",
+            "20 ms",
+            {
+                "lean": {"start": lean, "next": lean},
+                "sum": {"start": 0, "next": "sum + 0.02[s]*new(lean)", "unit": "rad.s"},
+                "push": {"start": 0, "next": push, "unit": "N"},
+            },
+            offset="5 ms",
+        )
+        .load("drive", "force", on="cart", vector=["push", 0])
+        .load("tether", "spring", between=["ground.post", "cart"], stiffness="6 N/m", length="1 m")
+        .event("release", "pole.angle > 86[deg]", remove=["tether"])
+        .event("fallen", "sin(pole.angle) < 0", stop=True)
+        .initial("rail.s", 0.0)
+        .initial("rail.v", 0.0)
+        .initial("pole.angle", "78 deg")
+        .initial("pole.omega", 0.0)
+        .output("rail.s", "rail.v", "pole.angle", "pole.omega", "push", "tether.force", "events.release.time")
+        .stop("4 s")
+        .step("20 ms")
+        .tolerance(1e-9)
+    )
+    written = cotree.load(root / "models/balancing_cart/scene.toml")
+    runs = [model.simulate() for model in (built.model(), written)]
+    assert list(runs[0]) == list(runs[1]) and runs[0] == runs[1]
+    # The computer has pulled the pole up, and the tether is off.
+    assert abs(runs[0]["pole.angle"][-1] - np.pi / 2) < 0.02 and 0 < runs[0]["events.release.time"][-1] < 4
+    with pytest.raises(ValueError, match="fallen"):
+        built.event("fallen", "time > 1[s]")
+    with pytest.raises(cotree.SceneError, match="tetherr"):
+        cotree.Builder("a").body("b", mass=1.0).event("e", "b.x > 1", remove=["tetherr"]).model()
+
+
 def test_results_are_read_as_numbers(pendulum):
     pandas, polars = pytest.importorskip("pandas"), pytest.importorskip("polars")
     results = pendulum.simulate(stop=0.1)

@@ -9,10 +9,11 @@ mod restrictions;
 pub mod start;
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use cotree_fmu::constraints::initial::solve_initial;
 use cotree_fmu::model::{Model, State};
-use cotree_fmu::program::Role;
+use cotree_fmu::program::{Initial, Role};
 
 use self::explain::size;
 use crate::diagnostic::suggest::{self, list};
@@ -47,6 +48,29 @@ impl Formulated {
     pub fn mobility(&self) -> usize {
         let independent = self.equations.constraints.iter().filter(|row| row.always_holds()).count();
         self.equations.coordinates.len().saturating_sub(independent)
+    }
+
+    /// The same equations and program for a mechanism that differs in values only, begun where these values let it begin. None where the program cannot be given them: other initial values are numbers, loops do not close,
+    /// or what joints hold in second order only was found for the former values. Which loop equations count is not asked again.
+    pub fn with_values(&self, mechanism: Mechanism) -> Option<Formulated> {
+        if !self.equations.system.implied.is_empty() {
+            return None;
+        }
+        let mut own = self.clone();
+        let Formulated { equations, lowered, .. } = &mut own;
+        equations.system.mechanism = Arc::new(mechanism);
+        let length = typical_length(equations);
+        if !lowered.set_values(equations, length) || !check_trivial(equations, length).is_empty() {
+            return None;
+        }
+        let start = own_start(equations, length);
+        begin(equations, start.as_ref(), &mut lowered.program.initial);
+        let model = Model::new(lowered.program.clone()).ok()?;
+        let mut state = model.default_state(lowered.program.experiment.start);
+        solve_initial(&model, &mut state).ok()?;
+        keep_found(&state, &mut lowered.program.initial);
+        own.state = state;
+        Some(own)
     }
 }
 
@@ -106,13 +130,8 @@ pub fn formulate_with(mut equations: Equations, outputs: &[Output]) -> Result<Fo
     if !faults.is_empty() {
         return Err(faults);
     }
-    match &start {
-        Some(start) => start.begin(&equations, &mut lowered.program.initial),
-        None => start::begin(&mut equations, &mut lowered.program.initial),
-    }
-    let initial = &mut lowered.program.initial;
-    initial.found_positions = [state.positions(), state.follower_positions()].concat();
-    initial.found_rates = [state.rates(), state.follower_rates()].concat();
+    begin(&mut equations, start.as_ref(), &mut lowered.program.initial);
+    keep_found(&state, &mut lowered.program.initial);
     let program = &lowered.program;
     let chosen = program.constraints.iter().any(|row| row.role == Role::Repeating)
         || program.arms.as_ref().is_some_and(|form| form.repeating() > 0);
@@ -158,10 +177,7 @@ fn first_state(
 ) -> Result<(Model, State), Vec<Fault>> {
     let mechanism = &*equations.system.mechanism.clone();
     let mut draft = crate::program::positions(equations, length);
-    match start {
-        Some(start) => start.begin(equations, &mut draft.initial),
-        None => start::begin(equations, &mut draft.initial),
-    }
+    begin(equations, start, &mut draft.initial);
     let model = Model::of_positions(draft).map_err(|fault| match faults.is_empty() {
         true => vec![internal(mechanism, &fault.to_string())],
         // What is not a number has its fault already.
@@ -174,6 +190,20 @@ fn first_state(
         faults.push(explain(equations, &model, &failure, length));
     }
     Ok((model, state))
+}
+
+/// Where the first state is sought.
+fn begin(equations: &mut Equations, start: Option<&Start>, initial: &mut Initial) {
+    match start {
+        Some(start) => start.begin(equations, initial),
+        None => start::begin(equations, initial),
+    }
+}
+
+/// The first state that was found.
+fn keep_found(state: &State, initial: &mut Initial) {
+    initial.found_positions = [state.positions(), state.follower_positions()].concat();
+    initial.found_rates = [state.rates(), state.follower_rates()].concat();
 }
 
 /// Where no pose closes the loops: at least so many loop equations are needed to find missing masses.

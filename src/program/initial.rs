@@ -91,6 +91,11 @@ pub fn conditions(equations: &mut Equations, order: Order, length: f64) -> Condi
     result
 }
 
+/// The conditions of an order, without their expressions.
+pub(super) fn listed(mechanism: &Mechanism, order: Order, length: f64) -> Vec<Condition> {
+    given(mechanism, order, length).into_iter().map(|(_, condition, _)| condition).collect()
+}
+
 /// What is given of an order, with its value.
 fn given(mechanism: &Mechanism, order: Order, length: f64) -> Vec<(Given, Condition, &Formula)> {
     let lines = mechanism.initial.iter().enumerate();

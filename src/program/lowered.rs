@@ -13,7 +13,7 @@ use cotree_fmu::taylor::Jet;
 
 use super::contacts::ContactKernels;
 use super::dependencies::Moving;
-use super::initial::{Conditions, Settable, conditions, settable};
+use super::initial::{Conditions, Settable, conditions, listed, settable};
 use super::instants::InstantKernels;
 use super::kernels::Kernels;
 use super::table::Table;
@@ -46,6 +46,37 @@ pub struct Lowered {
     /// The trees behind the acceleration kernel, where they are not those of the coordinates.
     pub solve_tree: Option<SolveTree>,
     pub shared: Shared,
+}
+
+impl Lowered {
+    /// Gives the program the values of the mechanism of its equations, which differs in values only from the one that it was made for, and the natural units of this length. Where the motion begins is forgotten. False if other initial values can be set than in the program.
+    pub(crate) fn set_values(&mut self, equations: &mut Equations, length: f64) -> bool {
+        let starts = settable(equations);
+        let parameters = parameters(equations, &starts);
+        let program = &mut self.program;
+        if !parameters.iter().map(|own| &own.name).eq(program.parameters.iter().map(|own| &own.name)) {
+            return false;
+        }
+        let roles: Vec<Role> = program.constraints.iter().map(|own| own.role).collect();
+        let mechanism = &equations.system.mechanism;
+        program.initial = Initial {
+            positions: listed(mechanism, Order::Position, length),
+            velocities: listed(mechanism, Order::Velocity, length),
+            first_positions: Vec::new(),
+            first_rates: Vec::new(),
+            found_positions: Vec::new(),
+            found_rates: Vec::new(),
+            ..std::mem::take(&mut program.initial)
+        };
+        program.parameters = parameters;
+        program.inputs = inputs(equations);
+        program.followers = followers(equations, length);
+        program.coordinates = coordinates(equations, length);
+        program.constraints = constraints(equations, length, &roles);
+        program.experiment = experiment(equations);
+        program.length = length;
+        true
+    }
 }
 
 #[derive(Clone, Debug, Default)]

@@ -427,6 +427,36 @@ fn points_and_numbers_are_changed_undone_and_written_into_the_text() {
     assert_eq!(verdict["address"], "set=[[[\"ground.rocker_pivot.y\",-0.012],[\"rocker.mass\",0.9]]]");
 }
 
+/// In each frame that the browser offers, the picture of the pointer's last place is drawn, with the motion of what is changed. How often it offers frames is printed, compared with when nothing is done: that
+/// depends on what else the machine does.
+#[test]
+fn what_is_pulled_and_changed_is_drawn_in_every_frame() {
+    let Some(runtimes) = runtimes() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    for (name, body, point) in [
+        ("four_bar", "crank", "ground.rocker_pivot"),
+        ("jansen", "foot", "ground.hip"),
+        ("excavator", "boom", "ground.boom_foot"),
+    ] {
+        let page = page(folder.path(), &model(name), &runtimes);
+        let script = include_str!("frames.js").replace("BODY", &format!("{body:?}"));
+        let Some(verdict) = seen(&page, &script.replace("POINT", &format!("{point:?}"))) else { return };
+        assert_eq!(verdict["idle"], 0, "{name} moves by itself: {verdict}");
+        for way in ["pull", "change"] {
+            let of = |key: &str| {
+                let rounds = verdict[way].as_array().unwrap_or_else(|| panic!("{name}: {verdict}")).iter();
+                rounds.map(|round| round[key].as_f64().unwrap()).fold(0.0, f64::max)
+            };
+            eprintln!("{name}, {way}: drawn in {:.2} of the frames, at {:.2} of their rate", of("drawn"), of("rate"));
+            assert!(of("drawn") >= 0.9 && of("solved") >= 0.9, "{name}, {way}: {verdict}");
+            // As many poses as a picture leaves time for, no fewer than curves need, and never more than the run has when it is let go.
+            let whole = verdict["whole"].as_f64().unwrap();
+            assert!(way == "pull" || (72.0..=whole).contains(&of("poses")), "{name}: {verdict}");
+            assert_eq!(verdict["released"], true, "{name}: {verdict}");
+        }
+    }
+}
+
 #[test]
 fn a_long_run_is_solved_beside_the_page_with_the_same_bits() {
     let Some(runtimes) = runtimes() else { return };

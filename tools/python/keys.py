@@ -28,7 +28,7 @@ Vector = Sequence[Quantity] | np.ndarray
 
 #: What the methods of Builder have as arguments of their own.
 GIVEN = {"Joint": {"type", "between"}, "Load": {"type"}, "Parameter": {"value"}, "Input": {"start"}, "State": {"rate", "start"},
-         "Signal": {"value"}, "Output": {"value"}, "Part": {"file"}}
+         "Signal": {"value"}, "Output": {"value"}, "Part": {"file"}, "Sampler": {"period", "values"}, "Event": {"when"}}
 #: Methods of their own, and which of the keys are their arguments.
 KINDS = {"revolute": set(), "prismatic": {"axis"}, "weld": set()}
 LONGEST = 120
@@ -46,7 +46,7 @@ def kind(own: dict[str, Any]) -> str:
     """The type of a value."""
     if "$ref" in own:
         name = own["$ref"].removeprefix("#/$defs/")
-        return {"quantity": "Quantity", "vector": "Vector", "name": "str", "shape": "Shape"}.get(name) or kind(DEFINITIONS[name])
+        return {"quantity": "Quantity", "vector": "Vector", "name": "str", "shape": "Shape", "sampled_value": "SampledValue"}.get(name) or kind(DEFINITIONS[name])
     if "const" in own:
         return f"Literal[{own['const']!r}]"
     if "enum" in own:
@@ -103,7 +103,8 @@ def written(name: str, tables: list[dict[str, Any]], without: set[str], about: s
 def text() -> str:
     parts = [HEAD]
     parts.append(written("Shape", objects(DEFINITIONS["shape"]), set(), "Keys of the shapes of bodies."))
-    for name in ["Parameter", "Input", "State", "Signal", "Output", "Part", "Body", "Driver", "Solver"]:
+    parts.append(written("SampledValue", objects(DEFINITIONS["sampled_value"]), set(), "Keys of the values of samplers."))
+    for name in ["Parameter", "Input", "State", "Signal", "Sampler", "Event", "Output", "Part", "Body", "Driver", "Solver"]:
         about = f"Keys of {'a' if name[0] not in 'AEIOU' else 'an'} {name.lower()}." if name != "Solver" else "Settings of the solver."
         parts.append(written(f"{name}Keys", objects(DEFINITIONS[name.lower()]), GIVEN.get(name, set()), about))
     for name in ["Joint", "Load"]:

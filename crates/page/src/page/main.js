@@ -1,5 +1,6 @@
 // From the data to the first picture, and from a slider to the next run.
-const state = { run: null, first: null, time: START, solver: null };
+/** Pace: what a time of the last run has taken, solved and drawn [ms]. */
+const state = { run: null, first: null, time: START, solver: null, pace: 0 };
 
 /** Calls with every sample of the run, the pose taken. */
 function eachSample(call) {
@@ -72,16 +73,24 @@ function tell(text, plain) {
   $("notice").classList.toggle("plain", Boolean(plain));
 }
 
+/** While a handle is dragged a run has as many of its times as a picture leaves time for, this many at least; it has all of them when the handle is let go. */
+const FEWEST_POSES = 72;
+function nthTime() {
+  const all = state.first.times.length;
+  return touching.drag ? Math.max(1, Math.floor(all / Math.max(FEWEST_POSES, SHARE_OF_FRAME / state.pace))) : 1;
+}
 function solveAgain() {
   const set = settings(), list = moves(), values = knobs.map(knob => knob.value), pose = state.pose ?? null, changed = set.length > 0 || list.length > 0 || pose !== null;
   $("reset").disabled = $("copy").disabled = !changed;
-  const solver = solverNow();
-  ask(solver, [set, list, MODEL.recorded.filter(name => solver.index.has(name)), pose], run => {
+  const solver = solverNow(), times = Solver.times(nthTime());
+  ask(solver, touching.drag ? state.pace * times.length : state.first.ms, [set, list, MODEL.recorded.filter(name => solver.index.has(name)), pose, times], run => {
+    const began = performance.now();
     tell(run.error ?? run.warning);
     $("status").textContent = `${changed ? "dashed: before · " : ""}solved in ${run.ms.toFixed(run.ms < 10 ? 1 : 0)}\u202fms`;
     if (run.last < 0) return;
     knobs.forEach((knob, k) => { knob.solved = values[k]; });
     take(changed ? run : state.first);
+    state.pace = (run.ms + performance.now() - began) / run.times.length;
     dragAnswered();
   });
 }
@@ -104,6 +113,7 @@ async function begin() {
     Object.assign(state, { code, pose: null, solver: await Solver.load(code, program, VARIABLES.map(({ name }) => name)) });
     await makeTouchable();
     state.first = state.solver.solve([], [], MODEL.recorded);
+    state.pace = state.first.ms / state.first.times.length;
     $("status").textContent = `solved in ${state.first.ms.toFixed(0)}\u202fms`;
   } else {
     state.first = storedRun(stored);

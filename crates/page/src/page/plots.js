@@ -100,11 +100,11 @@ function zeroLine(u) {
   u.ctx.restore();
 }
 
-/** Values of a run in the unit of the plot; what was not reached is no value. */
-function values(run, name, factor) {
-  const column = run.columns.get(name);
-  if (!column) return new Array(run.times.length).fill(null);
-  return Array.from(column, (value, k) => k <= run.last && Number.isFinite(value) ? value / factor : null);
+/** Values of a run at times in the unit of the plot; what was not reached is no value. A run that follows a drag has fewer times than the others. */
+function values(run, name, factor, times) {
+  const column = run.columns.get(name), end = run.times[Math.max(run.last, 0)];
+  const value = times.length === run.times.length ? k => column[k] : k => between(column, place(run, times[k]));
+  return Array.from(times, (time, k) => { const own = column && time <= end ? value(k) : NaN; return Number.isFinite(own) ? own / factor : null; });
 }
 
 function renewPlots() {
@@ -112,7 +112,7 @@ function renewPlots() {
   for (const plot of plots) {
     const count = plot.names.length;
     plot.chart.batch(() => {
-      plot.chart.setData([Array.from(run.times), ...plot.names.map(name => values(run, name, plot.factor)), ...plot.names.map(name => values(first, name, plot.factor))]);
+      plot.chart.setData([Array.from(run.times), ...plot.names.map(name => values(run, name, plot.factor, run.times)), ...plot.names.map(name => values(first, name, plot.factor, run.times))]);
       for (let k = 0; k < count; k++) plot.chart.setSeries(count + 1 + k, { show: changed });
     });
   }

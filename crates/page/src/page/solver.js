@@ -20,10 +20,10 @@ class Solver {
     return new TextDecoder().decode(new Uint8Array(calls.memory.buffer, calls.cotree_error(), calls.cotree_error_length()));
   }
 
-  /** Times of the run: the start, every full step, the stop. */
-  static times() {
-    const steps = Math.max(0, Math.ceil((STOP - START) / STEP * (1 - 1e-12) - 1e-9));
-    return Float64Array.from({ length: steps + 1 }, (_, k) => k === steps ? STOP : START + k * STEP);
+  /** Times of the run: the start, every full step or every n-th of them, the stop. */
+  static times(nth = 1) {
+    const steps = Math.max(0, Math.ceil((STOP - START) / STEP * (1 - 1e-12) - 1e-9)), count = Math.ceil(steps / nth);
+    return Float64Array.from({ length: count + 1 }, (_, k) => k === count ? STOP : START + k * nth * STEP);
   }
 
   /** Lends numbers to a call, as an address in the module's memory. */

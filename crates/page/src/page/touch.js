@@ -215,8 +215,9 @@ function endDrag(keep) {
   const { drag } = touching;
   touching.drag = null;
   if (!drag?.changed) return;
-  if (keep) { commit(`${drag.handle.name} moved`); return; }
-  drag.handle.knobs.forEach((knob, k) => { knob.value = drag.before[k]; knob.show(); });
+  if (keep) commit(`${drag.handle.name} moved`);
+  else drag.handle.knobs.forEach((knob, k) => { knob.value = drag.before[k]; knob.show(); });
+  // At all of its times.
   askAgain();
 }
 

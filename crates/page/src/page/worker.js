@@ -46,19 +46,19 @@ class Beside {
   }
 }
 
-/** Solves here what is quick, and beside the page what is not; calls with the run. Of several questions only the last is answered. */
-const questions = { busy: false, next: null };
-function ask(solver, question, answer) {
-  const slow = state.first.ms > PATIENCE.ms;
+/** Solves here what is expected to be quick [ms], and beside the page what is not; calls with the run. Of several questions only the last is answered. */
+const questions = { busy: false, next: null, last: 0 };
+function ask(solver, expected, question, answer) {
+  const slow = expected > PATIENCE.ms, number = ++questions.last;
   if (slow && solver.beside === undefined) solver.beside = Beside.start(state.code, solver);
-  if (!slow || !solver.beside) { answer(solver.solve(...question)); return; }
-  if (questions.busy) { questions.next = [solver, question, answer]; return; }
+  if (!slow || !solver.beside) { questions.next = null; answer(solver.solve(...question)); return; }
+  if (questions.busy) { questions.next = [solver, expected, question, answer]; return; }
   questions.busy = true;
   $("status").textContent = "solving\u2026";
   solver.beside.solve(...question).then(run => {
     questions.busy = false;
     const { next } = questions;
     questions.next = null;
-    if (next) ask(...next); else answer(run);
+    if (next) ask(...next); else if (number === questions.last) answer(run);
   });
 }

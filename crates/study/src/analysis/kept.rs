@@ -4,12 +4,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use cotree::model::Experiment;
 
-use super::sensitivity::Differentiated;
-
 /// So many are kept for the outputs of a scene: other parameters to differentiate by, other times, another tolerance.
 const MOST_KEPT: usize = 8;
 
-/// What was asked for.
+/// For what derivatives of a motion were asked.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Key {
     /// With respect to what it is differentiated.
@@ -19,20 +17,40 @@ pub(super) struct Key {
     pub experiment: Experiment,
 }
 
-/// Equations and what they were made for.
-type Entry = (Key, Arc<Differentiated>);
+/// For what analyses at a point were asked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Pose {
+    /// Of the mechanism at rest, or of its motion?
+    pub rests: bool,
+    pub experiment: Experiment,
+}
 
-/// Copies of a study share what they have formulated, in any thread; the last first.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Kept(Arc<Mutex<Vec<Entry>>>);
+/// What was made, and what for.
+type Entry<K, T> = (K, Arc<T>);
 
-impl Kept {
-    pub fn find(&self, key: &Key) -> Option<Arc<Differentiated>> {
+/// Equations, with what they were made for. Copies share what they keep, in any thread; the last first.
+#[derive(Debug)]
+pub(super) struct Kept<K, T>(Arc<Mutex<Vec<Entry<K, T>>>>);
+
+impl<K, T> Default for Kept<K, T> {
+    fn default() -> Self {
+        Kept(Arc::default())
+    }
+}
+
+impl<K, T> Clone for Kept<K, T> {
+    fn clone(&self) -> Self {
+        Kept(Arc::clone(&self.0))
+    }
+}
+
+impl<K: PartialEq, T> Kept<K, T> {
+    pub fn find(&self, key: &K) -> Option<Arc<T>> {
         let kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         kept.iter().find(|(own, _)| own == key).map(|(_, found)| Arc::clone(found))
     }
 
-    pub fn keep(&self, key: Key, made: &Arc<Differentiated>) {
+    pub fn keep(&self, key: K, made: &Arc<T>) {
         let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         kept.insert(0, (key, Arc::clone(made)));
         kept.truncate(MOST_KEPT);

@@ -6,6 +6,7 @@ mod driven;
 mod equilibrium;
 mod independent;
 mod kept;
+mod local;
 mod matrix;
 mod modes;
 mod point;

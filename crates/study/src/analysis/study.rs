@@ -13,8 +13,10 @@ use cotree_fmu::model::{Model, State};
 use thiserror::Error;
 
 use super::driven::Driven;
-use super::kept::Kept;
+use super::kept::{Kept, Key, Pose};
+use super::local::Local;
 use super::report::{Linearization, Statics, Vibration};
+use super::sensitivity::Differentiated;
 use super::{Equilibrium, Failure, Point, StateSpace, Variation, at_rest, modes};
 
 /// A scene to be analysed: its mechanism, with the parameters and inputs that were set.
@@ -25,7 +27,8 @@ pub struct Study {
     pub(super) written: Option<Arc<Mechanism>>,
     /// What was set, SI.
     set: Vec<(String, f64)>,
-    pub(super) kept: Kept,
+    pub(super) kept: Kept<Key, Differentiated>,
+    local: Kept<Pose, Local>,
     pub(super) outputs: Vec<Output>,
     driven: Driven,
     pub(super) source: Source,
@@ -70,6 +73,7 @@ impl Study {
             mechanism,
             set: Vec::new(),
             kept: Kept::default(),
+            local: Kept::default(),
             outputs,
             driven: Driven::default(),
             source: scene.source.clone(),
@@ -208,7 +212,7 @@ impl Study {
             At::Times(times) => {
                 is_one_system(&self.mechanism)?;
                 let driven = self.driven.clone();
-                self.formulated(&self.mechanism.clone(), |formulated| along(formulated, driven, times))?
+                self.formulated(false, |formulated, variation| along(formulated, variation, driven, times))?
             }
         };
         self.warnings.extend(self.without_value(&points));
@@ -238,23 +242,53 @@ impl Study {
         };
         is_one_system(&self.mechanism)?;
         let driven = self.driven.clone();
-        self.formulated(&self.mechanism.clone(), |formulated| {
-            let variation = Variation::new(formulated);
+        self.formulated(false, |formulated, variation| {
             let point = Followed::new(formulated, driven)?.point(time, time)?;
-            vibration(formulated, &variation, &point, false)
+            vibration(formulated, variation, &point, false)
         })
     }
 
-    /// Hands over the equations of the mechanism.
-    pub(super) fn formulated<T>(
+    /// Hands over the equations of the mechanism with their first variation, at rest or in motion: those of the scene where what was set can be given to its program, so that they are made once; of their
+    /// own where it cannot.
+    fn formulated<T>(
         &mut self,
-        mechanism: &Mechanism,
-        then: impl FnOnce(&mut Formulated) -> Result<T, Failure>,
+        rests: bool,
+        then: impl FnOnce(&mut Formulated, &Variation) -> Result<T, Failure>,
     ) -> Result<T, StudyError> {
-        let mut formulated =
-            formulate_written(mechanism, &self.outputs).map_err(|list| Faults::new(self.source.clone(), list))?;
+        let mut local = self.local(rests)?;
+        Ok(then(&mut local.formulated, &local.variation)?)
+    }
+
+    fn local(&mut self, rests: bool) -> Result<Local, StudyError> {
+        let of = |mechanism: &Mechanism| if rests { at_rest(mechanism) } else { mechanism.clone() };
+        let (own, experiment) = (of(&self.mechanism), self.experiment());
+        if let Some(written) = self.written.clone() {
+            let known = self.warnings.clone();
+            let key = Pose { rests, experiment };
+            let kept = match self.local.find(&key) {
+                Some(found) => Ok(found),
+                None => self.made_local(&of(&Mechanism { experiment, ..Mechanism::clone(&written) })).map(|made| {
+                    let made = Arc::new(made);
+                    self.local.keep(key, &made);
+                    made
+                }),
+            };
+            if self.set.is_empty() {
+                return kept.map(|kept| Local::clone(&kept));
+            }
+            if let Some(found) = kept.ok().and_then(|kept| kept.with_values(&own)) {
+                return Ok(found);
+            }
+            self.warnings = known;
+        }
+        self.made_local(&own)
+    }
+
+    fn made_local(&mut self, mechanism: &Mechanism) -> Result<Local, StudyError> {
+        let formulated = formulate_written(mechanism, &self.outputs);
+        let mut formulated = formulated.map_err(|list| Faults::new(self.source.clone(), list))?;
         self.warnings.append(&mut formulated.warnings);
-        Ok(then(&mut formulated)?)
+        Ok(Local::new(formulated))
     }
 
     /// Hands over the equations of the mechanism at rest with its equilibrium.
@@ -263,10 +297,9 @@ impl Study {
         then: impl FnOnce(&mut Formulated, &Variation, &Equilibrium) -> Result<T, Failure>,
     ) -> Result<T, StudyError> {
         can_rest(&self.mechanism)?;
-        self.formulated(&at_rest(&self.mechanism), |formulated| {
-            let variation = Variation::new(formulated);
-            let equilibrium = Equilibrium::find(formulated, &variation)?;
-            then(formulated, &variation, &equilibrium)
+        self.formulated(true, |formulated, variation| {
+            let equilibrium = Equilibrium::find(formulated, variation)?;
+            then(formulated, variation, &equilibrium)
         })
     }
 }
@@ -294,13 +327,17 @@ fn can_rest(mechanism: &Mechanism) -> Result<(), Failure> {
 }
 
 /// The linear systems at these times of the motion.
-fn along(formulated: &mut Formulated, driven: Driven, times: &[f64]) -> Result<Vec<StateSpace>, Failure> {
-    let variation = Variation::new(formulated);
+fn along(
+    formulated: &Formulated,
+    variation: &Variation,
+    driven: Driven,
+    times: &[f64],
+) -> Result<Vec<StateSpace>, Failure> {
     let mut motion = Followed::new(formulated, driven)?;
     let mut systems: Vec<StateSpace> = Vec::with_capacity(times.len());
     let end = times.last().copied().unwrap_or_default();
     for &time in times {
-        systems.push(StateSpace::new(formulated, &variation, &motion.point(time, end)?, systems.last())?);
+        systems.push(StateSpace::new(formulated, variation, &motion.point(time, end)?, systems.last())?);
     }
     Ok(systems)
 }

@@ -67,22 +67,18 @@ pub struct Variation {
 }
 
 impl Variation {
-    /// Differentiates the equations and the outputs of a mechanism.
+    /// Differentiates the equations and the outputs of a mechanism by inputs and followers.
     pub fn new(formulated: &mut Formulated) -> Self {
-        let active = active(formulated);
-        let outputs = names(&formulated.outputs);
-        let roots = roots(formulated, &active);
+        let roots = roots(formulated, &active(formulated));
         let symbols = formulated.equations.system.arena.symbols(roots.iter().flat_map(|(_, roots)| roots).copied());
         let signals = symbols.into_iter().filter(|symbol| matches!(symbol, Symbol::Input(..) | Symbol::Follower(..)));
-        let signals = signals.collect();
-        Variation { outputs, ..Variation::of(&mut formulated.equations, active, roots, signals) }
+        Variation::by(formulated, signals.collect())
     }
 
-    /// The same with the loop equations that repeat others, differentiated by these symbols.
+    /// The same, differentiated by these symbols.
     pub(super) fn by(formulated: &mut Formulated, signals: Vec<Symbol>) -> Self {
         let active = active(formulated);
-        let mut roots = roots(formulated, &active);
-        roots.push((RowBlock::Repeated, repeated(&formulated.equations, &active)));
+        let roots = roots(formulated, &active);
         let outputs = names(&formulated.outputs);
         Variation { outputs, ..Variation::of(&mut formulated.equations, active, roots, signals) }
     }
@@ -160,6 +156,12 @@ impl Variation {
     /// The same, where outputs may lack a value or a derivative.
     pub(super) fn motion_at(&self, equations: &Equations, point: &Point) -> Result<Numbers<'_>, Failure> {
         self.numbers(equations, point, |row| !self.row(RowBlock::Outputs).contains(&row))
+    }
+
+    /// The loop equations at a point, and those that repeat others; the rest may lack a value.
+    pub(super) fn loops_at(&self, equations: &Equations, point: &Point) -> Result<Numbers<'_>, Failure> {
+        let loops = [RowBlock::Loops, RowBlock::Repeated].map(|row| self.row(row));
+        self.numbers(equations, point, |row| loops.iter().any(|range| range.contains(&row)))
     }
 
     fn numbers(
@@ -295,6 +297,7 @@ fn roots(formulated: &mut Formulated, active: &[usize]) -> Vec<(RowBlock, Vec<Ex
         (RowBlock::Motion, motion(equations)),
         (RowBlock::Accelerations, active.iter().map(|&row| acceleration(equations, row)).collect()),
         (RowBlock::Outputs, outputs.iter().map(|output| equations.formula(&output.value)).collect()),
+        (RowBlock::Repeated, repeated(equations, active)),
     ]);
     roots
 }

@@ -58,6 +58,11 @@ function clearWish() {
   $("answers").replaceChildren();
   paint();
 }
+/** Another scene is begun: what was wished belongs to the last one. */
+function forgetWish() {
+  if (wish.kind) chooseWish(wish.kind);
+  clearWish();
+}
 /** Takes a press where something is wished. True: it was taken. */
 function pressWish(at, where) {
   if (wish.kind === "path") { Object.assign(wish, { path: [at], held: ["path"] }); return true; }

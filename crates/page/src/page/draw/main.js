@@ -322,7 +322,7 @@ function listenToButtons() {
 async function fillGallery() {
   const models = await front.json("front_gallery", ""), list = $("gallery");
   for (const { name } of models) list.append(new Option(name.replaceAll("_", " "), name));
-  list.addEventListener("change", () => { const model = models.find(({ name }) => name === list.value); drawing.fits = true; edit(list.value === "new" ? EMPTY : model.text, `${list.selectedOptions[0].text} opened`); list.value = ""; });
+  list.addEventListener("change", () => { const model = models.find(({ name }) => name === list.value); drawing.fits = true; forgetWish(); edit(list.value === "new" ? EMPTY : model.text, `${list.selectedOptions[0].text} opened`); list.value = ""; });
 }
 
 async function open() {

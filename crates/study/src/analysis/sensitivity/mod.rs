@@ -39,6 +39,7 @@ pub use feature::{Changes, Feature, FeatureKind};
 pub use rest::ModeChanges;
 pub use step::At;
 use step::Course;
+pub(super) use step::counts_as_imposed;
 
 /// A guess that is further away from what has become of it, in units of its scale, is written anew.
 const MOVED: f64 = 0.1;

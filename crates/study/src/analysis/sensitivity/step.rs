@@ -354,11 +354,10 @@ impl<'f> Course<'f> {
         }
     }
 
-    /// True if the loop equations count in the present pose as the program imposes them: with other lengths than its own some may depend on others, or repeat them no
-    /// more.
+    /// True if the loop equations count in the present pose as the program imposes them.
     pub(super) fn counts_as_imposed(&self) -> Result<bool, Failure> {
         let (_, numbers) = self.at(&mut self.motion.clone(), self.motion.time())?;
-        Ok(!is_singular(&numbers)? && still_repeat(&numbers)?)
+        counts_as_imposed(&numbers)
     }
 
     /// Tries a step; gives the length of the next.
@@ -438,6 +437,11 @@ pub(super) fn switches(motion: &mut Instance) -> Result<DVector<f64>, Failure> {
     let mut values = vec![0.0; motion.model().program().tapes.indicators.results.len()];
     motion.indicators(&mut values)?;
     Ok(DVector::from_vec(values))
+}
+
+/// True if the loop equations count in a pose as the program imposes them: with other lengths than its own some may depend on others, or repeat them no more.
+pub(in super::super) fn counts_as_imposed(numbers: &Numbers) -> Result<bool, Failure> {
+    Ok(!is_singular(numbers)? && still_repeat(numbers)?)
 }
 
 /// True if loop equations nearly depend on each other.

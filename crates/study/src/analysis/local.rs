@@ -1,0 +1,35 @@
+//! Equations with their first variation, for analyses at a point.
+
+use cotree::formulate::Formulated;
+use cotree::model::Mechanism;
+use cotree_fmu::model::Model;
+
+use super::sensitivity::counts_as_imposed;
+use super::variation::Variation;
+use super::{Failure, Point};
+
+#[derive(Clone, Debug)]
+pub(super) struct Local {
+    pub formulated: Formulated,
+    pub variation: Variation,
+}
+
+impl Local {
+    pub fn new(mut formulated: Formulated) -> Self {
+        let variation = Variation::new(&mut formulated);
+        Local { formulated, variation }
+    }
+
+    /// The same for a mechanism that differs in values only; none where its program does not take them, or other loop equations would count with them than it imposes.
+    pub fn with_values(&self, mechanism: &Mechanism) -> Option<Self> {
+        let formulated = self.formulated.with_values(mechanism.clone())?;
+        let own = Local { formulated, variation: self.variation.clone() };
+        own.counts_as_imposed().unwrap_or(false).then_some(own)
+    }
+
+    fn counts_as_imposed(&self) -> Result<bool, Failure> {
+        let model = Model::new(self.formulated.lowered.program.clone())?;
+        let point = Point::resting(&model, &self.formulated.state);
+        counts_as_imposed(&self.variation.loops_at(&self.formulated.equations, &point)?)
+    }
+}
