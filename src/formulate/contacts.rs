@@ -36,7 +36,8 @@ pub(super) fn check_contacts(equations: &mut Equations, state: &State, length: f
         let scale = equations.constraints[row].scale(length);
         if gap < -TOUCHING * scale {
             let is_angle = equations.constraints[row].held == Held::Angle;
-            let [value, limit, by] = [bound + own.held.sign * gap, bound, -gap].map(|value| show(value, is_angle));
+            let signed = |value: f64| format!("{}{}", if value < 0.0 { "-" } else { "" }, show(value, is_angle));
+            let [value, limit, by] = [bound + own.held.sign * gap, bound, -gap].map(signed);
             let message = format!("the start is beyond `{}`: it begins at {value}, the limit is {limit}", own.name);
             let help = format!("begin within the limit, or move the limit by {by}");
             faults.push(fault("assembly::beyond_limit", message, "the start is beyond it").help(help));
