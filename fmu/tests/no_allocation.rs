@@ -38,23 +38,26 @@ fn stepping_setting_getting_differentiating_and_saving_do_not_allocate() {
     }
 }
 
-/// Nor where ticks and events happen on the way.
+/// Nor where ticks and events happen on the way, impacts among them.
 #[test]
 fn ticks_and_events_do_not_allocate() {
-    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/programs/balancing_cart.bin");
-    let bytes = std::fs::read(path).expect("a stored program");
-    let program = cotree_fmu::program::Program::from_bytes(&bytes).expect("of today's format");
-    let mut instance = started(program);
-    let mut snapshot = instance.save();
-    let before = allocations();
-    for step in 1..=200_u32 {
-        instance.step_to(f64::from(step) * 0.013).expect("regular");
-        instance.save_into(&mut snapshot);
-        instance.restore(&snapshot).expect("own state");
+    for (name, expected) in [("balancing_cart", vec![1, 0]), ("end_stop", vec![39])] {
+        let path =
+            std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/programs").join(name).with_extension("bin");
+        let bytes = std::fs::read(path).expect("a stored program");
+        let program = cotree_fmu::program::Program::from_bytes(&bytes).expect("of today's format");
+        let mut instance = started(program);
+        let mut snapshot = instance.save();
+        let before = allocations();
+        for step in 1..=200_u32 {
+            instance.step_to(f64::from(step) * 0.013).expect("regular");
+            instance.save_into(&mut snapshot);
+            instance.restore(&snapshot).expect("own state");
+        }
+        assert_eq!(allocations(), before, "{name}");
+        let happened: Vec<u32> = instance.events().map(|(_, count)| count).collect();
+        assert_eq!(happened, expected, "{name}");
     }
-    assert_eq!(allocations(), before);
-    let happened: Vec<u32> = instance.events().map(|(_, count)| count).collect();
-    assert_eq!(happened, [1, 0]);
 }
 
 /// Nothing that an importer's integrator calls all the time allocates; the look for singular poses after a completed step may, where there are loops.

@@ -71,12 +71,12 @@ impl Constraint {
         self.jacobian.is_empty()
     }
 
-    /// Is it an equation of the motion? One that holds on one side only is one in every mode.
+    /// True for an equation of the motion: one that holds on one side only is one in every mode.
     pub fn is_imposed(&self) -> bool {
         matches!(self.standing, Standing::Imposed | Standing::OneSided)
     }
 
-    /// Does it hold whatever is open or closed?
+    /// True if it holds whatever is open or closed.
     pub fn always_holds(&self) -> bool {
         self.standing == Standing::Imposed
     }

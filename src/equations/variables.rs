@@ -281,7 +281,7 @@ impl Equations {
         self.one_sided(owner, Contact::Reaction)
     }
 
-    /// Does a loop equation belong to something that only presses?
+    /// True for a loop equation of something that only presses.
     pub(crate) fn presses(&self, row: &Constraint) -> bool {
         matches!(self.system.element(row.element).origin, Origin::Unilateral(_))
     }

@@ -99,7 +99,7 @@ pub struct Parameter {
     pub max: Option<f64>,
     /// May it change after initialisation?
     pub tunable: bool,
-    /// Do events alone change it? Then nobody outside sees or sets it.
+    /// True if events alone change it: nobody outside sees or sets it.
     pub held: bool,
     /// Where it stands in the file.
     pub span: Span,

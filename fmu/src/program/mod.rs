@@ -505,7 +505,7 @@ impl Layout {
 }
 
 impl Constraint {
-    /// Is it one of the independent ones? What is held on one side only counts as one in every mode.
+    /// True for one of the independent ones: what is held on one side only counts as one in every mode.
     pub fn is_imposed(&self) -> bool {
         matches!(self.role, Role::Imposed | Role::OneSided)
     }

@@ -9,6 +9,8 @@ use crate::hybrid::contact::{RESTING, TOUCHING, is_closed};
 
 /// What is open by less than nothing, by more than this share of its scale, has been overlooked.
 const PENETRATION: f64 = 1e-9;
+/// So far below zero is the indicator of a contact that has just been left, as a share of its scale: more than `TOUCHING`, from where on it is seen as it is.
+const CLEARANCE: f64 = 1e-10;
 
 impl Instance {
     /// True if the reaction of a contact counts.
@@ -19,9 +21,14 @@ impl Instance {
 
     /// True for a contact that is open and where the last step begins has just been left.
     pub(super) fn has_left(&self, own: &Instants, event: usize) -> bool {
+        !own.armed[event] && self.is_open(event)
+    }
+
+    /// True for a contact that is open now.
+    fn is_open(&self, event: usize) -> bool {
         let contacts = self.model.program().instants.contacts.as_ref();
         let index = event.checked_sub(self.model.program().instants.events.len());
-        contacts.zip(index).is_some_and(|(data, index)| !own.armed[event] && !is_closed(data, &self.now.state, index))
+        contacts.zip(index).is_some_and(|(data, index)| !is_closed(data, &self.now.state, index))
     }
 
     /// How far a contact that rests seems to move in a step, by rounding errors.
@@ -29,6 +36,16 @@ impl Instance {
         let program = self.model.program();
         let contact = &program.instants.contacts()[event - program.instants.events.len()];
         RESTING * program.constraints[contact.constraint as usize].scale * (end - begin)
+    }
+
+    /// What an importer sees below zero of the indicator of a contact that has just been left: there it begins at zero, and a rounding error would be another impact.
+    pub(super) fn clearance(&self, event: usize) -> f64 {
+        let program = self.model.program();
+        let index = event.checked_sub(program.instants.events.len());
+        let contact = index.and_then(|index| program.instants.contacts().get(index));
+        let is_left = !self.now.happened.armed[event] && self.is_open(event);
+        let scale = contact.map_or(0.0, |contact| program.constraints[contact.constraint as usize].scale);
+        if is_left { CLEARANCE * scale } else { 0.0 }
     }
 
     /// The indicators at the state within the step, whose accelerations and reactions are in the registers if any contact is closed. What has just been left is divided by the share of the step

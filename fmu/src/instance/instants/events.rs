@@ -253,7 +253,7 @@ impl Instance {
         let evaluated = self.evaluate(&model.program().instants.sides, own.sides_solved, &mut own.sides);
         let evaluated = evaluated.and_then(|()| self.indicate_now(&mut own));
         for (event, (excess, size)) in excesses.iter_mut().zip(&mut self.now.happened.sizes).enumerate() {
-            *excess = own.excess(event);
+            *excess = own.excess(event) - self.clearance(event);
             *size = if excess.is_finite() { size.max(excess.abs()) } else { *size };
         }
         self.instants = Some(own);
