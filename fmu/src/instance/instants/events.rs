@@ -252,8 +252,9 @@ impl Instance {
         let model = self.model.clone();
         let evaluated = self.evaluate(&model.program().instants.sides, own.sides_solved, &mut own.sides);
         let evaluated = evaluated.and_then(|()| self.indicate_now(&mut own));
-        for (event, (excess, size)) in excesses.iter_mut().zip(&mut self.now.happened.sizes).enumerate() {
+        for (event, excess) in excesses.iter_mut().enumerate() {
             *excess = own.excess(event) - self.clearance(event);
+            let size = &mut self.now.happened.sizes[event];
             *size = if excess.is_finite() { size.max(excess.abs()) } else { *size };
         }
         self.instants = Some(own);
