@@ -30,9 +30,28 @@ fn main() -> Result<(), String> {
         None if variable(OPTIMISED)? == "true" => shared(&out)?,
         None => copy(&build(&out)?, &out)?,
     };
+    versions(&out)?;
     println!("cargo::rustc-env=COTREE_EMBEDDED={place}");
     println!("cargo::rustc-env=COTREE_PACKAGES={}", packages().unwrap_or_default());
     Ok(())
+}
+
+/// Writes a line `name version` for each package of the lock file: all of that file would be in what a browser loads.
+fn versions(out: &Path) -> Result<(), String> {
+    let lock = Path::new(&variable("CARGO_MANIFEST_DIR")?).join("Cargo.lock");
+    println!("cargo::rerun-if-changed={}", lock.display());
+    let text = fs::read_to_string(&lock).map_err(|error| format!("cannot read {}: {error}", lock.display()))?;
+    let value =
+        |line: &str, key: &str| Some(line.strip_prefix(key)?.strip_prefix(" = \"")?.strip_suffix('"')?.to_owned());
+    let (mut name, mut lines) = (String::new(), String::new());
+    for line in text.lines() {
+        if let Some(found) = value(line, "name") {
+            name = found;
+        } else if let Some(version) = value(line, "version") {
+            lines += &format!("{name} {version}\n");
+        }
+    }
+    fs::write(out.join("versions"), lines).map_err(|error| format!("cannot write into {}: {error}", out.display()))
 }
 
 /// Where cargo keeps the sources of packages: messages of the library would name it, and with it who built it.

@@ -2,8 +2,8 @@
 
 use serde_json::{Value, json};
 
-/// The versions that the runtime is built from.
-const LOCK: &str = include_str!("../../Cargo.lock");
+/// The versions that the runtime is built from, a line `name version` for each package of the lock file.
+const VERSIONS: &str = include_str!(concat!(env!("OUT_DIR"), "/versions"));
 
 /// A library inside the runtime.
 struct Library {
@@ -53,9 +53,8 @@ const LIBRARIES: [Library; 19] = [
 impl Library {
     /// The version in the lock file of this build.
     fn version(&self) -> &'static str {
-        let head = format!("name = \"{}\"\nversion = \"", self.name);
-        let found = LOCK.split_once(&head).and_then(|(_, rest)| rest.split_once('"'));
-        found.map_or("", |(version, _)| version)
+        let mut lines = VERSIONS.lines().filter_map(|line| line.split_once(' '));
+        lines.find(|(name, _)| *name == self.name).map_or("", |(_, version)| version)
     }
 }
 
