@@ -557,6 +557,23 @@ fn an_integrator_outside_sees_impacts() {
     }
 }
 
+/// A limit that is moved to where the mechanism has been already is refused, not jumped to.
+#[test]
+fn a_limit_cannot_be_moved_into_the_mechanism() {
+    let scene =
+        ball(0.5).replace("[bodies.ball]", "[parameters]\nlevel = { value = \"0 m\", tunable = true }\n[bodies.ball]");
+    let model = model(&scene.replace("restitution = 0.5", "restitution = 0.5\nradius = \"level\""));
+    let mut run = started(&model, None, 8.0, 1e-10);
+    run.step_to(0.2).unwrap();
+    let level = run.variable("level").unwrap();
+    run.set(level, 0.5).unwrap();
+    run.step_to(0.3).unwrap();
+    assert!(value(&mut run, "ball.y") > 0.5 && value(&mut run, "pad.gap") < 0.1);
+    run.set(level, 0.9).unwrap();
+    let refused = run.step_to(0.35).expect_err("the ball is below").to_string();
+    assert!(refused.contains("beyond `pad`"), "{refused}");
+}
+
 fn fault(text: &str) -> String {
     let faults = Scene::from_toml(text).and_then(|scene| compile(&scene)).expect_err("a fault");
     faults.to_string()

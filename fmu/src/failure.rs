@@ -136,8 +136,8 @@ pub enum Failure {
         /// What does not fit.
         why: &'static str,
     },
-    /// A run cannot start where something is held.
-    #[error("at t = {time} s the start is beyond `{name}` by {}: begin within it", value(*.by, *.angular))]
+    /// The mechanism is where something keeps it from being: at the start, or after a limit was moved.
+    #[error("at t = {time} s the mechanism is beyond `{name}` by {}: begin within it, and move it only where nothing is in the way", value(*.by, *.angular))]
     Beyond {
         /// What holds there.
         name: String,

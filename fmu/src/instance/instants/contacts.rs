@@ -2,6 +2,7 @@
 //!
 //! Each is something that happens, as an event does, when its indicator begins to be positive: its reaction while it is closed, minus its gap while it is open.
 
+use super::super::snapshot::Phase;
 use super::super::{Computed, Instance, InstanceError};
 use super::Instants;
 use crate::failure::Failure;
@@ -93,6 +94,7 @@ impl Instance {
         let (model, tolerance) = (self.model.clone(), self.now.tolerance);
         let Some(data) = &model.program().instants.contacts else { return Ok(()) };
         self.catch_up();
+        self.check_inside()?;
         let Some(mut own) = self.instants.take() else { return Ok(()) };
         let (first, state) = (model.program().instants.events.len(), &mut self.now.state);
         let Instants { due, armed, contacts, .. } = &mut *own;
@@ -111,6 +113,25 @@ impl Instance {
         self.instants = Some(own);
         self.computed = Computed::default();
         resolved.map_err(InstanceError::Solver)
+    }
+
+    /// What is changed during a run must not put a limit where the mechanism is already: nothing could move it there. An importer's own steps may have gone further than a limit.
+    fn check_inside(&mut self) -> Result<(), InstanceError> {
+        let model = self.model.clone();
+        let (Some(data), Some(own)) = (&model.program().instants.contacts, &mut self.instants) else { return Ok(()) };
+        if self.now.phase == Phase::Exchange {
+            return Ok(());
+        }
+        own.contacts.measure(&model, &mut self.machine, &self.now.state);
+        for (index, &gap) in own.contacts.gaps.iter().enumerate() {
+            let row = &model.program().constraints[data.all[index].constraint as usize];
+            let least = PENETRATION.max(self.now.tolerance) * row.scale;
+            if gap < -least {
+                let (name, angular, time) = (data.all[index].name.clone(), row.angular, self.now.state.time());
+                return Err(Failure::Beyond { name, time, by: -gap, angular }.into());
+            }
+        }
+        Ok(())
     }
 
     /// What a tick writes may let contacts open.
