@@ -81,6 +81,8 @@ fn a_ball_bounces_and_comes_to_rest() {
             assert_eq!(mode, f64::from(u8::from(rests)), "{restitution} {time}");
             assert!((force - if rests { 2.0 * 9.81 } else { 0.0 }).abs() < 1e-12);
         }
+        let happened = run.events().map(|(_, count)| count).sum::<u32>();
+        assert!(happened < if restitution < 0.9 { 90 } else { 700 }, "{restitution}: {happened} impacts");
     }
 }
 

@@ -82,6 +82,7 @@ fn wrong(whole: &Value, schema: &Value, value: &Value, place: &str) -> Option<St
                 .filter(|list| list.len() as u64 > rule.as_u64().unwrap())
                 .map(|_| format!("{place} is long")),
             "minimum" => number(rule).filter(|(value, limit)| value < limit).map(|_| format!("{place} is too small")),
+            "maximum" => number(rule).filter(|(value, limit)| value > limit).map(|_| format!("{place} is too large")),
             "exclusiveMinimum" => {
                 number(rule).filter(|(value, limit)| value <= limit).map(|_| format!("{place} is too small"))
             }

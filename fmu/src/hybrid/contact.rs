@@ -118,7 +118,6 @@ impl Contacts {
     /// Newton's law: those that hit leave with their share of the speed, and whoever touches does not go in. Which impulses press is found by trial, as there is but one set of them that fits
     /// (Glocker 2001, section 8). `dead` ones do not rebound.
     fn collide(&mut self, context: &mut Place) -> Result<(), Failure> {
-        self.before.copy_from_slice(&self.rates);
         self.concerned.clear();
         self.concerned.extend((0..self.gaps.len()).filter(|&index| self.touches[index]));
         if self.concerned.len() > MOST_AT_ONCE {
