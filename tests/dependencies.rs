@@ -165,7 +165,7 @@ fn knowns(description: &Description) -> Vec<(usize, f64)> {
 /// A value that is set before initialisation: of a variable, or of an input's first or second derivative.
 type Setting = (usize, i32, f64);
 
-/// Everything that is calculated, at the start that follows from these values.
+/// Everything that is calculated, at the start that follows from these values, before anything has ticked there.
 fn at_the_start(model: &Arc<Model>, values: &[Setting], calculated: &[usize]) -> Option<Vec<f64>> {
     let mut instance = Instance::new(model.clone());
     let mut set = |&(known, order, value): &Setting| match order {
@@ -173,7 +173,7 @@ fn at_the_start(model: &Arc<Model>, values: &[Setting], calculated: &[usize]) ->
         order => instance.set_derivative(known, order, value),
     };
     values.iter().try_for_each(&mut set).ok()?;
-    instance.initialise().ok()?;
+    instance.clone().initialise().ok()?;
     Some(calculated.iter().map(|&unknown| instance.get(unknown).unwrap_or(f64::NAN)).collect())
 }
 

@@ -576,6 +576,37 @@ fn a_limit_cannot_be_moved_into_the_mechanism() {
     assert!(refused.contains("beyond `pad`"), "{refused}");
 }
 
+/// The two links as a part, turned and mirrored: what the elbow may do is mirrored with it.
+#[test]
+fn limits_and_contacts_of_a_part_are_turned_and_mirrored_with_it() {
+    let folder = std::env::temp_dir().join(format!("cotree-placed-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let state = [-1.0, -0.8, 0.0, 0.0];
+    let limits = [-0.5, 0.9];
+    let text = links(state, limits, 0.7, "recommended");
+    std::fs::write(folder.join("links.toml"), text.replace("[coordinates]\npreset = \"recommended\"\n", "")).unwrap();
+    let whole = "name = \"whole\"\ngravity = [0, -9.81]\n[parts.arm]\nscene = \"links.toml\"\nmirror = true\n[outputs]\nvariables = [\"arm.upper.angle\", \"arm.lower.omega\", \"arm.elbow.mode\"]\n[experiment]\nstop = 1.5\ntolerance = 1e-11\n";
+    std::fs::write(folder.join("whole.toml"), whole).unwrap();
+    let scene = Scene::read(folder.join("whole.toml")).map_err(|faults| faults.render(false, 100)).unwrap();
+    let compiled = compile(&scene).map_err(|faults| faults.render(false, 100)).unwrap();
+    let placed = std::sync::Arc::new(cotree_fmu::model::Model::new(compiled.program).unwrap());
+    let [mut one, mut other] = [started(&placed, None, 1.5, 1e-11), started(&model(&text), None, 1.5, 1e-11)];
+    for step in 1..=6 {
+        let time = 0.2 * f64::from(step);
+        one.step_to(time).unwrap();
+        other.step_to(time).unwrap();
+        let pairs = [("arm.upper.angle", "upper.angle"), ("arm.lower.omega", "lower.omega")];
+        for (placed, alone) in pairs {
+            let (found, expected) = (value(&mut one, placed), -value(&mut other, alone));
+            assert!(
+                (found - expected).abs() < 1e-7 * (1.0 + expected.abs()),
+                "{placed} at {time} s: {found} {expected}"
+            );
+        }
+    }
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
 fn fault(text: &str) -> String {
     let faults = Scene::from_toml(text).and_then(|scene| compile(&scene)).expect_err("a fault");
     faults.to_string()

@@ -223,8 +223,10 @@ fn on_the_ground_a_part_does_what_it_does_alone() {
         let placed = used(seed, "ground", &part_file(&part), &scene);
         (part.kinds.clone(), placed.map(|placed| differences(&part, alone, placed, &seen)))
     });
-    let known: BTreeSet<&str> = cotree::component::examples().iter().map(|(_, name, _)| *name).collect();
-    assert_eq!(kinds, known);
+    let known = cotree::component::examples();
+    // Runs with impacts are too rough to be compared by differences: those are in tests/one_sided.rs.
+    let known = known.iter().map(|(_, name, _)| *name).filter(|name| !matches!(*name, "contact" | "rope"));
+    assert_eq!(kinds, known.collect::<BTreeSet<&str>>());
 }
 
 /// On a body that stands still anywhere it does so too; the body is welded, or held by drivers.

@@ -55,7 +55,8 @@ impl Watch {
 
     /// The next step begins in this state; gives its distance from singular poses, unless that takes too long to find out.
     pub fn resume(&mut self, model: &Model, state: &State) -> Option<f64> {
-        if model.active().is_empty() || model.active().len() > MOST_EQUATIONS {
+        if closed(model, state).is_empty() || model.active().len() > MOST_EQUATIONS {
+            self.last = None;
             return None;
         }
         let distance = distance(model, state);

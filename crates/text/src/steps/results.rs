@@ -82,7 +82,8 @@ impl Lesson<'_> {
             ));
         }
         let (m, mobility) = (
-            loops.len() - self.source.redundant.iter().filter(|row| loops.contains(row)).count(),
+            // What holds on one side only takes no freedom while it is open.
+            loops.iter().filter(|&&row| self.equations.constraints[row].always_holds()).count(),
             self.source.mobility(),
         );
         blocks.push(check(&format!("n - m = {n} - {m} = {mobility}, the mobility of section 1"), n == m + mobility));

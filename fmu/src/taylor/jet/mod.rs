@@ -334,7 +334,7 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
     }
 
     /// What the storage of the matrix has to be, and the limbs of a chain.
-    fn wanted_layout(&self) -> (Layout, Vec<Limb<N>>) {
+    fn wanted_layout(&mut self) -> (Layout, Vec<Limb<N>>) {
         let frames = self.shape.lanes[0] * L;
         let alike = self.terms.are_alike(&self.coefficients, self.unknowns.len(), frames);
         let limbs = self.limbs();

@@ -65,6 +65,8 @@ pub(super) struct Terms<N = f64> {
     pub(super) pairs: Pairs<N>,
     /// Row, place of the unknown, and its factor.
     sums: Vec<(usize, usize, u32)>,
+    /// Storage of [`Self::are_alike`].
+    resisting: Vec<(f64, bool)>,
 }
 
 impl<T> Term<T> {
@@ -228,8 +230,11 @@ impl<N: Elementary> Terms<N> {
 
     /// Is none of the masses that resist the unknowns by themselves much smaller than another of its kind: inertias of angles, masses of
     /// displacements?
-    pub(super) fn are_alike(&self, c: &[N], unknowns: usize, frames: usize) -> bool {
-        let mut masses = vec![(0.0, false); unknowns];
+    pub(super) fn are_alike(&mut self, c: &[N], unknowns: usize, frames: usize) -> bool {
+        // Storage is kept: coefficients change where an event opens or closes something.
+        let mut masses = std::mem::take(&mut self.resisting);
+        masses.clear();
+        masses.resize(unknowns, (0.0, false));
         for term in &self.inertia {
             masses[term.row] = (masses[term.row].0 + c[term.value as usize].value(), true);
         }
@@ -243,7 +248,9 @@ impl<N: Elementary> Terms<N> {
             of_kind.fold(0.0, |largest: f64, (mass, _)| largest.max(*mass))
         };
         let largest = [largest(false), largest(true)];
-        masses.iter().all(|&(mass, turns)| mass > 0.0 && ALIKE * mass >= largest[usize::from(turns)])
+        let alike = masses.iter().all(|&(mass, turns)| mass > 0.0 && ALIKE * mass >= largest[usize::from(turns)]);
+        self.resisting = masses;
+        alike
     }
 
     /// The diagonal of the masses.
