@@ -10,6 +10,7 @@ use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
 use crate::diagnostic::suggest;
 use crate::model::{Aspect, Owner, Place, Quantity, Variable};
+use crate::scene::document::Content;
 use crate::scene::key::Form;
 use crate::scene::part::Part;
 
@@ -17,7 +18,13 @@ pub(super) fn of_part(part: &Part, section: Section) -> Option<(String, Vec<Quan
     let component = part.component(section)?;
     // Limits that are not there are never reached.
     let limits = component.keys.iter().find(|key| matches!(key.form, Form::Limits(_)));
-    let is_free = limits.is_some_and(|key| part.get(key.name).is_none());
+    // A key that is misspelt may be meant for them: that fault is enough.
+    let is_known = |key: &Text| key.text == "type" || component.keys.iter().any(|known| known.name == key.text);
+    let is_understood = match &part.node.kind {
+        Content::Table(entries) => entries.iter().all(|(key, _)| is_known(key)),
+        _ => true,
+    };
+    let is_free = is_understood && limits.is_some_and(|key| part.get(key.name).is_none());
     let has = |quantity: &Quantity| !is_free || !matches!(quantity.aspect(), Aspect::OneSided(_));
     let own = component.variables.iter().copied().filter(has);
     Some((component.words(), own.chain([Quantity::Power]).collect()))
