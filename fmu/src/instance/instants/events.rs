@@ -204,7 +204,9 @@ impl Instance {
             let excess = own.excess(index);
             let nearly = self.now.phase == Phase::Exchange && excess > -LOCATED * self.now.happened.sizes[index];
             let holds = nearly || if self.is_strict(index) { excess > 0.0 } else { excess >= 0.0 };
-            let begins = found == Some(index) || self.now.happened.armed[index] && holds;
+            // An importer may go on into what has been left for less than it can see.
+            let inside = self.now.phase == Phase::Exchange && self.clearance(index) > 0.0 && excess > 0.0;
+            let begins = found == Some(index) || inside || self.now.happened.armed[index] && holds;
             own.due[index] = begins && !self.is_over(index);
         }
         let any = own.due.contains(&true);
