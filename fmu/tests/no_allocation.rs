@@ -41,7 +41,7 @@ fn stepping_setting_getting_differentiating_and_saving_do_not_allocate() {
 /// Nor where ticks and events happen on the way, impacts among them.
 #[test]
 fn ticks_and_events_do_not_allocate() {
-    for (name, expected) in [("balancing_cart", vec![1, 0]), ("end_stop", vec![39])] {
+    for (name, expected) in [("balancing_cart", vec![1, 0]), ("end_stop", vec![31])] {
         let path =
             std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/programs").join(name).with_extension("bin");
         let bytes = std::fs::read(path).expect("a stored program");
