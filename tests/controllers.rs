@@ -341,7 +341,7 @@ fn a_sampled_controller_begins_with_its_start_and_never_tracks_faster_than_it_ti
     assert_ne!(end("20 ms"), end("40 ms"));
 }
 
-/// A filter that is told its unit may hear of itself: y' = (1 - y - y)/T.
+/// A filter with a unit of its own may depend on itself: y' = (1 - y - y)/T.
 #[test]
 fn a_filter_hears_of_itself() {
     let of = |unit: &str| {

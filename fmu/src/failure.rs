@@ -131,7 +131,7 @@ pub enum Failure {
     Contact {
         /// When [s].
         time: f64,
-        /// Those concerned.
+        /// Names of the contacts concerned.
         names: Vec<String>,
         /// What does not fit.
         why: &'static str,

@@ -38,7 +38,7 @@ fn stepping_setting_getting_differentiating_and_saving_do_not_allocate() {
     }
 }
 
-/// Nor where ticks and events happen on the way, impacts among them.
+/// Steps do not allocate where ticks and events happen on the way, impacts among them.
 #[test]
 fn ticks_and_events_do_not_allocate() {
     for (name, expected) in [("balancing_cart", vec![1, 0]), ("end_stop", vec![31])] {

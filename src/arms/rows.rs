@@ -209,7 +209,7 @@ impl Equations {
 }
 
 impl LoopEquation {
-    /// The same while `closed` is 1; where that is 0 nothing is left of it.
+    /// This loop equation while `closed` is 1; where that is 0 nothing is left of it.
     fn hold_while(&mut self, arena: &mut Arena, closed: Expr) {
         let parts = self.arms.values_mut().flatten().chain(self.displacements.iter_mut().map(|(_, factor)| factor));
         let parts = parts.chain(self.angles.iter_mut().map(|(_, factor)| factor));

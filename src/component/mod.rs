@@ -295,7 +295,22 @@ impl Mechanism {
 
     /// What is wrong with parts that only the whole mechanism shows.
     pub(crate) fn check(&self) -> Vec<Fault> {
-        self.parts().flat_map(|part| (part.component().check)(part, self)).collect()
+        let of_parts = self.parts().flat_map(|part| (part.component().check)(part, self));
+        of_parts.chain(self.check_removable()).collect()
+    }
+
+    /// What holds on one side only opens by itself: an event that removes its joint would leave it.
+    fn check_removable(&self) -> impl Iterator<Item = Fault> {
+        let stays = |part: &&Part| {
+            let is_removed = self.removable.iter().any(|own| own.owner == part.owner);
+            is_removed && self.unilaterals_of(part.owner).next().is_some()
+        };
+        self.parts().filter(stays).map(|part| {
+            let message = format!("an event removes `{}`, but what it holds on one side only would stay", part.name);
+            Fault::new("scene::limits", message, part.span)
+                .label("opens by itself")
+                .help("leave it out of `remove`; a joint without `limits` can be removed")
+        })
     }
 
     /// The profiles of its cams, at these parameters.

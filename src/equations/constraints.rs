@@ -32,7 +32,7 @@ pub struct Constraint {
     /// Does it hold where its value is whole turns, too? See [`Constraint::gap`].
     pub repeats_every_turn: bool,
     /// What it is while it is closed, if it holds on one side only: everything else here has the factor that is zero while it is open.
-    pub gap: Option<Gap>,
+    pub one_sided: Option<Gap>,
     pub standing: Standing,
 }
 
@@ -83,7 +83,7 @@ impl Constraint {
 
     /// The entry of its multiplier on the diagonal of the equations of motion: minus one while it is open, so that its reaction is zero.
     pub fn multiplier_diagonal(&self, arena: &mut Arena) -> Expr {
-        self.gap.as_ref().map_or(Expr::ZERO, |gap| arena.subtract(gap.closed, Expr::ONE))
+        self.one_sided.as_ref().map_or(Expr::ZERO, |gap| arena.subtract(gap.closed, Expr::ONE))
     }
 
     /// True for a row with coordinates that is left out, because others stand for it.
@@ -203,7 +203,7 @@ pub(super) fn assemble(
         gamma,
         followers,
         repeats_every_turn: false,
-        gap: None,
+        one_sided: None,
         standing,
     }
 }

@@ -55,7 +55,7 @@ fn relation(
 }
 
 impl Constraint {
-    /// The same while `closed` is 1; where that is 0 nothing is left of it. So all modes are one matrix \[M J^T; J D\], whose entry D = closed - 1 makes the reaction zero while it is
+    /// This loop equation while `closed` is 1; where that is 0 nothing is left of it. So all modes are one matrix \[M J^T; J D\], whose entry D = closed - 1 makes the reaction zero while it is
     /// open: its factors L D L^T exist in any order in which a row comes after its unknowns.
     pub(super) fn while_closed(self, arena: &mut Arena, closed: Expr) -> Constraint {
         let Constraint { value, time_rate, gamma, .. } = self;
@@ -73,7 +73,7 @@ impl Constraint {
         let (jacobian, followers) = (times(&self.jacobian), times(&self.followers));
         let [value, time_rate, gamma] = [value, time_rate, gamma].map(|part| arena.multiply(closed, part));
         let standing = Standing::OneSided;
-        Constraint { coupled, jacobian, followers, value, time_rate, gamma, gap: Some(gap), standing, ..self }
+        Constraint { coupled, jacobian, followers, value, time_rate, gamma, one_sided: Some(gap), standing, ..self }
     }
 }
 

@@ -122,7 +122,9 @@ impl Equations {
             Aspect::Effort(effort) => match effort {
                 Effort::X => self.force_along(id, Direction::X),
                 Effort::Y => self.force_along(id, Direction::Y),
-                Effort::Normal if self.system.element(id).translation.is_none() => self.pressing(Owner::Joint(joint)),
+                Effort::Normal if self.system.element(id).translation.is_none() => {
+                    self.one_sided(Owner::Joint(joint), Contact::Reaction)
+                }
                 Effort::Normal => self.normal_force(joint, id),
                 Effort::Tangential => self.coupling_reaction(id),
                 Effort::Force => self.joint_force(id),
@@ -251,11 +253,10 @@ impl Equations {
         for (index, own) in mechanism.unilaterals_of(owner) {
             let row = self.row_of_unilateral(index);
             let arena = &mut self.system.arena;
-            // A limit that is reached from below pushes back.
-            let sign = if own.held.word == "max" { -1.0 } else { 1.0 };
+            let sign = own.held.sign;
             let value = match what {
                 Contact::Gap => {
-                    row.and_then(|row| self.constraints[row].gap.as_ref()).map_or(Expr::ZERO, |gap| gap.value)
+                    row.and_then(|row| self.constraints[row].one_sided.as_ref()).map_or(Expr::ZERO, |gap| gap.value)
                 }
                 Contact::Reaction => row.map_or(Expr::ZERO, |row| {
                     let reaction = arena.symbol(Symbol::Reaction(row));
@@ -276,11 +277,6 @@ impl Equations {
         total
     }
 
-    /// The force with which an owner presses that has no other reaction.
-    fn pressing(&mut self, owner: Owner) -> Expr {
-        self.one_sided(owner, Contact::Reaction)
-    }
-
     /// True for a loop equation of something that only presses.
     pub(crate) fn presses(&self, row: &Constraint) -> bool {
         matches!(self.system.element(row.element).origin, Origin::Unilateral(_))
@@ -289,7 +285,7 @@ impl Equations {
     /// The loop equation of something that is held on one side; none if nothing that moves is.
     pub(crate) fn row_of_unilateral(&self, index: usize) -> Option<usize> {
         let id = self.system.find(Origin::Unilateral(index))?;
-        self.constraints.iter().position(|row| row.element == id && row.gap.is_some())
+        self.constraints.iter().position(|row| row.element == id && row.one_sided.is_some())
     }
 
     /// A displacement driver as a branch carries the joint's normal force too: the two lie side by side.

@@ -31,7 +31,7 @@ pub(super) fn check_contacts(equations: &mut Equations, state: &State, length: f
             continue;
         }
         let bound = equations.system.value(&own.held.bound);
-        let gap = equations.constraints[row].gap.as_ref().map_or(bound, |gap| gap.value);
+        let gap = equations.constraints[row].one_sided.as_ref().map_or(bound, |gap| gap.value);
         let [gap, bound] = equations.system.arena.evaluate(&[gap, bound], state)[..] else { continue };
         let scale = equations.constraints[row].scale(length);
         if gap < -TOUCHING * scale {

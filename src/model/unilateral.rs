@@ -30,7 +30,7 @@ pub struct OneSided {
     pub restitution: Formula,
 }
 
-/// The same in a mechanism.
+/// What a part holds on one side only, in its mechanism.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unilateral {
     pub owner: Owner,
@@ -83,9 +83,8 @@ impl Mechanism {
     /// Adds what components hold on one side, with the held values of each.
     pub(crate) fn add_unilaterals(&mut self) {
         let mut all = Vec::new();
-        for part in self.joints.iter().chain(&self.drivers).chain(&self.loads) {
-            let component = part.component();
-            for held in (component.one_sided)(part) {
+        for part in self.parts() {
+            for held in (part.component().one_sided)(part) {
                 let name =
                     if held.word.is_empty() { part.name.clone() } else { format!("{}.{}", part.name, held.word) };
                 let measure = if part.is_angular() { ANGULAR_IMPULSE } else { IMPULSE };
@@ -123,7 +122,7 @@ impl Mechanism {
         })
     }
 
-    /// Those of one part.
+    /// What one part holds on one side, with its place among all.
     pub fn unilaterals_of(&self, owner: Owner) -> impl Iterator<Item = (usize, &Unilateral)> {
         self.unilaterals.iter().enumerate().filter(move |(_, own)| own.owner == owner)
     }

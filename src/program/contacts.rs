@@ -18,13 +18,13 @@ pub(super) struct ContactKernels {
 }
 
 impl ContactKernels {
-    /// Those of a mechanism that moves freely; `solver` has the factors of its equations of motion.
+    /// The kernels of a mechanism that moves freely; `solver` has the factors of its equations of motion.
     pub fn new(equations: &mut Equations, solver: &Solver) -> Self {
         let mut kernels = Self::default();
         let mechanism = equations.system.mechanism.clone();
         for (index, own) in mechanism.unilaterals.iter().enumerate() {
             let row = equations.row_of_unilateral(index).map(|row| equations.constraints[row].clone());
-            let Some(gap) = row.and_then(|row| row.gap) else { continue };
+            let Some(gap) = row.and_then(|row| row.one_sided) else { continue };
             let arena = &mut equations.system.arena;
             let minus = arena.negate(gap.gamma);
             kernels.gaps.push(gap.value);

@@ -520,7 +520,8 @@ fn coordinates(equations: &Equations, length: f64) -> Vec<Coordinate> {
 fn masks(equations: &Equations, roles: &[Role]) -> Vec<(u32, u32)> {
     let rows = equations.constraints.iter().zip(roles).enumerate();
     let masked = rows.filter(|(_, (_, role))| **role == Role::OneSided).filter_map(|(index, (row, _))| {
-        let Node::Symbol(Symbol::Parameter(closed)) = equations.system.arena.node(row.gap.as_ref()?.closed) else {
+        let Node::Symbol(Symbol::Parameter(closed)) = equations.system.arena.node(row.one_sided.as_ref()?.closed)
+        else {
             return None;
         };
         Some((index as u32, closed as u32))

@@ -329,18 +329,22 @@ impl Resolver<'_> {
     /// The joint, driver or load with that name, if it can be removed.
     fn removed(&mut self, name: &Text, what: &str) -> Option<Owner> {
         let scene = self.scene;
-        let presses = |joint: usize| scene.joints[joint].text("type").is_some_and(|kind| kind.text == "contact");
         match self.names.get(&name.text) {
             Some(Named::Load(load)) => return Some(Owner::Load(load)),
             Some(Named::Driver(driver)) => return Some(Owner::Driver(driver)),
-            Some(Named::Joint(joint)) if !presses(joint.0) => return Some(Owner::Joint(joint)),
-            _ => {}
+            Some(Named::Joint(joint)) => return Some(Owner::Joint(joint)),
+            Some(
+                Named::Body(_)
+                | Named::Parameter(_)
+                | Named::Input(_)
+                | Named::State(_)
+                | Named::Held(_)
+                | Named::Signal(_),
+            )
+            | None => {}
         }
         if !self.is_reported(name, &name.text) {
             let message = match self.names.get(&name.text) {
-                Some(Named::Joint(_)) => {
-                    format!("{what} removes `{}`, but what presses only is not removed: it opens by itself", name.text)
-                }
                 Some(named) => {
                     let word = named.word();
                     format!(

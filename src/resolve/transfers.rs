@@ -30,7 +30,7 @@ pub(super) struct Transfers<'s> {
     pub samplers: Vec<Sampler>,
     /// What its states and sampled values are called.
     pub inner: HashMap<String, Named>,
-    /// Those that may hear of themselves.
+    /// Signals that may depend on themselves.
     waiting: Vec<Reading<'s>>,
 }
 

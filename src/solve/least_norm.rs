@@ -186,7 +186,7 @@ fn self_stresses(equations: &mut Equations, length: f64, pose: &State) -> Result
     let scales = scales(equations, length);
     let values = typical(pose);
     // What may be open takes no part: where it closes upon what is held already, the run is refused.
-    let always = (0..equations.constraints.len()).filter(|&row| equations.constraints[row].gap.is_none());
+    let always = (0..equations.constraints.len()).filter(|&row| equations.constraints[row].one_sided.is_none());
     let (rows, dropped): (Vec<usize>, Vec<usize>) = always.partition(|&row| equations.constraints[row].always_holds());
     let jacobian: Vec<_> = rows.iter().map(|&row| equations.constraints[row].jacobian.clone()).collect();
     let dropped = dropped.into_iter().map(|row| (row, equations.constraints[row].jacobian.clone()));

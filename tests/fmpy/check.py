@@ -137,8 +137,6 @@ def check_values(model):
 
 def check_model_exchange(model):
     assert model.description.modelExchange is not None, "no driver follows an input, so there should be Model Exchange"
-    if model.name == "end_stop":
-        return "not compared: CVode does not find the ends of a series of bounces; tests/one_sided.rs has an integrator that stays at the stop"
     worst, column = error(model, model.simulate("ModelExchange"))
     assert worst <= MODEL_EXCHANGE_LIMIT, f"{column} is off by {worst:.1e} of its scale"
     return f"{worst:.1e} {column}"

@@ -33,9 +33,9 @@ pub(crate) struct Contacts {
     solved: Vec<f64>,
     /// By how much the rate of each loop equation has to fall.
     asked: Vec<f64>,
-    /// Those that take part in an impact, or are undecided.
+    /// Contacts that take part in an impact, or are undecided.
     concerned: Vec<usize>,
-    /// Those that have hit in the last impact.
+    /// True for contacts that have hit in the last impact.
     pub hit: Vec<bool>,
     /// Rates before the impact.
     before: Vec<f64>,

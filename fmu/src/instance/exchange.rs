@@ -146,8 +146,11 @@ impl Instance {
 
     /// At an event: closes the loops, and lets happen what is due.
     pub fn handle_event(&mut self) -> Result<Handled, InstanceError> {
-        let moved = self.close_loops()?;
+        let closed = self.close_loops()?;
+        self.shown.copy_from(&self.now.state);
         self.handle_instants()?;
+        let [before, after] = [&self.shown, &self.now.state].map(|state| (state.positions(), state.rates()));
+        let moved = closed || before != after;
         Ok(Handled { moved, next: self.next_event_time()?, ended: self.is_ended() })
     }
 

@@ -375,10 +375,12 @@ impl Instance {
         self.now.run.start(&self.model, &self.now.state);
         self.now.memory.start();
         self.stepper.forget();
+        self.begin_instants().inspect_err(|_| self.now.phase = Phase::Initial { solved: false })?;
+        // The run begins anew where something happens at the start.
         let settings = self.settings();
         let run = (&mut self.now.run, &self.now.memory);
         self.stepper.prepare(&self.model, &mut self.machine, run, &settings);
-        self.begin_instants().inspect_err(|_| self.now.phase = Phase::Initial { solved: false })
+        Ok(())
     }
 
     /// Makes the state consistent, if it is not.

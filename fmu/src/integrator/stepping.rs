@@ -186,6 +186,29 @@ impl Stepper {
         self.projection.gap(model, machine, state)
     }
 
+    /// Closes all loops at a state, those that hold on one side only in its mode: its positions, and nothing else.
+    pub(crate) fn close_positions(
+        &mut self,
+        model: &Model,
+        machine: &mut Machine,
+        state: &mut State,
+    ) -> Result<(), Failure> {
+        machine.load(model, state);
+        self.projection.positions(model, machine, state.positions_mut(), EXACT, f64::INFINITY)?;
+        Ok(())
+    }
+
+    /// Closes the rates of all loops at a state, those that hold on one side only in its mode.
+    pub(crate) fn close_rates(
+        &mut self,
+        model: &Model,
+        machine: &mut Machine,
+        state: &mut State,
+    ) -> Result<(), Failure> {
+        machine.load(model, state);
+        self.projection.rates(model, machine, state.rates_mut(), EXACT)
+    }
+
     /// Looks at the beginning of a run before its first step, so that the steps need no storage for it.
     pub(crate) fn prepare(
         &mut self,

@@ -20,7 +20,7 @@ pub(super) struct Key {
 /// For what analyses at a point were asked.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Pose {
-    /// Of the mechanism at rest, or of its motion?
+    /// True for the mechanism at rest, else a pose of its motion.
     pub rests: bool,
     pub experiment: Experiment,
 }

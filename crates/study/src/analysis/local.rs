@@ -20,7 +20,7 @@ impl Local {
         Local { formulated, variation }
     }
 
-    /// The same for a mechanism that differs in values only; none where its program does not take them, or other loop equations would count with them than it imposes.
+    /// Local equations of a mechanism that differs in values only; none where its program does not take them, or other loop equations would count with them than it imposes.
     pub fn with_values(&self, mechanism: &Mechanism) -> Option<Self> {
         let formulated = self.formulated.with_values(mechanism.clone())?;
         let own = Local { formulated, variation: self.variation.clone() };

@@ -75,7 +75,7 @@ impl Variation {
         Variation::by(formulated, signals.collect())
     }
 
-    /// The same, differentiated by these symbols.
+    /// Derivatives by these symbols.
     pub(super) fn by(formulated: &mut Formulated, signals: Vec<Symbol>) -> Self {
         let active = active(formulated);
         let roots = roots(formulated, &active);

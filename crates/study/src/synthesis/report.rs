@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use super::{Answer, Solution};
 
-/// So many poses have four-bars that take them exactly.
+/// Most poses that a four-bar takes exactly.
 const MOST_POSES: usize = 5;
 
 /// Millimetres and degrees, in which people think of linkages.

@@ -7,11 +7,14 @@ use super::super::{Computed, Instance, InstanceError};
 use super::Instants;
 use crate::failure::Failure;
 use crate::hybrid::contact::{RESTING, TOUCHING, is_closed};
+use crate::program::{Constraint, Contact, Program};
 
 /// What is open by less than nothing, by more than this share of its scale, has been overlooked.
 const PENETRATION: f64 = 1e-9;
-/// So far below zero is the indicator of a contact that has just been left, as a share of its scale: more than `TOUCHING`, from where on it is seen as it is.
-const CLEARANCE: f64 = 1e-10;
+/// So far below zero is the indicator of a contact that has just been left, as a share of its scale: less than `TOUCHING`, from where on it is seen as it is.
+const CLEARANCE: f64 = 1e-12;
+/// In Model Exchange a series of bounces ends where the next flight would last less than this share of a fall: lower ones end within `CLEARANCE`, where an importer sees none.
+const SHORTEST_SEEN: f64 = 1e-4;
 
 impl Instance {
     /// True if the reaction of a contact counts.
@@ -36,7 +39,7 @@ impl Instance {
     pub(super) fn resting(&self, event: usize, [begin, end]: [f64; 2]) -> f64 {
         let program = self.model.program();
         let contact = &program.instants.contacts()[event - program.instants.events.len()];
-        RESTING * program.constraints[contact.constraint as usize].scale * (end - begin)
+        RESTING * row_of(program, contact).scale * (end - begin)
     }
 
     /// What an importer sees below zero of the indicator of a contact that has just been left: there it begins at zero, and a rounding error would be another impact.
@@ -45,47 +48,42 @@ impl Instance {
         let index = event.checked_sub(program.instants.events.len());
         let contact = index.and_then(|index| program.instants.contacts().get(index));
         let is_left = !self.now.happened.armed[event] && self.is_open(event);
-        let scale = contact.map_or(0.0, |contact| program.constraints[contact.constraint as usize].scale);
+        let scale = contact.map_or(0.0, |contact| row_of(program, contact).scale);
         if is_left { CLEARANCE * scale } else { 0.0 }
     }
 
-    /// The indicators at the state within the step, whose accelerations and reactions are in the registers if any contact is closed. What has just been left is divided by the share of the step
-    /// since then: it begins at zero, and nothing else tells that from a rounding error.
-    pub(super) fn indicate(&mut self, own: &mut Instants, [begin, end]: [f64; 2]) {
+    /// The indicators at the state in the registers, whose accelerations and reactions are there, too, if any contact is closed. Within a step what has just been left is divided by the share of
+    /// the step since then: it begins at zero, and nothing else tells that from a rounding error.
+    pub(super) fn indicate(&mut self, own: &mut Instants, step: Option<[f64; 2]>) {
         let model = self.model.clone();
         let Some(data) = &model.program().instants.contacts else { return };
         let (events, reactions) = (model.program().instants.events.len(), model.layout().reactions());
         for (index, contact) in data.all.iter().enumerate() {
             own.indicators[index] = self.machine.registers()[reactions + contact.constraint as usize];
         }
-        let share = (own.within.time() - begin) / (end - begin);
         self.machine.evaluate(&data.gaps, &mut own.contacts.gaps);
         self.machine.evaluate(&data.rates, &mut own.contacts.rates);
         for index in (0..data.all.len()).filter(|&index| !is_closed(data, &self.now.state, index)) {
             let (gap, rate) = (own.contacts.gaps[index], own.contacts.rates[index]);
-            own.indicators[index] = match share {
-                _ if !self.has_left(own, events + index) => -gap,
-                share if share > 0.0 => -gap / share,
-                _ => -rate * (end - begin),
+            let left = step.filter(|_| self.has_left(own, events + index));
+            own.indicators[index] = match left.map(|[begin, end]| (own.within.time() - begin, end - begin)) {
+                None => -gap,
+                Some((since, whole)) if since > 0.0 => -gap * whole / since,
+                Some((_, whole)) => -rate * whole,
             };
         }
     }
 
     /// The indicators at the present state.
     pub(super) fn indicate_now(&mut self, own: &mut Instants) -> Result<(), InstanceError> {
-        let model = self.model.clone();
-        let Some(data) = &model.program().instants.contacts else { return Ok(()) };
+        if self.model.program().instants.contacts.is_none() {
+            return Ok(());
+        }
         if self.is_any_closed() {
             self.accelerate()?;
         }
         self.load()?;
-        for (index, contact) in data.all.iter().enumerate() {
-            own.indicators[index] = self.machine.registers()[model.layout().reactions() + contact.constraint as usize];
-        }
-        self.machine.evaluate(&data.gaps, &mut own.contacts.gaps);
-        for index in (0..data.all.len()).filter(|&index| !is_closed(data, &self.now.state, index)) {
-            own.indicators[index] = -own.contacts.gaps[index];
-        }
+        self.indicate(own, None);
         Ok(())
     }
 
@@ -94,7 +92,16 @@ impl Instance {
         let (model, tolerance) = (self.model.clone(), self.now.tolerance);
         let Some(data) = &model.program().instants.contacts else { return Ok(()) };
         self.catch_up();
-        self.check_inside()?;
+        let tolerance = match self.now.phase {
+            Phase::Exchange => {
+                self.put_back()?;
+                tolerance.max(SHORTEST_SEEN)
+            }
+            _ => {
+                self.check_inside(PENETRATION.max(tolerance))?;
+                tolerance
+            }
+        };
         let Some(mut own) = self.instants.take() else { return Ok(()) };
         let (first, state) = (model.program().instants.events.len(), &mut self.now.state);
         let Instants { due, armed, contacts, .. } = &mut *own;
@@ -115,27 +122,50 @@ impl Instance {
         resolved.map_err(InstanceError::Solver)
     }
 
-    /// What is changed during a run must not put a limit where the mechanism is already: nothing could move it there. An importer's own steps may have gone further than a limit.
-    fn check_inside(&mut self) -> Result<(), InstanceError> {
+    /// Looks whether anything is inside what it touches by more than `least` of its scale: at the start, or where a limit has been moved.
+    ///
+    /// # Errors
+    /// Something is: nothing could have moved it there.
+    fn check_inside(&mut self, least: f64) -> Result<(), InstanceError> {
         let model = self.model.clone();
         let (Some(data), Some(own)) = (&model.program().instants.contacts, &mut self.instants) else { return Ok(()) };
-        if self.now.phase == Phase::Exchange {
-            return Ok(());
-        }
         own.contacts.measure(&model, &mut self.machine, &self.now.state);
-        for (index, &gap) in own.contacts.gaps.iter().enumerate() {
-            let row = &model.program().constraints[data.all[index].constraint as usize];
-            let least = PENETRATION.max(self.now.tolerance) * row.scale;
-            if gap < -least {
-                let (name, angular, time) = (data.all[index].name.clone(), row.angular, self.now.state.time());
+        for (contact, &gap) in data.all.iter().zip(&own.contacts.gaps) {
+            let row = row_of(model.program(), contact);
+            if gap < -least * row.scale {
+                let (name, angular, time) = (contact.name.clone(), row.angular, self.now.state.time());
                 return Err(Failure::Beyond { name, time, by: -gap, angular }.into());
             }
         }
         Ok(())
     }
 
-    /// What a tick writes may let contacts open.
-    pub(super) fn resolve_contacts_after_tick(&mut self) -> Result<(), InstanceError> {
+    /// An importer's steps end beyond what is hit: the mechanism is put back onto it, or it would go in further with every impact.
+    fn put_back(&mut self) -> Result<(), InstanceError> {
+        let model = self.model.clone();
+        let (Some(data), Some(own)) = (&model.program().instants.contacts, &mut self.instants) else { return Ok(()) };
+        let state = &mut self.now.state;
+        own.contacts.measure(&model, &mut self.machine, state);
+        for (index, contact) in data.all.iter().enumerate() {
+            let is_beyond = own.contacts.gaps[index] < 0.0 && !is_closed(data, state, index);
+            own.contacts.hit[index] = is_beyond;
+            if is_beyond {
+                state.parameters_mut()[contact.closed as usize] = 1.0;
+            }
+        }
+        if !own.contacts.hit.contains(&true) {
+            return Ok(());
+        }
+        let closed = self.stepper.close_positions(&model, &mut self.machine, state);
+        for (contact, _) in data.all.iter().zip(&own.contacts.hit).filter(|(_, beyond)| **beyond) {
+            state.parameters_mut()[contact.closed as usize] = 0.0;
+        }
+        let closed = closed.and_then(|()| self.stepper.close_rates(&model, &mut self.machine, state));
+        closed.map_err(InstanceError::Solver)
+    }
+
+    /// Where nothing has been found to open or to close by itself, but something has changed: at a tick, and at the start of a run.
+    pub(super) fn resolve_unfound(&mut self) -> Result<(), InstanceError> {
         if let Some(own) = &mut self.instants {
             own.due.fill(false);
         }
@@ -147,19 +177,8 @@ impl Instance {
     /// # Errors
     /// The start is beyond a limit, or inside what it touches.
     pub(super) fn begin_contacts(&mut self) -> Result<(), InstanceError> {
-        let model = self.model.clone();
-        let Some(data) = &model.program().instants.contacts else { return Ok(()) };
-        let Some(own) = &mut self.instants else { return Ok(()) };
-        own.contacts.measure(&model, &mut self.machine, &self.now.state);
-        own.due.fill(false);
-        for (contact, &gap) in data.all.iter().zip(&own.contacts.gaps) {
-            let row = &model.program().constraints[contact.constraint as usize];
-            if gap < -TOUCHING * row.scale {
-                let (name, angular) = (contact.name.clone(), row.angular);
-                return Err(Failure::Beyond { name, time: self.now.state.time(), by: -gap, angular }.into());
-            }
-        }
-        self.resolve_contacts()?;
+        self.check_inside(TOUCHING)?;
+        self.resolve_unfound()?;
         self.now.happened.counts.fill(0);
         Ok(())
     }
@@ -170,7 +189,7 @@ impl Instance {
         let (Some(data), Some(own)) = (&model.program().instants.contacts, &self.instants) else { return };
         let first = model.program().instants.events.len();
         for (index, contact) in data.all.iter().enumerate() {
-            let scale = model.program().constraints[contact.constraint as usize].scale;
+            let scale = row_of(model.program(), contact).scale;
             let least = if is_closed(data, &self.now.state, index) { 0.0 } else { TOUCHING * scale };
             self.now.happened.armed[first + index] |= own.indicators[index] < -least;
         }
@@ -180,11 +199,16 @@ impl Instance {
     pub(super) fn find_overlooked(&self, own: &Instants) -> Option<Failure> {
         let data = self.model.program().instants.contacts.as_ref()?;
         let is_inside = |index: usize| {
-            let row = &self.model.program().constraints[data.all[index].constraint as usize];
+            let row = row_of(self.model.program(), &data.all[index]);
             own.contacts.gaps[index] < -PENETRATION * row.scale && !is_closed(data, &self.now.state, index)
         };
         let index = (0..data.all.len()).find(|&index| is_inside(index))?;
         let (names, time) = (vec![data.all[index].name.clone()], own.within.time());
         Some(Failure::Contact { time, names, why: "it has been passed without a beginning that could be found" })
     }
+}
+
+/// The loop equation of a contact.
+fn row_of<'p>(program: &'p Program, contact: &Contact) -> &'p Constraint {
+    &program.constraints[contact.constraint as usize]
 }

@@ -156,7 +156,7 @@ impl Instance {
             self.machine.load(&self.model, &own.within);
         }
         self.machine.evaluate(&self.model.program().instants.sides, &mut own.sides);
-        self.indicate(own, step);
+        self.indicate(own, Some(step));
         if !known {
             own.sides.fill(f64::NAN);
             own.indicators.fill(f64::NAN);

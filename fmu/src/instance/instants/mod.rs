@@ -333,7 +333,7 @@ impl Instance {
         let written = ticking.flat_map(|(sampler, _)| &sampler.writes).try_for_each(|write| self.write(&own, *write));
         self.instants = Some(own);
         written?;
-        self.resolve_contacts_after_tick()?;
+        self.resolve_unfound()?;
         self.now.happened.ticked = time;
         self.go_on_anew();
         Ok(())

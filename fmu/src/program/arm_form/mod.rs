@@ -53,7 +53,7 @@ pub struct ArmForm {
     pub links: Vec<Link>,
     /// Loop equations.
     pub rows: Vec<LoopEquation>,
-    /// Those that hold on one side only, and what stands on the diagonal of their reactions: 0 while they are closed, else -1.
+    /// Loop equations that hold on one side only, and what stands on the diagonal of their reactions: 0 while they are closed, else -1.
     pub one_sided: Vec<(u32, Coefficient)>,
     /// Loads along arms.
     pub loads: Vec<Load>,

@@ -60,7 +60,7 @@ pub(super) struct Terms<N = f64> {
     masses: Vec<Term<Mass>>,
     loops: Vec<Term<Slope>>,
     linear: Vec<Term<u32>>,
-    /// Of loop equations that hold on one side only.
+    /// Entries on the diagonal: of loop equations that hold on one side only.
     diagonal: Vec<Term<u32>>,
     pub(super) pairs: Pairs<N>,
     /// Row, place of the unknown, and its factor.
