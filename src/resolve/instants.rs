@@ -189,7 +189,7 @@ impl Resolver<'_> {
         found
     }
 
-    /// Those whose new values are being looked for need each other.
+    /// The fault of sampled values whose new values depend on each other.
     fn refuse_circle_of_news(&mut self, first: usize) {
         let scene = self.scene;
         let value = |id: &InputId| scene.sampled_values().find(|(own, _)| own == id).map(|(_, own)| own);

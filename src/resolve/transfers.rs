@@ -109,7 +109,7 @@ impl<'s> Resolver<'s> {
         Some(Signal { formula: made.output, known, unit: shown.or(unit.map(from_exponents)) })
     }
 
-    /// Lets those hear that may hear of themselves.
+    /// Resolves the inputs of the signals that give their unit, which may depend on their own output: by now every name is known.
     pub(super) fn hear_of_all(&mut self) {
         for reading in std::mem::take(&mut self.transfers.waiting) {
             self.within(reading.signal.within, |resolver| resolver.hear_late(&reading));

@@ -86,7 +86,7 @@ pub(super) struct Instants {
     before: Snapshot,
     /// A state within the last step.
     within: State,
-    /// Of each contact what must not be positive: its reaction while it is closed, minus its gap while it is open.
+    /// One for each contact, positive where it must change: its reaction while it is closed, minus its gap while it is open.
     indicators: Vec<f64>,
     contacts: Contacts,
     overlooked: Option<Failure>,
