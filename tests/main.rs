@@ -29,6 +29,7 @@ mod documentation;
 mod driven_blocks;
 mod driven_platforms;
 mod driver_corners;
+mod dry_friction;
 mod effort;
 mod ends_together;
 mod ensemble;

@@ -26,7 +26,8 @@ use std::sync::Arc;
 
 use crate::diagnostic::{Fault, Span};
 use crate::model::{
-    Dimension, Formula, Mechanism, OneSided, Owner, Part, Place, Quantity, State, Unit, Value, Variable,
+    Dimension, Formula, Friction, Mechanism, OneSided, Owner, Part, Place, Pressed, Quantity, State, Unit, Value,
+    Variable,
 };
 use crate::network::{Rows, System, Term};
 use crate::scene::constant;
@@ -115,6 +116,8 @@ pub struct Component {
     pub one_sided: fn(&Part) -> Vec<OneSided>,
     /// The across variable of that.
     pub across: fn(&Part, &mut System) -> Vec<Term>,
+    /// How its dry friction acts, if it can have any.
+    pub rubs: Option<Rubs>,
     /// Its share of a linear vibrating system; none if its law is to be taken as it is, an error if it can never be linear.
     pub linear: fn(&Part) -> Result<Option<Linear>, String>,
     /// What is wrong with it that only the whole mechanism shows.
@@ -125,6 +128,22 @@ pub struct Component {
     pub placed: PlacedOf,
     /// What is drawn for it.
     pub icon: IconOf,
+}
+
+/// How dry friction acts.
+#[derive(Clone, Copy, Debug)]
+pub struct Rubs {
+    /// The across variable along which it slides.
+    pub along: fn(&Part, &mut System) -> Vec<Term>,
+    pub pressed: Pressed,
+    pub law: fn(&Part) -> Option<Friction>,
+}
+
+impl Rubs {
+    /// Of a joint with the key `friction`.
+    const fn joint(pressed: Pressed, along: fn(&Part, &mut System) -> Vec<Term>) -> Option<Rubs> {
+        Some(Rubs { along, pressed, law: |part| part.friction().filter(|own| own.sticks()).cloned() })
+    }
 }
 
 type RowsOf = fn(&Part, &mut System) -> Rows;
@@ -154,6 +173,7 @@ impl Component {
             states: |_| Vec::new(),
             one_sided: |_| Vec::new(),
             across: |_, _| Vec::new(),
+            rubs: None,
             linear: |_| Ok(None),
             check: |_, _| Vec::new(),
             profile: |_, _, _| None,
@@ -254,7 +274,14 @@ impl System {
     /// The elements of a mechanism and both graphs.
     pub fn new(mechanism: &Mechanism) -> Self {
         let rows = |part: &Part, system: &mut System| (part.component().rows)(part, system);
-        Self::of(Arc::new(mechanism.clone()), rows, |part, system| (part.component().across)(part, system))
+        let across = |part: &Part, slips: bool, system: &mut System| {
+            let component = part.component();
+            match component.rubs.filter(|_| slips) {
+                Some(rubs) => (rubs.along)(part, system),
+                None => (component.across)(part, system),
+            }
+        };
+        Self::of(Arc::new(mechanism.clone()), rows, across)
     }
 }
 
@@ -303,13 +330,13 @@ impl Mechanism {
     fn check_removable(&self) -> impl Iterator<Item = Fault> {
         let stays = |part: &&Part| {
             let is_removed = self.removable.iter().any(|own| own.owner == part.owner);
-            is_removed && self.unilaterals_of(part.owner).next().is_some()
+            is_removed && self.unilaterals.iter().any(|own| own.owner == part.owner)
         };
         self.parts().filter(stays).map(|part| {
-            let message = format!("an event removes `{}`, but what it holds on one side only would stay", part.name);
-            Fault::new("scene::limits", message, part.span)
-                .label("opens by itself")
-                .help("leave it out of `remove`; a joint without `limits` can be removed")
+            let message = format!("an event removes `{}`, but its stops or its friction would stay", part.name);
+            Fault::new("scene::limits", message, part.span).label("cannot be removed").help(
+                "leave it out of `remove`; a joint without `limits` and without friction that sticks can be removed",
+            )
         })
     }
 

@@ -243,7 +243,7 @@ pub(super) fn unit(form: Form) -> String {
         Form::UnitOf(wanted) => wanted.si.to_string(),
         Form::Motion([motion, ..]) => motion.si.to_string(),
         Form::Limits(wanted) => wanted.si.to_string(),
-        Form::Friction([level, velocity]) => format!("{}, {}", level.si, velocity.si),
+        Form::Friction([level, velocity], _) => format!("{}, {}", level.si, velocity.si),
         Form::NamedPoints | Form::Corner | Form::Corners(..) => "m".to_string(),
         _ => String::new(),
     }
@@ -259,7 +259,9 @@ fn range(form: Form) -> String {
         Form::Constant(_, Share) => ", from 0 to 1".to_string(),
         Form::Law(_) | Form::Curve(..) | Form::Vector(_) => ", an expression".to_string(),
         Form::Limits(_) => ": `{ min = ..., max = ..., restitution = ... }`".to_string(),
-        Form::Friction(_) => ": `{ coulomb = ..., velocity = ... }`".to_string(),
+        Form::Friction(..) => {
+            ": `{ coulomb = ..., mu = ..., static = ... }`, or `{ coulomb = ..., velocity = ... }`".to_string()
+        }
         Form::Motion(_) => ", an expression or `{ input = ..., as = ... }`".to_string(),
         Form::Choice(words, _) => {
             let words: Vec<String> = words.iter().map(|word| format!("`\"{word}\"`")).collect();

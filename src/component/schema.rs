@@ -166,10 +166,13 @@ fn form(key: &Key) -> Value {
         Form::Names => json!({ "type": "array", "items": { "type": "string" } }),
         Form::Switch => json!({ "type": "boolean" }),
         Form::Choice(words, _) => json!({ "enum": words }),
-        Form::Friction(_) => json!({
+        Form::Friction(..) => json!({
             "type": "object",
-            "properties": { "coulomb": reference("quantity"), "velocity": reference("quantity") },
-            "required": ["coulomb", "velocity"],
+            "properties": {
+                "coulomb": reference("quantity"), "velocity": reference("quantity"), "mu": constant(Range::NotNegative),
+                "static": constant(Range::Positive), "radius": reference("quantity"), "length": reference("quantity"),
+            },
+            "anyOf": [{ "required": ["coulomb"] }, { "required": ["mu"] }],
             "additionalProperties": false,
         }),
         Form::Limits(_) => json!({

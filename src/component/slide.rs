@@ -2,12 +2,17 @@
 
 use super::key::{Form, Key};
 use crate::model::measure::{FORCE, VELOCITY};
-use crate::model::{Part, Quantity, Range, measure};
+use crate::model::{Part, Pressed, Quantity, Range, measure};
 use crate::network::{Direction, Force, Known, Resistance, System, TranslationalRow, table2};
 
 pub(super) const DAMPING: Key =
     Key::optional("damping", Form::Constant(measure::DAMPING, Range::Any), "viscous friction");
-pub(super) const FRICTION: Key = Key::optional("friction", Form::Friction([FORCE, VELOCITY]), "dry friction");
+pub(super) const FRICTION: Key = friction(Pressed::Guide { holds_angle: false });
+pub(super) const FRICTION_OF_GUIDE: Key = friction(Pressed::Guide { holds_angle: true });
+
+const fn friction(pressed: Pressed) -> Key {
+    Key::optional("friction", Form::Friction([FORCE, VELOCITY], pressed), "dry friction")
+}
 
 /// The row of a joint with the keys `axis`, `damping` and `friction`.
 pub(super) fn row(system: &mut System, part: &Part) -> TranslationalRow {

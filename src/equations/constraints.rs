@@ -48,6 +48,17 @@ pub struct Gap {
     pub time_rate: Expr,
     /// Its second derivative is jacobian . a - gamma.
     pub gamma: Expr,
+    /// If it rubs while it is open.
+    pub slip: Option<Slipping>,
+}
+
+/// How a relation acts while it slips: as with the reaction direction x level, where the level is the multiplier of the next row.
+#[derive(Clone, Debug)]
+pub struct Slipping {
+    /// 1 or -1 while it slips that way, else 0.
+    pub direction: Expr,
+    /// The chords as while it is closed.
+    pub coupled: Vec<CoupledChord>,
 }
 
 /// What a loop equation does for the motion, which is known once the mechanism has been assembled.
@@ -63,6 +74,8 @@ pub enum Standing {
     Trivial,
     /// It holds on one side only: imposed while it is closed.
     OneSided,
+    /// It is none: its multiplier is the level of the friction before it, a law of accelerations and reactions.
+    Level,
 }
 
 impl Constraint {
@@ -90,7 +103,7 @@ impl Constraint {
     pub fn repeats(&self) -> bool {
         match self.standing {
             Standing::Repeats | Standing::SecondOrder => true,
-            Standing::Imposed | Standing::Trivial | Standing::OneSided => false,
+            Standing::Imposed | Standing::Trivial | Standing::OneSided | Standing::Level => false,
         }
     }
 
@@ -109,6 +122,22 @@ impl Constraint {
         let nearest = arena.add(turns, half);
         let whole = arena.unary(Unary::Floor, nearest);
         arena.subtract_product(self.value, turn, whole)
+    }
+
+    /// The row after a relation that rubs.
+    fn level(&self) -> Constraint {
+        Constraint {
+            coupled: Vec::new(),
+            value: Expr::ZERO,
+            jacobian: Vec::new(),
+            time_rate: Expr::ZERO,
+            gamma: Expr::ZERO,
+            followers: Vec::new(),
+            repeats_every_turn: false,
+            one_sided: None,
+            standing: Standing::Level,
+            ..*self
+        }
     }
 
     /// A trivial row without followers: it does not constrain the motion.
@@ -172,12 +201,15 @@ pub fn constraints(
         rows.push(assemble(arena, kinematics, (chord, Held::Angle), value, &velocity, &acceleration));
     }
     couplings::append(system, kinematics, &mut rows);
-    let closed = |system: &System, row: &Constraint| system.element(row.element).closed.filter(|_| !row.is_trivial());
-    let rows = rows.into_iter().map(|row| match closed(system, &row) {
-        Some(closed) => row.while_closed(&mut system.arena, closed),
-        None => row,
-    });
-    rows.collect()
+    rows.into_iter().flat_map(|row| masked(system, row)).collect()
+}
+
+/// The same, as what does not always hold, and after it the row of a level if it rubs.
+fn masked(system: &mut System, row: Constraint) -> Vec<Constraint> {
+    let element = system.element(row.element);
+    let (Some(closed), slip, false) = (element.closed, element.slip, row.is_trivial()) else { return vec![row] };
+    let level = slip.map(|_| row.level());
+    std::iter::once(row.while_closed(&mut system.arena, closed, slip)).chain(level).collect()
 }
 
 pub(super) fn assemble(

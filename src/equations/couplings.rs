@@ -3,13 +3,13 @@
 
 use std::collections::HashMap;
 
-use super::constraints::{Constraint, Gap, Standing, assemble};
+use super::constraints::{Constraint, Gap, Slipping, Standing, assemble};
 use super::form::{Coefficient, Form};
 use super::kinematics::{Kinematics, PointMotion, project};
 use super::vector::{Scalar, Vector};
-use crate::expr::{Arena, Expr, Symbol, Unary};
+use crate::expr::{Arena, Expr, Order, Symbol, Unary};
 use crate::model::BodyId;
-use crate::network::{Coupling, Curve, ElementId, Port, RNode, System, TNode};
+use crate::network::{Coupling, Curve, ElementId, Port, RNode, System, TNode, Term};
 
 /// How the reaction of a coupling acts between two nodes, on the second from the first.
 #[derive(Clone, Debug)]
@@ -54,12 +54,32 @@ fn relation(
     Some(Constraint { coupled, repeats_every_turn: coupling.repeats_every_turn(), ..row })
 }
 
+/// A derivative of a sum of factor x across.
+pub(super) fn along(system: &mut System, kinematics: &Kinematics, terms: &[Term], order: Order) -> Expr {
+    let mut total = Expr::ZERO;
+    for term in terms {
+        let ((position, rate, second), _) = across(system, kinematics, term.port, term.factor);
+        let arena = &mut system.arena;
+        let of = |arena: &mut Arena, form: &Form<Scalar>| {
+            form.map(arena, |arena, part| part.total(arena, &kinematics.frames)).total(arena)
+        };
+        let value = match order {
+            Order::Position => position,
+            Order::Velocity => of(arena, &rate),
+            Order::Acceleration => of(arena, &second),
+        };
+        total = arena.add_product(total, term.factor, value);
+    }
+    total
+}
+
 impl Constraint {
     /// This loop equation while `closed` is 1; where that is 0 nothing is left of it. So all modes are one matrix \[M J^T; J D\], whose entry D = closed - 1 makes the reaction zero while it is
     /// open: its factors L D L^T exist in any order in which a row comes after its unknowns.
-    pub(super) fn while_closed(self, arena: &mut Arena, closed: Expr) -> Constraint {
+    pub(super) fn while_closed(self, arena: &mut Arena, closed: Expr, slip: Option<Expr>) -> Constraint {
         let Constraint { value, time_rate, gamma, .. } = self;
-        let gap = Gap { closed, value, jacobian: self.jacobian.clone(), time_rate, gamma };
+        let slip = slip.map(|direction| Slipping { direction, coupled: self.coupled.clone() });
+        let gap = Gap { closed, value, jacobian: self.jacobian.clone(), time_rate, gamma, slip };
         let chord = |arena: &mut Arena, chord| match chord {
             CoupledChord::Force(ends, vector, carrier) => {
                 CoupledChord::Force(ends, vector.scaled(arena, closed), carrier)
@@ -154,21 +174,32 @@ impl Couplings {
         let mut couplings = Couplings::default();
         for (index, constraint) in constraints.iter().enumerate().filter(|(_, constraint)| !constraint.is_trivial()) {
             for chord in &constraint.coupled {
-                let reaction = arena.symbol(Symbol::Reaction(index));
-                match chord {
-                    CoupledChord::Force(ends, vector, carrier) => {
-                        let force = Form::term(arena, reaction, vector);
-                        add(arena, &mut couplings.forces, ends.map(TNode::index), &force);
-                        couplings.turning.extend(carrier.map(|body| (body, *ends, force)));
-                    }
-                    CoupledChord::Torque(ends, factor) => {
-                        let torque = Form::term(arena, reaction, &Scalar::plain(*factor));
-                        add(arena, &mut couplings.torques, ends.map(RNode::index), &torque);
-                    }
-                }
+                couplings.add_chord(arena, (index, Expr::ONE), chord);
+            }
+            let slip = constraint.one_sided.iter().filter_map(|gap| gap.slip.as_ref());
+            for (slip, chord) in slip.flat_map(|slip| slip.coupled.iter().map(move |chord| (slip, chord))) {
+                couplings.add_chord(arena, (index + 1, slip.direction), chord);
             }
         }
         couplings
+    }
+
+    /// The reaction of a row, times a share, acts through a chord.
+    fn add_chord(&mut self, arena: &mut Arena, (row, share): (usize, Expr), chord: &CoupledChord) {
+        let reaction = arena.symbol(Symbol::Reaction(row));
+        match chord {
+            CoupledChord::Force(ends, vector, carrier) => {
+                let vector = vector.scaled(arena, share);
+                let force = Form::term(arena, reaction, &vector);
+                add(arena, &mut self.forces, ends.map(TNode::index), &force);
+                self.turning.extend(carrier.map(|body| (body, *ends, force)));
+            }
+            CoupledChord::Torque(ends, factor) => {
+                let factor = arena.multiply(share, *factor);
+                let torque = Form::term(arena, reaction, &Scalar::plain(factor));
+                add(arena, &mut self.torques, ends.map(RNode::index), &torque);
+            }
+        }
     }
 
     /// sum r x F over the forces that turn with each body (Eq. 6).

@@ -2,17 +2,27 @@
 //! of joints and couplings do no work. The power that a spring stores or a damper dissipates is negative.
 
 use super::Equations;
-use crate::expr::Expr;
+use crate::expr::{Expr, Order};
 use crate::network::{Direction, ElementId, Force, Origin, RotationalRow, Torque, TranslationalRow};
 
 impl Equations {
     pub(super) fn power(&mut self, id: ElementId) -> Expr {
         let element = self.system.element(id);
         let (translation, rotation) = (element.translation.clone(), element.rotation.clone());
-        let is_driver = matches!(element.origin, Origin::Driver(_));
+        let origin = element.origin;
+        let is_driver = matches!(origin, Origin::Driver(_));
         let moving = translation.map_or(Expr::ZERO, |row| self.moving_power(id, &row, is_driver));
         let turning = rotation.map_or(Expr::ZERO, |row| self.turning_power(id, &row, is_driver));
-        self.system.arena.add(moving, turning)
+        let rubbing = self.rubbing_power(origin);
+        self.system.arena.sum([moving, turning, rubbing])
+    }
+
+    /// What dry friction that sticks takes while it slips.
+    fn rubbing_power(&mut self, origin: Origin) -> Expr {
+        let force = self.rubbing(origin);
+        let Origin::Joint(joint) = origin else { return Expr::ZERO };
+        let rate = self.slip(joint, Order::Velocity);
+        self.system.arena.multiply(force, rate)
     }
 
     fn moving_power(&mut self, id: ElementId, row: &TranslationalRow, is_driver: bool) -> Expr {

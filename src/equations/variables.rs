@@ -1,5 +1,6 @@
 //! Every variable of the naming table as an expression of time, inputs, coordinates, rates, accelerations and reactions.
 
+use super::couplings;
 use super::form::{Coefficient, Form};
 use super::inertias::{inertia, mass};
 use super::kinematics::{Kinematics, PointMotion, ScalarMotion};
@@ -38,7 +39,7 @@ impl Equations {
     /// Expressions of variables in which trivial loop equations have multipliers too: a joint that repeats a parallel one shares its load.
     pub(crate) fn with_all_reactions(&mut self, variables: &[Variable]) -> Vec<Expr> {
         let trivial: Vec<usize> =
-            (0..self.constraints.len()).filter(|&row| self.constraints[row].is_trivial()).collect();
+            (0..self.constraints.len()).filter(|&row| self.constraints[row].standing == Standing::Trivial).collect();
         let before = (self.dynamics.take(), self.through.take(), std::mem::take(&mut self.known));
         trivial.iter().for_each(|&row| self.constraints[row].standing = Standing::Repeats);
         let values = variables.iter().map(|&variable| self.variable(variable)).collect();
@@ -117,7 +118,9 @@ impl Equations {
             return self.of_curve(id, (ends, curve), quantity);
         }
         match quantity.aspect() {
+            Aspect::Angle(order) if self.system.element(id).rotation.is_none() => self.slip(joint, order),
             Aspect::Angle(order) => self.angle_across(id, order),
+            Aspect::Slide(order) if self.system.element(id).translation.is_none() => self.slip(joint, order),
             Aspect::Slide(order) => self.slide(id, order),
             Aspect::Effort(effort) => match effort {
                 Effort::X => self.force_along(id, Direction::X),
@@ -126,6 +129,9 @@ impl Equations {
                     self.one_sided(Owner::Joint(joint), Contact::Reaction)
                 }
                 Effort::Normal => self.normal_force(joint, id),
+                Effort::Tangential if self.rubs(joint) || self.system.element(id).translation.is_none() => {
+                    self.rubbing(Origin::Joint(joint))
+                }
                 Effort::Tangential => self.coupling_reaction(id),
                 Effort::Force => self.joint_force(id),
                 Effort::Torque => self.joint_torque(id),
@@ -201,9 +207,34 @@ impl Equations {
     fn joint_force(&mut self, id: ElementId) -> Expr {
         let element = self.system.element(id).clone();
         match element.coupling {
-            None => self.resisting_force(element.translation.as_ref()),
+            None => {
+                let resisting = self.resisting_force(element.translation.as_ref());
+                let rubbing = self.rubbing(element.origin);
+                self.system.arena.add(resisting, rubbing)
+            }
             Some(_) => self.coupling_reaction(id),
         }
+    }
+
+    /// True if a joint has dry friction that sticks.
+    fn rubs(&self, joint: JointId) -> bool {
+        self.system.mechanism.slip_of(Owner::Joint(joint)).is_some()
+    }
+
+    /// What dry friction that sticks exerts along the motion of its joint.
+    pub(super) fn rubbing(&mut self, origin: Origin) -> Expr {
+        let Origin::Joint(joint) = origin else { return Expr::ZERO };
+        let mechanism = self.system.mechanism.clone();
+        let Some((index, ..)) = mechanism.slip_of(Owner::Joint(joint)) else { return Expr::ZERO };
+        let Some(row) = self.row_of_unilateral(index) else { return Expr::ZERO };
+        let gap = self.constraints[row].one_sided.as_ref();
+        let Some(direction) = gap.and_then(|gap| gap.slip.as_ref()).map(|slip| slip.direction) else {
+            return Expr::ZERO;
+        };
+        let arena = &mut self.system.arena;
+        let [held, level] = [row, row + 1].map(|row| arena.symbol(Symbol::Reaction(row)));
+        let total = arena.add_product(held, direction, level);
+        arena.negate(total)
     }
 
     /// A joint's reaction torque, or the torque about its free or coupled axis.
@@ -212,7 +243,11 @@ impl Equations {
         let row = element.rotation.as_ref();
         match element.coupling {
             None if row.is_some_and(|row| matches!(row.angle, Angle::Constant(_))) => self.torque_of(id),
-            None => self.resisting_torque(row),
+            None => {
+                let resisting = self.resisting_torque(row);
+                let rubbing = self.rubbing(element.origin);
+                self.system.arena.add(resisting, rubbing)
+            }
             Some(coupling) => {
                 let factor = coupling.terms.iter().find(|term| matches!(term.port, Port::Angle(_)));
                 let reaction = self.coupling_reaction(id);
@@ -250,6 +285,14 @@ impl Equations {
     fn one_sided(&mut self, owner: Owner, what: Contact) -> Expr {
         let mechanism = self.system.mechanism.clone();
         let mut total = Expr::ZERO;
+        if let (Contact::Mode, Some((.., slip))) = (what, mechanism.slip_of(owner))
+            && mechanism.unilaterals_of(owner).next().is_none()
+        {
+            return self.system.arena.symbol(Symbol::Parameter(slip.direction.0));
+        }
+        if let (Contact::Sliding, Some((.., slip))) = (what, mechanism.slip_of(owner)) {
+            return self.system.arena.symbol(Symbol::Parameter(slip.direction.0));
+        }
         for (index, own) in mechanism.unilaterals_of(owner) {
             let row = self.row_of_unilateral(index);
             let arena = &mut self.system.arena;
@@ -263,6 +306,7 @@ impl Equations {
                     let factor = arena.constant(-sign);
                     arena.multiply(factor, reaction)
                 }),
+                Contact::Sliding => Expr::ZERO,
                 Contact::Impulse => {
                     let (factor, impulse) = (arena.constant(sign), arena.symbol(Symbol::Parameter(own.impulse.0)));
                     arena.multiply(factor, impulse)
@@ -275,6 +319,15 @@ impl Equations {
             total = self.system.arena.add(total, value);
         }
         total
+    }
+
+    /// The motion of a contact along its line, with the turning of its disc.
+    pub(super) fn slip(&mut self, joint: JointId, order: Order) -> Expr {
+        let mechanism = self.system.mechanism.clone();
+        let part = &mechanism.joints[joint.0];
+        let Some(rubs) = part.component().rubs else { return Expr::ZERO };
+        let terms = (rubs.along)(part, &mut self.system);
+        couplings::along(&mut self.system, &self.kinematics, &terms, order)
     }
 
     /// True for a loop equation of something that only presses.

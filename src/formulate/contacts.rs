@@ -30,6 +30,10 @@ pub(super) fn check_contacts(equations: &mut Equations, state: &State, length: f
             faults.push(fault("scene::limits", message, "stops a driven motion").help(help));
             continue;
         }
+        if own.slip.is_some() {
+            // It begins to stick wherever it is.
+            continue;
+        }
         let bound = equations.system.value(&own.held.bound);
         let gap = equations.constraints[row].one_sided.as_ref().map_or(bound, |gap| gap.value);
         let [gap, bound] = equations.system.arena.evaluate(&[gap, bound], state)[..] else { continue };

@@ -18,7 +18,7 @@ use cotree_fmu::program::{Initial, Role};
 use self::explain::size;
 use crate::diagnostic::suggest::{self, list};
 use crate::diagnostic::{Fault, Span};
-use crate::equations::{Constraint, Equations};
+use crate::equations::{Constraint, Equations, Standing};
 use crate::expr::{Expr, Order, Property, Symbol};
 use crate::formulate::explain::assembly::{circuit_names, explain, show, span_of, without_rate};
 use crate::formulate::explain::suspect::suspect;
@@ -118,7 +118,8 @@ pub fn formulate_with(mut equations: Equations, outputs: &[Output]) -> Result<Fo
         }
     }
     let rows = equations.constraints.iter().enumerate();
-    let redundant: Vec<usize> = rows.filter(|(_, row)| !row.is_imposed()).map(|(index, _)| index).collect();
+    let is_redundant = |row: &Constraint| !row.is_imposed() && row.standing != Standing::Level;
+    let redundant: Vec<usize> = rows.filter(|(_, row)| is_redundant(row)).map(|(index, _)| index).collect();
     let mut lowered = match crate::program::program(&mut equations, outputs, length, [&state, &generic]) {
         Ok(lowered) => lowered,
         // Where the loops do not close, this may have no other cause.

@@ -95,8 +95,11 @@ impl Found<'_> {
                 Value::Vector(components) => components.iter().for_each(|component| self.law(&place, component)),
                 Value::Friction(friction) => {
                     self.law(&format!("{place}.coulomb"), &friction.coulomb);
-                    self.law(&format!("{place}.velocity"), &friction.velocity);
-                    self.add(&format!("{place}.velocity"), Limit::Divisor, &friction.velocity, &Vec::new());
+                    if let Some(velocity) = &friction.velocity {
+                        self.law(&format!("{place}.velocity"), velocity);
+                        self.add(&format!("{place}.velocity"), Limit::Divisor, velocity, &Vec::new());
+                    }
+                    self.law(&format!("{place}.mu"), &friction.mu);
                 }
                 Value::Limits(limits) => limits.formulas().for_each(|formula| self.law(&place, formula)),
                 _ => {}

@@ -1,6 +1,6 @@
 //! Joints, drivers and loads: parts of a mechanism, each of a kind that its component knows.
 
-use super::{BodyId, Formula, InputId, JointId, Limits, Owner, ParameterId, Place};
+use super::{BodyId, Formula, Friction, InputId, JointId, Limits, Owner, ParameterId, Place};
 use crate::diagnostic::Span;
 
 /// A joint, driver or load with everything that its keys say.
@@ -46,15 +46,6 @@ pub enum Motion {
     Velocity(InputId),
     /// An input is the acceleration: integrated twice.
     Acceleration(InputId),
-}
-
-/// Dry friction of a constant level, smooth through zero velocity: level x tanh(v / velocity).
-#[derive(Clone, Debug, PartialEq)]
-pub struct Friction {
-    /// Level [N.m] or \[N\].
-    pub coulomb: Formula,
-    /// Velocity at which three quarters of the level act [rad/s] or [m/s].
-    pub velocity: Formula,
 }
 
 static ZERO: Formula = Formula::Number(0.0);
@@ -118,10 +109,7 @@ impl Part {
             match value {
                 Value::Formula(formula) | Value::Motion(Motion::Given(formula)) => formula.visit_parameters(visit),
                 Value::Vector(both) => both.iter().for_each(|formula| formula.visit_parameters(visit)),
-                Value::Friction(own) => {
-                    own.coulomb.visit_parameters(visit);
-                    own.velocity.visit_parameters(visit);
-                }
+                Value::Friction(own) => own.formulas().for_each(|formula| formula.visit_parameters(visit)),
                 Value::Limits(limits) => limits.formulas().for_each(|formula| formula.visit_parameters(visit)),
                 Value::Motion(_) | Value::Place(_) | Value::Joint(_) | Value::Choice(_) | Value::Switch(_) => {}
             }

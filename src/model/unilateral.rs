@@ -5,9 +5,9 @@
 
 use std::collections::BTreeSet;
 
-use super::{Formula, Mechanism, Owner, Parameter, ParameterId, Unit};
+use super::{Formula, Mechanism, Owner, Parameter, ParameterId, Pressed, Slip, Unit};
 use crate::diagnostic::Span;
-use crate::model::measure::{ANGULAR_IMPULSE, IMPULSE};
+use crate::model::measure::{ANGLE, ANGULAR_IMPULSE, IMPULSE, LENGTH};
 
 /// The limits of what a joint leaves free; at least one is there.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,6 +41,8 @@ pub struct Unilateral {
     pub closed: ParameterId,
     /// The impulse of the last impact.
     pub impulse: ParameterId,
+    /// If it is no stop but sticks: how it slips. Then it is held on both sides, at `held.bound`.
+    pub slip: Option<Slip>,
     /// Where its part stands in the file.
     pub span: Span,
 }
@@ -97,7 +99,44 @@ impl Mechanism {
                 self.parameters.push(Parameter { name, unit, span, held: true, ..Parameter::default() });
                 ParameterId(self.parameters.len() - 1)
             });
-            self.unilaterals.push(Unilateral { owner, name, held, closed, impulse, span });
+            self.unilaterals.push(Unilateral { owner, name, held, closed, impulse, slip: None, span });
+        }
+        self.add_slips();
+    }
+
+    /// Adds what sticks and slips, with the held values of each: whether it sticks, the impulse of the last impact, where it sticks, in which direction it slips, and the signs of what presses.
+    fn add_slips(&mut self) {
+        let rubbing = self.parts().filter_map(|part| {
+            let rubs = part.component().rubs?;
+            let law = (rubs.law)(part)?;
+            let on =
+                self.unilaterals.iter().position(|own| rubs.pressed == Pressed::Contact && own.owner == part.owner);
+            let measures = if part.is_angular() { [ANGLE, ANGULAR_IMPULSE] } else { [LENGTH, IMPULSE] };
+            Some((part.owner, part.name.clone(), (law, rubs.pressed, on), measures, part.span))
+        });
+        for (owner, part, (law, pressed, on), [along, impulse], span) in rubbing.collect::<Vec<_>>() {
+            let name = format!("{part}.friction");
+            let mut held = |word: &str, value: f64, unit: Unit| {
+                let name = format!("{name}.{word}");
+                self.parameters.push(Parameter { name, value, unit, span, held: true, ..Parameter::default() });
+                ParameterId(self.parameters.len() - 1)
+            };
+            let [along, impulse] = [along, impulse].map(|measure| Unit::of(&measure, None));
+            let (closed, impulse) = (held("sticks", 0.0, Unit::default()), held("impulse", 0.0, impulse));
+            let (place, direction) = (held("place", 0.0, along), held("direction", 0.0, Unit::default()));
+            let signs = match (pressed, &law.length) {
+                (Pressed::Guide { .. }, Some(_)) => 2,
+                (Pressed::Guide { .. } | Pressed::Reaction(_), _) if law.mu != Formula::Number(0.0) => 1,
+                (
+                    Pressed::Guide { .. } | Pressed::Reaction(_) | Pressed::Nothing | Pressed::Pin | Pressed::Contact,
+                    _,
+                ) => 0,
+            };
+            let signs = (0..signs).map(|side| held(&format!("sign_{side}"), 1.0, Unit::default())).collect();
+            let (bound, restitution) = (Formula::Parameter(place), Formula::Number(0.0));
+            let held = OneSided { word: "", sign: 1.0, bound, restitution };
+            let slip = Some(Slip { law, pressed, direction, signs, on });
+            self.unilaterals.push(Unilateral { owner, name, held, closed, impulse, slip, span });
         }
     }
 
@@ -117,6 +156,7 @@ impl Mechanism {
         let own = self.unilaterals.first()?;
         let part = self.parts().find(|part| part.owner == own.owner)?;
         Some(match part.limits() {
+            _ if own.slip.is_some() => format!("the dry friction of {} `{}`", part.component().words(), part.name),
             Some(_) => format!("the limits of joint `{}`", part.name),
             None => format!("{} `{}`", part.component().name, part.name),
         })
@@ -124,6 +164,12 @@ impl Mechanism {
 
     /// What one part holds on one side, with its place among all.
     pub fn unilaterals_of(&self, owner: Owner) -> impl Iterator<Item = (usize, &Unilateral)> {
-        self.unilaterals.iter().enumerate().filter(move |(_, own)| own.owner == owner)
+        self.unilaterals.iter().enumerate().filter(move |(_, own)| own.owner == owner && own.slip.is_none())
+    }
+
+    /// How a part rubs, with its place among all.
+    pub fn slip_of(&self, owner: Owner) -> Option<(usize, &Unilateral, &Slip)> {
+        let mut all = self.unilaterals.iter().enumerate();
+        all.find_map(|(index, own)| Some((index, own, own.slip.as_ref().filter(|_| own.owner == owner)?)))
     }
 }

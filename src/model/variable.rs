@@ -67,6 +67,7 @@ pub enum Quantity {
     Impulse,
     AngularImpulse,
     Mode,
+    Sliding,
     KineticEnergy,
     PotentialEnergy,
     TotalEnergy,
@@ -137,8 +138,10 @@ pub enum Contact {
     Reaction,
     /// That of the last impact, likewise.
     Impulse,
-    /// 0 while it is open, 1 at the upper limit or in contact, -1 at the lower limit.
+    /// 0 while it is open, 1 at the upper limit or in contact, -1 at the lower limit; of what only rubs, as `Sliding`.
     Mode,
+    /// 1 or -1 while it slides that way, 0 while it sticks, or does not touch.
+    Sliding,
 }
 
 /// Properties of the whole mechanism.
@@ -185,6 +188,7 @@ impl Quantity {
             StopForce | StopTorque => Aspect::OneSided(Contact::Reaction),
             Impulse | AngularImpulse => Aspect::OneSided(Contact::Impulse),
             Mode => Aspect::OneSided(Contact::Mode),
+            Sliding => Aspect::OneSided(Contact::Sliding),
             Fx => Aspect::Effort(Effort::X),
             Fy => Aspect::Effort(Effort::Y),
             Fn => Aspect::Effort(Effort::Normal),
@@ -206,6 +210,7 @@ impl Quantity {
             Aspect::Along(_, order) | Aspect::Angle(order) | Aspect::Slide(order) | Aspect::Length(order) => {
                 Some(order)
             }
+            Aspect::OneSided(Contact::Gap) => Some(Order::Position),
             Aspect::PressureAngle | Aspect::Curvature => None,
             Aspect::Effort(_) | Aspect::State | Aspect::OneSided(_) | Aspect::Whole(_) => None,
         }
@@ -253,6 +258,7 @@ impl Quantity {
             Impulse => ("impulse", "impulse of the last impact of", IMPULSE, Contact),
             AngularImpulse => ("impulse", "angular impulse of the last impact of", ANGULAR_IMPULSE, Contact),
             Mode => ("mode", "mode of", NUMBER, Contact),
+            Sliding => ("sliding", "direction of sliding of", NUMBER, Contact),
             KineticEnergy => ("kinetic", "kinetic energy", ENERGY, System),
             PotentialEnergy => ("potential", "potential energy", ENERGY, System),
             TotalEnergy => ("total", "total energy", ENERGY, System),

@@ -22,5 +22,5 @@ pub(crate) fn of_ground(system: &mut System, point: usize) -> Element {
 fn arm(label: String, name: String, origin: Origin, ends: [TNode; 2], known: Known) -> Element {
     let (priority, motion, reaction, through) = (table2::ARM, Vec::new(), Vec::new(), Force::None);
     let row = TranslationalRow { ends, priority, known, motion, reaction, through };
-    Element { label, name, origin, translation: Some(row), rotation: None, coupling: None, closed: None }
+    Element { label, name, origin, translation: Some(row), rotation: None, coupling: None, closed: None, slip: None }
 }

@@ -22,6 +22,7 @@ pub(super) fn element(system: &mut System, id: BodyId) -> Element {
         origin: Origin::Body(id),
         coupling: None,
         closed: None,
+        slip: None,
         translation: Some(TranslationalRow {
             ends: [TNode::DATUM, system.t_node(Place::Centre(id))],
             priority: table2::BODY,

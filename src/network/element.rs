@@ -84,6 +84,8 @@ pub struct Element {
     pub coupling: Option<Coupling>,
     /// If it does not always hold: 1 while it does, else 0. It is a chord in every tree.
     pub closed: Option<Expr>,
+    /// If it rubs while it does not hold: 1 or -1 while it slips that way, else 0.
+    pub slip: Option<Expr>,
 }
 
 /// A linear relation between across variables of either graph: sum of factor x across = offset. Every term stands for a chord

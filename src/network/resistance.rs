@@ -19,7 +19,8 @@ impl Resistance {
     pub(crate) fn of(system: &mut System, part: &Part) -> Option<Resistance> {
         let damping = system.value(part.formula("damping"));
         let friction = part.friction();
-        let friction = friction.map(|friction| [system.value(&friction.coulomb), system.value(&friction.velocity)]);
+        let friction = friction.and_then(|friction| Some([&friction.coulomb, friction.velocity.as_ref()?]));
+        let friction = friction.map(|smooth| smooth.map(|formula| system.value(formula)));
         (damping != Expr::ZERO || friction.is_some()).then_some(Resistance { damping, friction })
     }
 

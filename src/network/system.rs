@@ -17,8 +17,8 @@ use crate::model::{Body, BodyId, DriverId, Formula, InputId, Mechanism, Motion, 
 
 /// The rows of an element of the scene: its component gives them.
 type RowsOf = fn(&Part, &mut System) -> Rows;
-/// The across variable of what it holds on one side.
-type AcrossOf = fn(&Part, &mut System) -> Vec<Term>;
+/// The across variable of what it holds on one side, or along which it slips.
+type AcrossOf = fn(&Part, bool, &mut System) -> Vec<Term>;
 
 /// The elements of a mechanism, its translational and its rotational graph, and the expressions in their terminal equations.
 #[derive(Clone, Debug)]
@@ -91,7 +91,16 @@ impl System {
             let label = self.label("c", &relation.name);
             let coupling = Some(relation.coupling(&mut self));
             let name = relation.name.clone();
-            self.push(Element { label, name, origin, translation: None, rotation: None, coupling, closed: None });
+            self.push(Element {
+                label,
+                name,
+                origin,
+                translation: None,
+                rotation: None,
+                coupling,
+                closed: None,
+                slip: None,
+            });
             self.implied.push(relation.clone());
         }
         self
@@ -250,7 +259,7 @@ impl System {
         }
         let there = self.mechanism.removable.iter().find(|own| own.owner == part.owner).map(|own| own.there);
         let closed = there.map(|there| self.arena.symbol(Symbol::Parameter(there.0)));
-        self.push(Element { label, name, origin, translation, rotation, coupling, closed });
+        self.push(Element { label, name, origin, translation, rotation, coupling, closed, slip: None });
     }
 
     /// gap = sign x (across - bound), each a chord of its own.
@@ -260,7 +269,7 @@ impl System {
             let Some(part) = mechanism.parts().find(|part| part.owner == own.owner) else { continue };
             let minus = self.arena.constant(-own.held.sign);
             let bound = self.value(&own.held.bound);
-            let terms = (self.across)(part, self)
+            let terms = (self.across)(part, own.slip.is_some(), self)
                 .into_iter()
                 .map(|term| Term { factor: self.arena.multiply(minus, term.factor), port: term.port });
             let (terms, offset) = (terms.collect(), self.arena.multiply(minus, bound));
@@ -268,7 +277,8 @@ impl System {
             let coupling = Some(Coupling { terms, offset });
             let label = self.label("k", &own.name);
             let (name, origin) = (part.name.clone(), Origin::Unilateral(index));
-            self.push(Element { label, name, origin, translation: None, rotation: None, coupling, closed });
+            let slip = own.slip.as_ref().map(|slip| self.arena.symbol(Symbol::Parameter(slip.direction.0)));
+            self.push(Element { label, name, origin, translation: None, rotation: None, coupling, closed, slip });
         }
     }
 

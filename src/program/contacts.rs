@@ -1,11 +1,12 @@
 //! What is held on one side only: the kernels by which the runtime opens and closes it.
 
-use cotree_fmu::program::{Contact, Contacts};
+use cotree_fmu::program::{Contact, Contacts, Slip};
 use cotree_fmu::tape::Tape;
 
 use crate::equations::Equations;
 use crate::expr::{Arena, Expr, Order, Symbol};
-use crate::solve::Solver;
+use crate::model::Formula;
+use crate::solve::{Levels, Solver};
 
 /// The expressions behind [`Contacts`].
 #[derive(Clone, Debug, Default)]
@@ -15,12 +16,14 @@ pub(super) struct ContactKernels {
     pub accelerations: Vec<Expr>,
     pub restitutions: Vec<Expr>,
     pub impact: Vec<Expr>,
+    pub pressing: Vec<Expr>,
+    pub locks: Vec<Expr>,
 }
 
 impl ContactKernels {
-    /// The kernels of a mechanism that moves freely; `solver` has the factors of its equations of motion.
-    pub fn new(equations: &mut Equations, solver: &Solver) -> Self {
-        let mut kernels = Self::default();
+    /// The kernels of a mechanism that moves freely; `solver` has the factors of its equations of motion, and `locks` must be positive in its solution with these levels.
+    pub fn new(equations: &mut Equations, solver: &Solver, (levels, locks): (&Levels, Vec<Expr>)) -> Self {
+        let mut kernels = Self { locks, ..Self::default() };
         let mechanism = equations.system.mechanism.clone();
         for (index, own) in mechanism.unilaterals.iter().enumerate() {
             let row = equations.row_of_unilateral(index).map(|row| equations.constraints[row].clone());
@@ -30,13 +33,22 @@ impl ContactKernels {
             kernels.gaps.push(gap.value);
             kernels.rates.push(along(arena, &gap.jacobian, Order::Velocity, gap.time_rate));
             kernels.accelerations.push(along(arena, &gap.jacobian, Order::Acceleration, minus));
-            kernels.restitutions.push(equations.system.value(&own.held.restitution));
+            let share = own.slip.as_ref().map_or(&own.held.restitution, |slip| &slip.law.ratio);
+            kernels.restitutions.push(equations.system.value(share));
         }
+        let has_signs =
+            |place: usize| mechanism.unilaterals[place].slip.as_ref().is_some_and(|own| !own.signs.is_empty());
+        let signed = levels.signed().filter(|(place, _)| has_signs(*place));
+        kernels.pressing = signed.flat_map(|(_, signed)| signed).map(|(_, sum)| *sum).collect();
         if !kernels.gaps.is_empty() {
             let arena = &mut equations.system.arena;
             let asked: Vec<Expr> =
                 (0..equations.constraints.len()).map(|row| arena.symbol(Symbol::Reaction(row))).collect();
-            kernels.impact = solver.impact(arena, &asked);
+            let without = solver.impact(arena, &asked);
+            kernels.impact = levels.solve(arena, without, true).values;
+            // States have no impulses.
+            let first = equations.coordinates.len();
+            kernels.impact.splice(first..first, equations.states.iter().map(|_| Expr::ZERO));
         }
         kernels
     }
@@ -44,14 +56,30 @@ impl ContactKernels {
     /// With the tapes of its kernels.
     pub fn lower(
         equations: &Equations,
-        [gaps, rates, accelerations, restitutions, impact]: [Tape; 5],
+        [gaps, rates, accelerations, restitutions, impact, pressing, locks]: [Tape; 7],
     ) -> Option<Contacts> {
-        let all = equations.system.mechanism.unilaterals.iter().enumerate().filter_map(|(index, own)| {
-            let constraint = equations.row_of_unilateral(index)? as u32;
-            Some(Contact { name: own.name.clone(), constraint, closed: own.closed.0 as u32 })
-        });
-        let all: Vec<Contact> = all.collect();
-        let contacts = Contacts { all, gaps, rates, accelerations, restitutions, impact };
+        let mechanism = &equations.system.mechanism;
+        let rows: Vec<Option<usize>> =
+            (0..mechanism.unilaterals.len()).map(|index| equations.row_of_unilateral(index)).collect();
+        let mut first = 0;
+        let mut all = Vec::new();
+        for (own, row) in mechanism.unilaterals.iter().zip(&rows) {
+            let Some(row) = *row else { continue };
+            let slip = own.slip.as_ref().map(|slip| {
+                let counted = |place: usize| rows[..place].iter().flatten().count() as u32;
+                let signs = slip.signs.len() as u32;
+                first += signs;
+                Slip {
+                    level: row as u32 + 1,
+                    on: slip.on.map(counted),
+                    signs,
+                    sums: first - signs,
+                    follows: slip.law.mu != Formula::Number(0.0),
+                }
+            });
+            all.push(Contact { name: own.name.clone(), constraint: row as u32, closed: own.closed.0 as u32, slip });
+        }
+        let contacts = Contacts { all, gaps, rates, accelerations, restitutions, impact, pressing, locks };
         (contacts.gaps.results.len() == contacts.all.len() && !contacts.all.is_empty()).then_some(contacts)
     }
 }

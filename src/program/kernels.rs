@@ -51,6 +51,8 @@ kernels! {
     gap_accelerations,
     restitutions,
     impact,
+    pressing,
+    locks,
     /// Coefficients of the arm form.
     arms,
     /// Coefficients of the arm form without loads.

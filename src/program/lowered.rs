@@ -24,7 +24,8 @@ use crate::laws::{domains, motion_indicators, ranges, steep};
 use crate::model::{Method, Output};
 use crate::network::{Held, Origin};
 use crate::solve::{
-    Block, Incidence, Loops, Obstacle, Shared, SolveTree, blocks, is_driven, least_norm, solve_tree, typical,
+    Block, Incidence, Levels, Loops, Obstacle, Shared, Solution, SolveTree, blocks, is_driven, least_norm, solve_tree,
+    typical,
 };
 use crate::tape::{Assembler, layout};
 
@@ -135,11 +136,14 @@ pub fn program(
     if !driven {
         let (solver, solve_tree) = solve_tree::solver(equations, length, pose)?;
         moving.solve_tree = solve_tree;
-        moving.solved = solver.motion(&mut equations.system.arena, equations.constraints.len());
+        let levels = Levels::new(equations, &solver);
+        let without = solver.motion(&mut equations.system.arena, equations.constraints.len());
+        let Solution { values, locks } = levels.solve(&mut equations.system.arena, without, false);
+        moving.solved = values;
         moving.add_states(equations);
         let arena = &mut equations.system.arena;
         moving.reciprocal_pivots = solver.reciprocal_pivots(arena);
-        moving.contacts = ContactKernels::new(equations, &solver);
+        moving.contacts = ContactKernels::new(equations, &solver, (&levels, locks));
         let arena = &mut equations.system.arena;
         if equations.constraints.iter().any(|row| row.is_imposed()) {
             let states = vec![Expr::ZERO; equations.states.len()];
@@ -197,6 +201,9 @@ pub fn program(
 /// many bodies move with many angles each.
 fn series(equations: &mut Equations, length: f64, pose: &State) -> Result<(ArmForm, Vec<Expr>), String> {
     let values = typical(pose);
+    if equations.constraints.iter().any(|row| row.standing == Standing::Level) {
+        return Err("dry friction that sticks follows from reactions, of which series know nothing yet".into());
+    }
     match equations.system.mechanism.solver.method {
         Method::Auto => arm_form(equations, length, &values),
         Method::Explicit => Err("the scene asks for `method = \"explicit\"`".into()),
@@ -346,6 +353,8 @@ fn assemble(
         gap_accelerations: &moving.contacts.accelerations,
         restitutions: &moving.contacts.restitutions,
         impact: &moving.contacts.impact,
+        pressing: &moving.contacts.pressing,
+        locks: &moving.contacts.locks,
         arms,
         masses,
     };
@@ -381,8 +390,15 @@ fn assemble(
         velocity_jacobian: sparse(&position.velocities.jacobian, kernels.velocity_jacobian),
         ..Initial::default()
     };
-    let of_contacts =
-        [kernels.gaps, kernels.gap_rates, kernels.gap_accelerations, kernels.restitutions, kernels.impact];
+    let of_contacts = [
+        kernels.gaps,
+        kernels.gap_rates,
+        kernels.gap_accelerations,
+        kernels.restitutions,
+        kernels.impact,
+        kernels.pressing,
+        kernels.locks,
+    ];
     let contacts = ContactKernels::lower(equations, of_contacts);
     let instants = moving.instants.lower(mechanism, [kernels.begin, kernels.clocks, kernels.written, kernels.sides]);
     let instants = Instants { masks: masks(equations, roles), contacts, ..instants };
@@ -429,7 +445,7 @@ fn roles(equations: &Equations, length: f64, pose: &State) -> Vec<Role> {
         Standing::Imposed => Role::Imposed,
         Standing::OneSided => Role::OneSided,
         Standing::Repeats if chosen => Role::Repeating,
-        Standing::Repeats | Standing::SecondOrder | Standing::Trivial => Role::LeftOut,
+        Standing::Repeats | Standing::SecondOrder | Standing::Trivial | Standing::Level => Role::LeftOut,
     };
     equations.constraints.iter().map(role).collect()
 }

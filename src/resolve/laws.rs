@@ -8,8 +8,8 @@ use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
 use crate::diagnostic::suggest;
 use crate::expr::{Binary, Function, Unary};
-use crate::model::measure::{ANYTHING, NUMBER, Wanted};
-use crate::model::{Formula, Friction, InputId, Limits, Motion, Range};
+use crate::model::measure::{ANYTHING, LENGTH, NUMBER, Wanted};
+use crate::model::{Formula, Friction, InputId, Limits, Motion, Pressed, Quantity, Range};
 use crate::scene::constant;
 use crate::scene::decode::Fields;
 use crate::scene::document::{Content, Node};
@@ -36,55 +36,98 @@ impl Resolver<'_> {
             }
         }
     }
-    /// `{ coulomb = 0.1, velocity = 0.01 }`
+    /// `{ coulomb = 0.1, velocity = 0.01 }`, which is smooth, or `{ coulomb = 0.1 }`, `{ mu = 0.2 }`, which sticks.
     pub(super) fn friction(
         &mut self,
         node: &Node,
         what: &str,
         user: &str,
-        [level, speed]: &[Wanted; 2],
+        ([level, speed], pressed): (&[Wanted; 2], Pressed),
     ) -> Option<Friction> {
+        let example = pressed.example();
         if matches!(node.kind, Content::Number(_) | Content::Text(_)) {
-            let message = format!("{what} is a number, but needs a level and a velocity");
+            let message = format!("{what} is a number, but needs a table");
             let fault = Fault::new("scene::friction", message, node.span).label("not a table");
-            self.faults.push(fault.help(format!(
-                "write `friction = {{ coulomb = ..., velocity = 0.01 }}`: a constant level [{}], and the velocity [{}] below which it fades \
-                 to zero; a coefficient in proportion to the load is not available",
-                level.si, speed.si
-            )));
+            self.faults.push(fault.help(format!("write `friction = {example}`")));
             return None;
         }
-        let keys = ["coulomb", "velocity", "viscous", "coefficient"];
-        let fields = Fields::open(node, what, node.span, &keys, self.faults)?;
-        self.refuse_friction_key(
-            &fields,
-            "viscous",
-            "viscous friction is a key of the joint itself",
-            "write `damping = ...` beside `friction`",
-        );
-        if self.refuse_friction_key(
-            &fields,
-            "coefficient",
-            "friction in proportion to the load is not available: loads may not depend on reactions",
-            "give a constant level instead: `coulomb = 0.1`",
-        ) {
+        let known = ["coulomb", "velocity", "mu", "static", "radius", "length", "viscous", "coefficient"];
+        let fields = Fields::open(node, what, node.span, &known, self.faults)?;
+        let refused = [
+            ("viscous", "viscous friction is a key of the joint itself", "write `damping = ...` beside `friction`"),
+            ("coefficient", "the coefficient of friction is called `mu`", "write `mu = ...`"),
+        ];
+        let mut is_refused = false;
+        for (key, why, help) in refused {
+            is_refused |= self.refuse_friction_key(&fields, key, why, help);
+        }
+        if is_refused || !self.check_friction_keys(&fields, pressed, node.span, &example) {
             return None;
         }
-        let coulomb = self.faults.required_quantity(
-            &fields,
-            "coulomb",
-            "give the level of the friction: a torque or a force, such as `coulomb = 0.1`",
-        );
-        let velocity = self.faults.required_quantity(
-            &fields,
-            "velocity",
-            "give the velocity below which friction fades to zero, small against the usual ones, such as `velocity = 0.01`",
-        );
         let of = |key: &str| format!("`{key}` of the friction of {user}");
+        let mut given = |key: &str, range: Range, wanted: &Wanted| -> Option<Option<Formula>> {
+            let Some(node) = fields.get(key) else { return Some(None) };
+            let quantity = self.faults.quantity(node, &of(key))?;
+            Some(Some(self.constant_in(range, &quantity, &of(key), wanted)))
+        };
+        let coulomb = given("coulomb", Range::NotNegative, level);
+        let velocity = given("velocity", Range::Positive, speed);
+        let (mu, ratio) = (given("mu", Range::NotNegative, &NUMBER), given("static", Range::Positive, &NUMBER));
+        let (radius, length) = (given("radius", Range::Positive, &LENGTH), given("length", Range::Positive, &LENGTH));
+        let [zero, one] = [0.0, 1.0].map(Formula::Number);
+        let ratio = ratio?.unwrap_or(one);
+        if constant::evaluate(&ratio, &self.values) < 1.0 {
+            let message = format!("{what} is smaller at rest than while it slides");
+            let fault = Fault::new("scene::friction", message, fields.key_span("static").unwrap_or(node.span));
+            self.faults.push(
+                fault.label("less than one").help("`static` is the level at rest by that while it slides: 1 or more"),
+            );
+            return None;
+        }
         Some(Friction {
-            coulomb: self.constant_in(Range::NotNegative, &coulomb?, &of("coulomb"), level),
-            velocity: self.constant_in(Range::Positive, &velocity?, &of("velocity"), speed),
+            coulomb: coulomb?.unwrap_or_else(|| zero.clone()),
+            velocity: velocity?,
+            mu: mu?.unwrap_or(zero),
+            ratio,
+            radius: radius?,
+            length: length?,
         })
+    }
+
+    /// True if the keys belong together, and to what presses here.
+    fn check_friction_keys(&mut self, fields: &Fields<'_>, pressed: Pressed, span: Span, example: &str) -> bool {
+        let has = |key: &str| fields.get(key).is_some();
+        let is_long = pressed == Pressed::Guide { holds_angle: true };
+        let is_round = matches!(pressed, Pressed::Pin | Pressed::Reaction(Quantity::Force));
+        let fades = matches!(pressed, Pressed::Pin | Pressed::Guide { .. });
+        let wrong: Option<(&str, &str)> = match pressed {
+            _ if has("velocity") && !fades => Some(("velocity", "it sticks at rest: leave `velocity` out")),
+            Pressed::Contact if has("coulomb") => {
+                Some(("coulomb", "a contact rubs in proportion to what presses: `mu`"))
+            }
+            Pressed::Nothing if has("mu") => Some(("mu", "nothing is known that presses: give the level, `coulomb`")),
+            _ if has("velocity") && !has("coulomb") => {
+                Some(("velocity", "without `coulomb` there is no level that could fade"))
+            }
+            _ if has("velocity") && has("mu") => {
+                Some(("velocity", "friction in proportion to what presses sticks at rest"))
+            }
+            _ if has("velocity") && has("static") => Some(("static", "what fades at rest has no level there")),
+            _ if is_round && has("mu") && !has("radius") => Some(("mu", "its lever is missing: `radius`")),
+            _ if has("radius") && !(has("mu") && is_round) => {
+                Some(("radius", "it is that of a pin or a thread with `mu`"))
+            }
+            _ if has("length") && !(has("mu") && is_long) => {
+                Some(("length", "it is that of a guide with `mu` that holds the angle"))
+            }
+            _ if !has("coulomb") && !has("mu") => Some(("", "it has no level")),
+            _ => None,
+        };
+        let Some((key, why)) = wrong else { return true };
+        let message = format!("{}: {why}", fields.owner);
+        let fault = Fault::new("scene::friction", message, fields.key_span(key).unwrap_or(span)).label("not like this");
+        self.faults.push(fault.help(format!("write for instance `friction = {example}`")));
+        false
     }
 
     /// `{ min = -0.1, max = 0.2, restitution = 0.5 }`

@@ -322,7 +322,9 @@ impl<'s> Resolver<'s> {
                 let vector = self.faults.vector(node, &written)?;
                 Some(Value::Vector(self.axis(&vector, &what)))
             }
-            Form::Friction(wanted) => self.friction(node, &written, user, &wanted).map(Value::Friction),
+            Form::Friction(wanted, pressed) => {
+                self.friction(node, &written, user, (&wanted, pressed)).map(Value::Friction)
+            }
             Form::Limits(wanted) => self.stops(node, &written, user, &wanted).map(Value::Limits),
             Form::Motion(wanted) => self.motion(node, key.name, &what, &wanted).map(Value::Motion),
             Form::Choice(words, help) => self.choice(node, fields, key.name, words, help),

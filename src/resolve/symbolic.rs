@@ -183,7 +183,11 @@ impl Namer<'_> {
             }
             Value::Friction(friction) => {
                 friction.coulomb = self.formula(&friction.coulomb, About { letter: "C", ..about });
-                friction.velocity = self.formula(&friction.velocity, About { letter: "w", ..about });
+                let named = [(&mut friction.velocity, "w"), (&mut friction.radius, "r"), (&mut friction.length, "l")];
+                for (own, letter) in named {
+                    *own = own.as_ref().map(|own| self.formula(own, About { letter, ..about }));
+                }
+                friction.mu = self.formula(&friction.mu, About { letter: "m", ..about });
             }
             Value::Limits(limits) => {
                 limits.formulas_mut().for_each(|own| *own = self.formula(own, About { letter: "l", ..about }));

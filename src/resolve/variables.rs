@@ -9,7 +9,7 @@ use crate::component::{ENERGIES, RESIDUALS, Section};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
 use crate::diagnostic::suggest;
-use crate::model::{Aspect, Owner, Place, Quantity, Variable};
+use crate::model::{Aspect, Contact, Owner, Place, Quantity, Variable};
 use crate::scene::document::Content;
 use crate::scene::key::Form;
 use crate::scene::part::Part;
@@ -25,7 +25,17 @@ pub(super) fn of_part(part: &Part, section: Section) -> Option<(String, Vec<Quan
         _ => true,
     };
     let is_free = is_understood && limits.is_some_and(|key| part.get(key.name).is_none());
-    let has = |quantity: &Quantity| !is_free || !matches!(quantity.aspect(), Aspect::OneSided(_));
+    let sticks = component.keys.iter().find(|key| matches!(key.form, Form::Friction(..)));
+    let sticks = sticks.and_then(|key| part.get(key.name)).is_some_and(|node| match &node.kind {
+        Content::Table(entries) => entries.iter().all(|(key, _)| key.text != "velocity"),
+        _ => false,
+    });
+    let has = |quantity: &Quantity| match quantity.aspect() {
+        Aspect::OneSided(Contact::Sliding) => sticks,
+        Aspect::OneSided(Contact::Mode) => sticks || !is_free,
+        Aspect::OneSided(_) => !is_free,
+        _ => true,
+    };
     let own = component.variables.iter().copied().filter(has);
     Some((component.words(), own.chain([Quantity::Power]).collect()))
 }

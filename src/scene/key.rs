@@ -1,5 +1,6 @@
 //! The keys of a scene: how each is written, in which unit, and what it says.
 
+use crate::model::Pressed;
 pub use crate::model::Range;
 use crate::model::measure::Wanted;
 
@@ -59,8 +60,8 @@ pub enum Form {
     ConstantVector(Wanted),
     /// A direction.
     Axis,
-    /// Dry friction with a level and a velocity.
-    Friction([Wanted; 2]),
+    /// Dry friction: the measures of its level and of the velocity below which it fades, and what presses.
+    Friction([Wanted; 2], Pressed),
     /// Where a motion of this measure ends, and how it rebounds there.
     Limits(Wanted),
     /// A prescribed motion, its rate and its acceleration.

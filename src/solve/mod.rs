@@ -4,6 +4,7 @@ mod augment;
 mod blocks;
 mod eliminate;
 pub(crate) mod least_norm;
+mod levels;
 mod motion;
 pub(crate) mod solve_tree;
 
@@ -11,6 +12,7 @@ pub use blocks::{Block, Incidence};
 pub(crate) use blocks::{Loops, blocks, is_driven};
 pub use eliminate::{Factor, Obstacle, System};
 pub use least_norm::Shared;
+pub(crate) use levels::{Levels, Solution};
 pub(crate) use motion::typical;
 pub use motion::{MotionSystem, Solver};
 pub use solve_tree::{SolveTree, in_solve_tree};

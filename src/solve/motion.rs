@@ -140,6 +140,13 @@ impl Solver {
         results
     }
 
+    /// What loads of the coordinates alone add to the accelerations and to the reactions of all loop equations.
+    pub fn response(&self, arena: &mut Arena, loads: &[Expr], constraints: usize) -> Vec<Expr> {
+        let mut right = loads.to_vec();
+        right.resize(self.system.load.len() + self.system.rows.len(), Expr::ZERO);
+        self.results(arena, &right, constraints, false)
+    }
+
     /// Reciprocal pivots of the loop equations: they grow towards a singular configuration.
     pub fn reciprocal_pivots(&self, arena: &mut Arena) -> Vec<Expr> {
         self.factor.reciprocal_pivots(arena, self.system.load.len())

@@ -13,7 +13,7 @@ use std::collections::HashMap;
 
 use super::eliminate::Obstacle;
 use super::motion::{Branch, LoopRow, MotionSystem, Solver, scales, typical};
-use crate::equations::{Constraint, Coordinate, Equations};
+use crate::equations::{Constraint, Coordinate, Equations, Standing};
 use crate::expr::{Expr, Order, Symbol};
 use crate::model::BodyId;
 use crate::network::{ElementId, Held, Trees};
@@ -47,8 +47,10 @@ pub struct SolveTree {
 pub fn solver(equations: &mut Equations, length: f64, pose: &State) -> Result<(Solver, Option<SolveTree>), Obstacle> {
     let bodies = equations.system.mechanism.bodies.len();
     let deepest = (0..bodies).map(|body| equations.depth(BodyId(body))).max().unwrap_or(0);
+    // Levels act on the branch coordinates.
+    let rubs = equations.constraints.iter().any(|row| row.standing == Standing::Level);
     let many = bodies > COUNTED && (0..bodies).any(|body| equations.moving(BodyId(body)) >= DEEP);
-    if !many && deepest < DEEP && equations.largest_loop() < LONG {
+    if rubs || !many && deepest < DEEP && equations.largest_loop() < LONG {
         let system = MotionSystem::in_branch_coordinates(equations, length);
         return Ok((system.factorise(equations, pose)?, None));
     }

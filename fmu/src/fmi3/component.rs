@@ -7,6 +7,7 @@ use super::types::{
 use crate::fmi::component::{self, Interface, MODES, Mode, Outcome, Refusal, Version};
 use crate::fmi::logging::{Category, Severity};
 use crate::fmi::states;
+use crate::hybrid::tick::is_later;
 use crate::instance::{Handled, Instance, InstanceError};
 
 /// What an instance of this version was made with, and its step under way.
@@ -302,7 +303,7 @@ impl Component {
             let (ended, time) = (self.instance.is_ended(), self.instance.time());
             return match done {
                 Err(refusal) if !ended => Err(refusal),
-                _ => Ok(Progress::Done(End { event: false, early: time < point + step && ended, ended, time })),
+                _ => Ok(Progress::Done(End::new(false, ended, time, point + step))),
             };
         }
         self.check_step(point, step)?;
@@ -361,7 +362,14 @@ impl Component {
     fn end(&mut self, changed: bool, target: f64, event: bool) -> Progress {
         self.version.step = None;
         self.instance.join_steps(changed);
-        let time = self.instance.time();
-        Progress::Done(End { event, early: time < target, ended: self.instance.is_ended(), time })
+        Progress::Done(End::new(event, self.instance.is_ended(), self.instance.time(), target))
+    }
+}
+
+impl End {
+    /// A tick that differs from the communication point by rounding errors only is that point.
+    fn new(event: bool, ended: bool, time: f64, target: f64) -> Self {
+        let early = is_later(target, time);
+        Self { event, early, ended, time: if early { time } else { target } }
     }
 }

@@ -1,13 +1,14 @@
-//! What is held on one side only, at an instant: who touches, what an impact does, and what is open or closed after it.
+//! What is held on one side only or sticks, at an instant: who touches, what an impact does, and what is open or closed, sticks or slips after it.
 //!
-//! Every mode is the same symmetric matrix: the parameter that is 1 while a contact is closed multiplies its loop equation (see [`crate::program::Contacts`]). So the tapes of the program serve
-//! all modes, and opening or closing is a number in the state. Nothing here remembers anything but storage.
+//! Every mode is the same symmetric matrix: the parameter that is 1 while a contact is closed, or something sticks, multiplies its loop equation (see [`crate::program::Contacts`]). So the tapes of
+//! the program serve all modes, and a change of mode is a number in the state. Nothing here remembers anything but storage.
 
+use super::modes::{Choices, MOST_TRIALS};
 use crate::failure::Failure;
 use crate::machine::Machine;
 use crate::math::maximum;
 use crate::model::{Model, State};
-use crate::program::Contacts as Data;
+use crate::program::{Contacts as Data, Slip};
 
 /// What is open no further than this share of its scale touches: an instant is found to rounding errors of the motion.
 pub(crate) const TOUCHING: f64 = 1e-11;
@@ -15,8 +16,6 @@ pub(crate) const TOUCHING: f64 = 1e-11;
 pub(crate) const RESTING: f64 = 1e-11;
 /// What must not be negative may be by this share of its size.
 const ROUNDING: f64 = 1e-9;
-/// More contacts than these are not decided at once: all their modes are tried.
-const MOST_AT_ONCE: usize = 8;
 /// A flight that is lower than rounding errors of a gap has no end that can be found: its time is this many times the root of 8 eps L / a.
 const SHORTEST_FLIGHT: f64 = 10.0;
 
@@ -25,23 +24,30 @@ const SHORTEST_FLIGHT: f64 = 10.0;
 pub(crate) struct Contacts {
     pub gaps: Vec<f64>,
     pub rates: Vec<f64>,
-    accelerations: Vec<f64>,
-    restitutions: Vec<f64>,
+    pub accelerations: Vec<f64>,
+    /// Of what slips: its level at rest by that while it slips.
+    pub restitutions: Vec<f64>,
+    /// The sums whose sizes press.
+    pub pressing: Vec<f64>,
+    /// The same without accelerations and reactions.
+    at_rest: Vec<f64>,
+    pub locks: Vec<f64>,
     /// Changes of rates, then multipliers, of an impact.
     change: Vec<f64>,
     /// a, then lambda.
     solved: Vec<f64>,
     /// By how much the rate of each loop equation has to fall.
     asked: Vec<f64>,
-    /// Contacts that take part in an impact, or are undecided.
-    concerned: Vec<usize>,
+    /// What is undecided.
+    choices: Choices,
     /// True for contacts that have hit in the last impact.
     pub hit: Vec<bool>,
     /// Rates before the impact.
     before: Vec<f64>,
     rest: Vec<f64>,
-    /// Who was closed before the impact, and who does not rebound.
-    modes: Vec<bool>,
+    /// The parameters, with all modes, before something was tried, and before all.
+    kept: Vec<f64>,
+    began: Vec<f64>,
     /// Who touches, and whose reaction has fallen to zero.
     touches: Vec<bool>,
     leaves: Vec<bool>,
@@ -52,20 +58,26 @@ impl Contacts {
     pub fn new(model: &Model) -> Self {
         let (program, count) = (model.program(), model.program().instants.contacts().len());
         let (n, m) = (program.coordinates.len(), program.constraints.len());
+        let results = |of: fn(&Data) -> usize| program.instants.contacts.as_ref().map_or(0, of);
+        let (sums, locks) = (results(|data| data.pressing.results.len()), results(|data| data.locks.results.len()));
         let zeros = || vec![0.0; count];
         Self {
             gaps: zeros(),
             rates: zeros(),
             accelerations: zeros(),
             restitutions: zeros(),
+            pressing: vec![0.0; sums],
+            at_rest: vec![0.0; sums],
+            locks: vec![0.0; locks],
             change: vec![0.0; n + m],
             solved: vec![0.0; n + m],
             asked: vec![0.0; m],
-            concerned: Vec::with_capacity(count),
+            choices: Choices::with_capacity(count + sums),
             hit: vec![false; count],
             before: zeros(),
             rest: vec![0.0; n],
-            modes: vec![false; count],
+            kept: vec![0.0; program.parameters.len()],
+            began: vec![0.0; program.parameters.len()],
             touches: vec![false; count],
             leaves: vec![false; count],
             dead: vec![false; count],
@@ -80,11 +92,11 @@ impl Contacts {
         machine.evaluate(&data.rates, &mut self.rates);
     }
 
-    /// Lets what touches collide, and decides what is closed afterwards. `turns` says which have been found to change here: open ones touch, wherever the method has taken them to within its
-    /// tolerance, and closed ones open if both fit.
+    /// Lets what touches collide, and decides what is closed and what sticks afterwards. `turns` says which have been found to change here: open ones touch, wherever the method has taken them to
+    /// within its tolerance, closed ones open if both fit, and what sticks slips; then the signs of what presses.
     ///
     /// # Errors
-    /// No mode fits, or too many contacts are undecided at once.
+    /// No mode fits, or too many are possible at once.
     pub fn resolve(
         &mut self,
         model: &Model,
@@ -93,6 +105,7 @@ impl Contacts {
         turns: impl Fn(usize) -> bool,
     ) -> Result<(), Failure> {
         let Some(data) = &model.program().instants.contacts else { return Ok(()) };
+        self.began.copy_from_slice(state.parameters());
         self.measure(model, machine, state);
         machine.evaluate(&data.restitutions, &mut self.restitutions);
         self.hit.fill(false);
@@ -100,9 +113,10 @@ impl Contacts {
         self.before.copy_from_slice(&self.rates);
         let context = &mut Place { model, data, machine, state };
         for index in 0..self.gaps.len() {
-            let closed = context.is_closed(index);
-            self.touches[index] = closed || turns(index) || self.gaps[index] <= TOUCHING * context.scale(index);
-            self.leaves[index] = closed && turns(index);
+            let (closed, is_contact) = (context.is_closed(index), context.slip(index).is_none());
+            let is_near = self.gaps[index] <= TOUCHING * context.scale(index);
+            self.touches[index] = is_contact && (closed || turns(index) || is_near);
+            self.leaves[index] = is_contact && closed && turns(index);
         }
         let hits = |index: usize| {
             let comes = self.rates[index] < -self.least_rate(context, index);
@@ -112,44 +126,73 @@ impl Contacts {
             self.collide(context)?;
             self.end_bounces(context, tolerance)?;
         }
-        self.decide(context)
+        let r = self.decide(context, &turns);
+        r
     }
 
-    /// Newton's law: those that hit leave with their share of the speed, and whoever touches does not go in. Which impulses press is found by trial, as there is but one set of them that fits
-    /// (Glocker 2001, section 8). `dead` ones do not rebound.
+    /// True if something has hit, or is in another mode than before.
+    pub fn has_changed(&self, data: &Data, state: &State, index: usize) -> bool {
+        let own = &data.all[index];
+        let same = |parameter: usize| self.began[parameter] == state.parameters()[parameter];
+        self.hit[index] || !same(own.closed as usize) || own.slip.is_some() && !same(own.direction())
+    }
+
+    /// Newton's law: those that hit leave with their share of the speed, and whoever touches does not go in. Coulomb's law for impulses: what rubs there sticks, or slips against no more than mu
+    /// times the impulse that presses. Which impulses press, and what slips, is found by trial (Glocker 2001, section 8). `dead` ones do not rebound.
     fn collide(&mut self, context: &mut Place) -> Result<(), Failure> {
-        self.concerned.clear();
-        self.concerned.extend((0..self.gaps.len()).filter(|&index| self.touches[index]));
-        if self.concerned.len() > MOST_AT_ONCE {
-            return Err(context.failure(&self.concerned, TOO_MANY));
-        }
-        let count = self.concerned.len();
-        (0..self.modes.len()).for_each(|index| self.modes[index] = context.is_closed(index));
+        self.kept.copy_from_slice(context.state.parameters());
         self.rest.copy_from_slice(context.state.rates());
-        for trial in (0..1_usize << count).rev() {
-            for (place, &index) in self.concerned.iter().enumerate() {
-                context.close(index, trial >> place & 1 == 1);
-            }
-            self.strike(context);
-            if self.is_impact(context) {
-                self.keep_impulses(context);
-                context.restore(&self.modes);
-                return Ok(());
-            }
-            context.state.rates_mut().copy_from_slice(&self.rest);
+        self.list_of_impact(context);
+        let trials = self.choices.trials();
+        if trials > MOST_TRIALS {
+            return Err(context.failure(&self.choices, TOO_MANY));
         }
-        context.restore(&self.modes);
-        Err(context.failure(&self.concerned, NO_IMPACT))
+        for trial in 0..trials {
+            if self.choices.set(trial, context.data, context.state.parameters_mut()) {
+                self.strike(context);
+                if self.is_impact(context) {
+                    self.keep_impulses(context);
+                    context.state.parameters_mut().copy_from_slice(&self.kept);
+                    return Ok(());
+                }
+                context.state.rates_mut().copy_from_slice(&self.rest);
+            }
+        }
+        context.state.parameters_mut().copy_from_slice(&self.kept);
+        Err(context.failure(&self.choices, NO_IMPACT))
+    }
+
+    /// Who takes part in an impact. A level that does not follow from reactions has no impulse.
+    fn list_of_impact(&mut self, context: &mut Place) {
+        self.choices.clear();
+        for index in (0..self.gaps.len()).filter(|&index| self.touches[index]) {
+            self.choices.contact(index, true);
+        }
+        for index in 0..self.gaps.len() {
+            let data = context.data;
+            let Some(slip) = &data.all[index].slip else { continue };
+            let touches = slip.on.is_none_or(|on| self.touches[on as usize]);
+            if !slip.follows || !touches {
+                data.all[index].slips(context.state.parameters_mut(), None);
+                continue;
+            }
+            let rate = self.before[index];
+            let is_slow = rate.abs() <= self.least_rate(context, index);
+            self.choices.slip(index, if is_slow { [0.0, 1.0, -1.0] } else { [rate.signum(), 0.0, -rate.signum()] });
+            for parameter in data.all[index].signs() {
+                self.choices.sign(parameter, context.state.parameters()[parameter]);
+            }
+        }
     }
 
     /// The rates after an impact of those that are closed.
     fn strike(&mut self, context: &mut Place) {
         self.asked.fill(0.0);
-        for &index in &self.concerned {
-            let (rate, row) = (self.before[index], context.data.all[index].constraint as usize);
-            let rebounds = rate < 0.0 && !self.dead[index];
+        for (index, contact) in context.data.all.iter().enumerate() {
+            let (rate, is_contact) = (self.before[index], contact.slip.is_none());
+            let rebounds = is_contact && rate < 0.0 && !self.dead[index];
             let share = if rebounds { self.restitutions[index] } else { 0.0 };
-            self.asked[row] = (1.0 + share) * rate;
+            self.asked[contact.constraint as usize] = (1.0 + share) * rate;
         }
         let Place { model, data, machine, state } = context;
         machine.load(model, state);
@@ -160,23 +203,39 @@ impl Contacts {
         }
         machine.load(model, state);
         machine.evaluate(&data.rates, &mut self.rates);
+        let n = model.coordinates();
+        for (values, factor) in [(&mut self.at_rest, 0.0), (&mut self.pressing, 1.0)] {
+            self.solved.iter_mut().zip(&self.change).for_each(|(solved, change)| *solved = factor * change);
+            machine.load_accelerations(model, &self.solved[..n]);
+            machine.load_reactions(model, &self.solved[n..]);
+            machine.evaluate(&data.pressing, values);
+        }
+        // Only what follows from impulses counts.
+        self.pressing.iter_mut().zip(&self.at_rest).for_each(|(sum, rest)| *sum -= rest);
     }
 
-    /// True if every impulse presses, nobody who touches goes in further than it may, and no energy has come from anywhere: sum of impulse x mean rate is not positive.
+    /// True if every impulse presses, nobody who touches goes in further than it may, what slips does so against its friction, and no energy has come from anywhere: sum of impulse x mean rate is
+    /// not positive.
     fn is_impact(&self, context: &Place) -> bool {
-        let impulses = &self.change[context.model.coordinates()..];
-        let impulse = |index: usize| -impulses[context.data.all[index].constraint as usize];
-        let largest = self.concerned.iter().fold(0.0, |most, &index| maximum(most, impulse(index).abs()));
-        let fastest = self.concerned.iter().fold(0.0, |most, &index| maximum(most, self.before[index].abs()));
+        let multipliers = &self.change[context.model.coordinates()..];
+        let concerned = || self.choices.concerned();
+        let largest = concerned().fold(0.0, |most, index| maximum(most, context.force(index, multipliers).abs()));
+        let fastest = concerned().fold(0.0, |most, index| maximum(most, self.before[index].abs()));
         let (mut energy, mut size) = (0.0, 0.0);
-        for &index in &self.concerned {
-            let (rate, impulse) = (self.rates[index], impulse(index));
+        for index in concerned() {
+            let (rate, impulse) = (self.rates[index], context.force(index, multipliers));
             if !rate.is_finite() || !impulse.is_finite() {
                 return false;
             }
-            let fits = match context.is_closed(index) {
-                true => impulse >= -ROUNDING * largest,
-                false => rate >= -ROUNDING * fastest,
+            let fits = match (context.slip(index), context.is_closed(index)) {
+                (None, true) => impulse >= -ROUNDING * largest,
+                (None, false) => rate >= -ROUNDING * fastest,
+                (Some(_), sticks) => {
+                    let level = context.level(index, multipliers);
+                    let direction = context.direction(index);
+                    let holds = if sticks { impulse.abs() <= level + ROUNDING * largest } else { true };
+                    holds && level >= -ROUNDING * largest && direction * rate >= -ROUNDING * fastest
+                }
             };
             if !fits {
                 return false;
@@ -184,16 +243,27 @@ impl Contacts {
             energy += 0.5 * impulse * (rate + self.before[index]);
             size += impulse.abs() * fastest;
         }
-        energy <= ROUNDING * size
+        energy <= ROUNDING * size && self.have_signs(context, largest)
     }
 
-    fn keep_impulses(&mut self, context: &mut Place) {
-        let n = context.model.coordinates();
-        for &index in &self.concerned {
-            let impulse = -self.change[n + context.data.all[index].constraint as usize];
+    /// True if what presses has the signs that are assumed.
+    fn have_signs(&self, context: &Place, largest: f64) -> bool {
+        let rubbing = context.data.all.iter().filter_map(|contact| Some((contact, contact.slip.as_ref()?)));
+        rubbing.into_iter().all(|(contact, slip)| {
+            let sums = self.pressing[slip.sums as usize..].iter();
+            contact.signs().zip(sums).all(|(parameter, sum)| {
+                context.state.parameters()[parameter] * sum >= -ROUNDING * maximum(largest, sum.abs())
+            })
+        })
+    }
+
+    fn keep_impulses(&mut self, context: &Place) {
+        let multipliers = &self.change[context.model.coordinates()..];
+        for index in self.choices.concerned().filter(|&index| context.slip(index).is_none()) {
+            let impulse = context.force(index, multipliers);
             if context.is_closed(index) && impulse > 0.0 && self.before[index] < 0.0 {
                 self.hit[index] = true;
-                context.state.parameters_mut()[context.data.all[index].closed as usize + 1] = impulse;
+                self.kept[context.data.all[index].closed as usize + 1] = impulse;
             }
         }
     }
@@ -216,50 +286,132 @@ impl Contacts {
         Ok(())
     }
 
-    /// Which of those that touch and do not move apart are closed: the only modes in which what is open does not go in, and what is closed presses.
-    fn decide(&mut self, context: &mut Place) -> Result<(), Failure> {
+    /// Which of those that touch and do not move apart are closed, and what sticks or slips: the modes in which what is open does not go in, what is closed presses, what sticks does so by no more
+    /// than its level, and what begins to slip goes on.
+    fn decide(&mut self, context: &mut Place, turns: impl Fn(usize) -> bool) -> Result<(), Failure> {
         self.measure(context.model, context.machine, context.state);
-        self.concerned.clear();
-        for index in 0..self.gaps.len() {
-            context.close(index, false);
-            if self.touches[index] && self.rates[index].abs() <= self.least_rate(context, index) {
-                self.concerned.push(index);
-            }
+        self.kept.copy_from_slice(context.state.parameters());
+        self.list_of_modes(context, turns);
+        let trials = self.choices.trials();
+        if trials > MOST_TRIALS {
+            return Err(context.failure(&self.choices, TOO_MANY));
         }
-        let count = self.concerned.len();
-        if count > MOST_AT_ONCE {
-            return Err(context.failure(&self.concerned, TOO_MANY));
-        }
-        for trial in 0..1_usize << count {
-            for (place, &index) in self.concerned.iter().enumerate() {
-                context.close(index, (trial >> place & 1 == 1) == self.leaves[index]);
+        let mut locked = false;
+        for trial in 0..trials {
+            if !self.choices.set(trial, context.data, context.state.parameters_mut()) {
+                continue;
             }
             self.accelerate(context);
-            if self.is_mode(context) {
-                return Ok(());
+            if !self.is_mode(context) {
+                continue;
+            }
+            if self.is_locked() {
+                locked = true;
+                continue;
+            }
+            if self.locks.is_empty() || self.any_sticks(context) {
+                return self.accept(context);
+            }
+            // Friction that locks may permit another motion.
+            for other in 0..trials {
+                let is_new = self.choices.set(other, context.data, context.state.parameters_mut());
+                self.accelerate(context);
+                locked |= is_new && self.is_locked() && self.is_mode(context);
+            }
+            self.choices.set(trial, context.data, context.state.parameters_mut());
+            self.accelerate(context);
+            return if locked { Err(context.failure(&self.choices, TWO_MOTIONS)) } else { self.accept(context) };
+        }
+        context.state.parameters_mut().copy_from_slice(&self.kept);
+        Err(context.failure(&self.choices, if locked { LOCKS } else { NO_MODE }))
+    }
+
+    /// What is undecided.
+    fn list_of_modes(&mut self, context: &mut Place, turns: impl Fn(usize) -> bool) {
+        // With what sticks as it is: against what it slips next.
+        self.accelerate(context);
+        self.choices.clear();
+        let count = self.gaps.len();
+        let all = &context.data.all;
+        for index in (0..count).filter(|&index| all[index].slip.is_none()) {
+            context.close(index, false);
+            if self.touches[index] && self.rates[index].abs() <= self.least_rate(context, index) {
+                self.choices.contact(index, !self.leaves[index]);
             }
         }
-        Err(context.failure(&self.concerned, NO_MODE))
+        for index in 0..count {
+            let data = context.data;
+            let Some(slip) = &data.all[index].slip else { continue };
+            let rubs = slip.on.is_none_or(|on| self.choices.includes(on as usize));
+            let direction = context.direction(index);
+            let rests = self.rates[index].abs() <= self.least_rate(context, index) || turns(index) && direction != 0.0;
+            let parameters = context.state.parameters_mut();
+            if !rubs || !rests {
+                data.all[index].slips(parameters, rubs.then_some(self.rates[index].signum()));
+            } else if direction != 0.0 {
+                self.choices.slip(index, [0.0, -direction, direction]);
+            } else if turns(index) {
+                let multiplier = self.solved[context.model.coordinates() + data.all[index].constraint as usize];
+                self.choices.slip(index, [multiplier.signum(), -multiplier.signum(), 0.0]);
+            } else {
+                self.choices.slip(index, [0.0, 1.0, -1.0]);
+            }
+            for (place, parameter) in data.all[index].signs().enumerate().filter(|_| rubs) {
+                let turned = turns(count + slip.sums as usize + place);
+                let sign = self.kept[parameter];
+                self.choices.sign(parameter, if turned { -sign } else { sign });
+            }
+        }
     }
 
     fn is_mode(&self, context: &Place) -> bool {
-        let reactions = &self.solved[context.model.coordinates()..];
-        let reaction = |index: usize| reactions[context.data.all[index].constraint as usize];
-        let largest = self.concerned.iter().fold(0.0, |most, &index| maximum(most, reaction(index).abs()));
-        self.solved.iter().all(|value| value.is_finite())
-            && self.concerned.iter().all(|&index| match context.is_closed(index) {
-                true => reaction(index) <= ROUNDING * largest,
-                false => self.accelerations[index] >= -ROUNDING * context.scale(index),
-            })
+        let multipliers = &self.solved[context.model.coordinates()..];
+        let concerned = || self.choices.concerned();
+        let largest = concerned().fold(0.0, |most, index| maximum(most, context.force(index, multipliers).abs()));
+        let fits = |index: usize| {
+            let (force, least) = (context.force(index, multipliers), -ROUNDING * context.scale(index));
+            match (context.slip(index), context.is_closed(index)) {
+                (None, true) => force >= -ROUNDING * largest,
+                (None, false) => self.accelerations[index] >= least,
+                (Some(_), true) => {
+                    force.abs() <= self.restitutions[index] * context.level(index, multipliers) + ROUNDING * largest
+                }
+                (Some(_), false) => context.direction(index) * self.accelerations[index] >= least,
+            }
+        };
+        self.solved.iter().all(|value| value.is_finite()) && concerned().all(fits) && self.have_signs(context, largest)
     }
 
-    /// Accelerations and reactions in the present mode, and the second derivatives of the gaps.
+    /// True where friction permits no accelerations that follow from it steadily.
+    fn is_locked(&self) -> bool {
+        // What is not a number is not positive.
+        !self.locks.iter().all(|&lock| lock > 0.0)
+    }
+
+    fn any_sticks(&self, context: &Place) -> bool {
+        self.choices.concerned().any(|index| context.slip(index).is_some() && context.is_closed(index))
+    }
+
+    /// What has begun to stick does so where it is.
+    fn accept(&mut self, context: &mut Place) -> Result<(), Failure> {
+        for (index, contact) in context.data.all.iter().enumerate().filter(|(_, contact)| contact.slip.is_some()) {
+            if context.is_closed(index) && self.kept[contact.closed as usize] == 0.0 {
+                context.state.parameters_mut()[contact.place()] += self.gaps[index];
+            }
+        }
+        Ok(())
+    }
+
+    /// Accelerations and reactions in the present mode, the second derivatives of the gaps, what presses and what must be positive.
     fn accelerate(&mut self, context: &mut Place) {
         let Place { model, data, machine, state } = context;
         machine.load(model, state);
         machine.evaluate(&model.program().tapes.acceleration, &mut self.solved);
         machine.load_accelerations(model, &self.solved[..model.coordinates()]);
+        machine.load_reactions(model, &self.solved[model.coordinates()..]);
         machine.evaluate(&data.accelerations, &mut self.accelerations);
+        machine.evaluate(&data.pressing, &mut self.pressing);
+        machine.evaluate(&data.locks, &mut self.locks);
     }
 
     /// A rate of a gap that is rounding errors.
@@ -277,34 +429,57 @@ struct Place<'a> {
     state: &'a mut State,
 }
 
-const TOO_MANY: &str = "more than eight contacts are undecided at once";
-const NO_IMPACT: &str = "no impulses fit their impact: together with the loops they hold something twice";
-const NO_MODE: &str = "neither open nor closed fits the motion: together with the loops they hold something twice";
+const TOO_MANY: &str = "more than 4096 combinations of what may be open or closed, stick or slip are possible at once";
+const NO_IMPACT: &str = "no impulses fit their impact: together with the loops they hold something twice, or friction would gain energy from it";
+const NO_MODE: &str = "none of their modes (open or closed, sticks or slips) fits the motion: together with the loops they hold something twice, or friction locks the mechanism as it moves";
+const TWO_MOTIONS: &str = "two motions are possible here, one of which friction locks: rigid bodies with Coulomb's law do not decide between them (Painleve); less friction does";
+const LOCKS: &str = "friction locks the mechanism while it moves: what presses grows with the friction that follows from it, without end (self-locking); less friction, or another direction of what presses, does not";
 
 impl Place<'_> {
     fn scale(&self, index: usize) -> f64 {
         self.model.program().constraints[self.data.all[index].constraint as usize].scale
     }
 
+    fn slip(&self, index: usize) -> Option<&Slip> {
+        self.data.all[index].slip.as_ref()
+    }
+
     fn is_closed(&self, index: usize) -> bool {
         is_closed(self.data, self.state, index)
+    }
+
+    fn direction(&self, index: usize) -> f64 {
+        direction(self.data, self.state, index)
+    }
+
+    /// Along the gap or the slip, from the multipliers of all loop equations.
+    fn force(&self, index: usize, multipliers: &[f64]) -> f64 {
+        let held = -multipliers[self.data.all[index].constraint as usize];
+        held - self.direction(index) * self.level(index, multipliers)
+    }
+
+    /// Against which something slips; zero for a contact.
+    fn level(&self, index: usize, multipliers: &[f64]) -> f64 {
+        self.slip(index).map_or(0.0, |slip| multipliers[slip.level as usize])
     }
 
     fn close(&mut self, index: usize, closed: bool) {
         self.state.parameters_mut()[self.data.all[index].closed as usize] = f64::from(u8::from(closed));
     }
 
-    fn restore(&mut self, modes: &[bool]) {
-        modes.iter().enumerate().for_each(|(index, &closed)| self.close(index, closed));
-    }
-
-    fn failure(&self, concerned: &[usize], why: &'static str) -> Failure {
-        let names = concerned.iter().map(|&index| self.data.all[index].name.clone()).collect();
+    fn failure(&self, choices: &Choices, why: &'static str) -> Failure {
+        let names = choices.concerned().map(|index| self.data.all[index].name.clone()).collect();
         Failure::Contact { time: self.state.time(), names, why }
     }
 }
 
-/// True while a contact is closed in a state.
+/// True while a contact is closed in a state, or something sticks.
 pub(crate) fn is_closed(data: &Data, state: &State, index: usize) -> bool {
     state.parameters()[data.all[index].closed as usize] != 0.0
+}
+
+/// 1 or -1 while something slips that way in a state, else 0.
+pub(crate) fn direction(data: &Data, state: &State, index: usize) -> f64 {
+    let own = &data.all[index];
+    if own.slip.is_some() { state.parameters()[own.direction()] } else { 0.0 }
 }

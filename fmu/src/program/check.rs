@@ -208,7 +208,15 @@ impl Program {
         }
         for contact in self.instants.contacts() {
             let row = self.constraints.get(contact.constraint as usize);
-            let is_held = (contact.closed as usize) + 1 < self.parameters.len();
+            let last = if contact.slip.is_some() { contact.signs().end - 1 } else { contact.closed as usize + 1 };
+            let slip = contact.slip.as_ref();
+            let slips = slip.is_none_or(|slip| {
+                let sums = slip.sums as usize + slip.signs as usize;
+                (slip.level as usize) < self.constraints.len()
+                    && slip.on.is_none_or(|on| (on as usize) < self.instants.contacts().len())
+                    && self.instants.contacts.as_ref().is_some_and(|all| sums <= all.pressing.results.len())
+            });
+            let is_held = last < self.parameters.len() && slips;
             if row.is_none_or(|row| row.role != Role::OneSided) || !is_held {
                 return Err(Fault::Reference { name: contact.name.clone() });
             }
@@ -269,6 +277,8 @@ impl Program {
             registers.kernel("gap accelerations", &contacts.accelerations, layout.reactions())?;
             registers.kernel("restitutions", &contacts.restitutions, layout.inputs())?;
             registers.kernel("impact", &contacts.impact, layout.constants())?;
+            registers.kernel("pressing", &contacts.pressing, layout.constants())?;
+            registers.kernel("locks", &contacts.locks, rates)?;
         }
         registers.kernel("initial position", &self.initial.position, positions)?;
         registers.kernel("initial position jacobian", &self.initial.position_jacobian.tape, positions)?;
@@ -280,8 +290,10 @@ impl Program {
     fn every_tape(&self) -> impl Iterator<Item = &Tape> {
         let (tapes, initial) = (&self.tapes, &self.initial);
         let contacts = self.instants.contacts.iter();
-        let contacts =
-            contacts.flat_map(|own| [&own.gaps, &own.rates, &own.accelerations, &own.restitutions, &own.impact]);
+        let contacts = contacts.flat_map(|own| {
+            let of_gaps = [&own.gaps, &own.rates, &own.accelerations, &own.restitutions, &own.impact];
+            of_gaps.into_iter().chain([&own.pressing, &own.locks])
+        });
         [
             &tapes.parameters,
             &tapes.constraint,

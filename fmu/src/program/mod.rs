@@ -101,6 +101,10 @@ pub struct Contacts {
     /// Changes of the rates of coordinates, then minus the impulses of all loop equations, that change the rate of each loop equation by minus what stands in the registers of reactions. Reads
     /// as `constraint`.
     pub impact: Tape,
+    /// The sums whose sizes press where something rubs. Reads a and lambda, too.
+    pub pressing: Tape,
+    /// All positive, or friction locks the mechanism so that no accelerations fit. Reads as `acceleration`.
+    pub locks: Tape,
 }
 
 /// Something that is held on one side only.
@@ -112,6 +116,42 @@ pub struct Contact {
     pub constraint: u32,
     /// The parameter that is 1 while it is closed, else 0; the next one is the impulse of the last impact.
     pub closed: u32,
+    /// If it is held on both sides while it is closed, and rubs while it is open. Then two more parameters follow: where it is held, and 1 or -1 while it slips that way, else 0; and the signs of
+    /// what presses.
+    pub slip: Option<Slip>,
+}
+
+/// How something rubs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Slip {
+    /// The row whose multiplier is the level while it slips. The level at rest is that times what stands among the restitutions.
+    pub level: u32,
+    /// What must be closed for it to rub.
+    pub on: Option<u32>,
+    /// How many signs it has.
+    pub signs: u32,
+    /// The first of its sums among those that press.
+    pub sums: u32,
+    /// True if its level follows from reactions.
+    pub follows: bool,
+}
+
+impl Contact {
+    /// The parameter that is 1 or -1 while it slips.
+    pub fn direction(&self) -> usize {
+        self.closed as usize + 3
+    }
+
+    /// The parameter that says where it sticks.
+    pub fn place(&self) -> usize {
+        self.closed as usize + 2
+    }
+
+    /// The parameters that are the signs of what presses.
+    pub fn signs(&self) -> std::ops::Range<usize> {
+        let first = self.closed as usize + 4;
+        first..first + self.slip.as_ref().map_or(0, |slip| slip.signs as usize)
+    }
 }
 
 /// Held values that change together at offset + k period, k = 0, 1, ...
@@ -157,7 +197,9 @@ impl Instants {
 
     /// How many things can happen at an instant that is not known beforehand: events, then openings, closings and impacts of contacts.
     pub fn occasions(&self) -> usize {
-        self.events.len() + self.contacts().len()
+        let turns =
+            self.contacts.as_ref().map_or(0, |contacts| contacts.pressing.results.len() + contacts.locks.results.len());
+        self.events.len() + self.contacts().len() + turns
     }
 
     /// What is held on one side only.

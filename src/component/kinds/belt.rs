@@ -1,17 +1,17 @@
 //! Belt or chain (b) over two pulleys: radius_b theta_b = +-radius_a theta_a, both angles relative to the carrier, minus if the belt is
-//! crossed. It neither slips nor stretches. The reaction is the torque on the second pulley.
+//! crossed. It does not stretch, and slips only if it has `friction`. The reaction is the torque on the second pulley.
 
 use super::gear;
 use crate::component::frame::Placed;
 use crate::component::key::{BETWEEN_WHEELS, CARRIER_BODY, Form, Key};
-use crate::component::{Component, Icon};
-use crate::model::measure::{ANGLE, LENGTH};
-use crate::model::{Part, Quantity as Q, Range};
-use crate::network::{Rows, System};
+use crate::component::{Component, Icon, Rubs};
+use crate::model::measure::{ANGLE, ANGULAR_VELOCITY, LENGTH, TORQUE};
+use crate::model::{Part, Pressed, Quantity as Q, Range};
+use crate::network::{Coupling, Rows, System};
 use crate::scene::{Joint, Quantity};
 
 pub(crate) const BELT: Component = Component {
-    about: "a belt or chain over two pulleys on a carrier, without slip",
+    about: "a belt or chain over two pulleys on a carrier",
     equations: "theta_b = +-(first_radius/second_radius) theta_a + angle",
     keys: &[
         BETWEEN_WHEELS,
@@ -41,8 +41,14 @@ pub(crate) const BELT: Component = Component {
             Form::Constant(ANGLE, Range::Any),
             "the second pulley's angle where the first's is zero",
         ),
+        Key::optional(
+            "friction",
+            Form::Friction([TORQUE, ANGULAR_VELOCITY], Pressed::Nothing),
+            "the torque on the second pulley against which the belt slips; without it, it does not",
+        ),
     ],
-    variables: &[Q::Torque],
+    variables: &[Q::Torque, Q::Mode, Q::Sliding],
+    rubs: Rubs::joint(Pressed::Nothing, |part, system| relation(part, system).terms),
     reactions: &[Q::Torque],
     undriven: ["a belt", "name the joint in which a pulley turns"],
     ..Component::joint("belt", rows, placed, icon)
@@ -56,11 +62,16 @@ fn placed(placed: &mut Placed<'_>) {
 }
 
 fn rows(part: &Part, system: &mut System) -> Rows {
+    let coupling = part.friction().is_none().then(|| relation(part, system));
+    Rows { letter: "b", coupling, ..Rows::default() }
+}
+
+/// theta_b -+ (first_radius / second_radius) theta_a = angle: what a belt that slips does not hold.
+fn relation(part: &Part, system: &mut System) -> Coupling {
     let radii = ["first_radius", "second_radius"].map(|key| system.value(part.formula(key)));
     let open = system.arena.divide(radii[0], radii[1]);
     let ratio = if is_crossed(part) { system.arena.negate(open) } else { open };
-    let coupling = gear::wheels(system, part, ratio, part.formula("angle"));
-    Rows { letter: "b", coupling: Some(coupling), ..Rows::default() }
+    gear::wheels(system, part, ratio, part.formula("angle"))
 }
 
 fn icon(part: &Part) -> Icon {

@@ -3,10 +3,10 @@
 
 use crate::component::frame::Placed;
 use crate::component::key::{AXIS, BETWEEN_POINTS, Form, Key};
-use crate::component::{Component, Icon};
+use crate::component::{Component, Icon, Rubs};
 use crate::expr::Expr;
-use crate::model::measure::{LENGTH, NUMBER};
-use crate::model::{OneSided, Part, Quantity as Q, Range};
+use crate::model::measure::{FORCE, LENGTH, NUMBER, VELOCITY};
+use crate::model::{OneSided, Part, Pressed, Quantity as Q, Range};
 use crate::network::{Direction, Port, Rows, System, Term};
 use crate::scene::{Joint, Vector};
 
@@ -24,6 +24,7 @@ pub(crate) const CONTACT: Component = Component {
             Form::Constant(LENGTH, Range::NotNegative),
             "the radius of a disc about the second point",
         ),
+        Key::optional("friction", Form::Friction([FORCE, VELOCITY], Pressed::Contact), "dry friction along the line"),
         Key::optional(
             "restitution",
             Form::Constant(NUMBER, Range::Share),
@@ -35,11 +36,12 @@ pub(crate) const CONTACT: Component = Component {
             "on which side of the line the point stays, seen along the axis",
         ),
     ],
-    variables: &[Q::Gap, Q::Fn, Q::Impulse, Q::Mode],
+    variables: &[Q::Gap, Q::S, Q::V, Q::A, Q::Fn, Q::Ft, Q::Impulse, Q::Mode, Q::Sliding],
     reactions: &[],
     undriven: ["a contact", "a driver moves a joint that guides"],
     one_sided,
     across,
+    rubs: Rubs::joint(Pressed::Contact, slip),
     ..Component::joint("contact", rows, placed, |part| Icon::Rolling {
         axis: part.vector("axis"),
         radius: part.formula("radius").clone(),
@@ -70,6 +72,18 @@ fn across(part: &Part, system: &mut System) -> Vec<Term> {
     };
     let ends = part.between.map(|place| system.t_node(place));
     vec![Term { factor: Expr::ONE, port: Port::Along(ends, Direction::Fixed(part.between[0].body(), normal)) }]
+}
+
+/// s + radius theta: where the disc touches, as [`super::rolling`] has it. On the right of the line radius theta has the other sign.
+fn slip(part: &Part, system: &mut System) -> Vec<Term> {
+    let along = Direction::Fixed(part.between[0].body(), system.values(&part.vector("axis")));
+    let slide = Term { factor: Expr::ONE, port: Port::Along(part.between.map(|place| system.t_node(place)), along) };
+    let radius = system.value(part.formula("radius"));
+    if radius == Expr::ZERO {
+        return vec![slide];
+    }
+    let factor = if part.choice("side") == Some(SIDES[1]) { system.arena.negate(radius) } else { radius };
+    vec![slide, Term { factor, port: Port::Angle(part.bodies().map(|body| system.r_node(body))) }]
 }
 
 impl Joint {

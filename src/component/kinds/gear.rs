@@ -3,12 +3,12 @@
 
 use crate::component::frame::{Placed, minus, sum, times};
 use crate::component::key::{BETWEEN_WHEELS, CARRIER_BODY, Form, Key};
-use crate::component::{Component, Icon};
-use crate::expr::Expr;
-use crate::model::measure::{ANGLE, NUMBER};
-use crate::model::{Formula, Part, Quantity as Q, Range};
+use crate::component::{Component, Icon, Rubs};
+use crate::expr::{Expr, Function, Unary};
+use crate::model::measure::{ANGLE, ANGULAR_VELOCITY, NUMBER, TORQUE};
+use crate::model::{Formula, Friction, Part, Pressed, Quantity as Q, Range};
 use crate::network::{Coupling, Port, Rows, System, Term};
-use crate::scene::{Joint, Quantity};
+use crate::scene::{Joint, Quantity, constant};
 
 pub(crate) const GEAR: Component = Component {
     about: "two wheels on a carrier that turn in a constant ratio",
@@ -23,8 +23,14 @@ pub(crate) const GEAR: Component = Component {
             "give the second wheel's turns for one of the first: `ratio = -0.5`, negative for external teeth",
         ),
         Key::optional("angle", Form::Constant(ANGLE, Range::Any), "the second wheel's angle where the first's is zero"),
+        Key::optional(
+            "friction",
+            Form::Friction([TORQUE, ANGULAR_VELOCITY], Pressed::Reaction(Q::Torque)),
+            "friction of the mesh: `mu` is its torque on the first wheel by that of the mesh; from 1 on it locks itself",
+        ),
     ],
-    variables: &[Q::Torque],
+    variables: &[Q::Torque, Q::Mode, Q::Sliding],
+    rubs: Some(Rubs { along: first_turn, pressed: Pressed::Reaction(Q::Torque), law }),
     reactions: &[Q::Torque],
     undriven: ["a gear pair or rack", "name the joint in which a wheel turns or the rack slides"],
     ..Component::joint("gear", rows, placed, |part| Icon::Gears {
@@ -32,6 +38,19 @@ pub(crate) const GEAR: Component = Component {
         carrier: part.place("carrier").body(),
     })
 };
+
+/// The first wheel's angle against the carrier, along which the mesh rubs.
+pub(crate) fn first_turn(part: &Part, system: &mut System) -> Vec<Term> {
+    let turn = [part.place("carrier").body(), part.between[0].body()].map(|body| system.r_node(body));
+    vec![Term { factor: Expr::ONE, port: Port::Angle(turn) }]
+}
+
+/// The torque of the mesh on the first wheel is ratio times that on the second, which is the reaction.
+fn law(part: &Part) -> Option<Friction> {
+    let own = part.friction()?;
+    let ratio = constant::apply(Function::One(Unary::Abs), vec![part.key("ratio")]);
+    Some(Friction { mu: own.mu.clone() * ratio, ..own.clone() })
+}
 
 fn placed(placed: &mut Placed<'_>) {
     let ratio = placed.part.key("ratio");

@@ -3,6 +3,7 @@
 mod actuator;
 mod angle_driver;
 mod belt;
+mod brake;
 mod bushing;
 mod cam;
 mod constant_force;
@@ -44,6 +45,8 @@ pub(crate) const ALL: &[&Component] = &[
     &distance::DISTANCE,
     &contact::CONTACT,
     &rope::ROPE,
+    &brake::BRAKE,
+    &brake::CLUTCH,
     &gear::GEAR,
     &rack::RACK,
     &belt::BELT,

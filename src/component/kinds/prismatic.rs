@@ -2,16 +2,16 @@
 
 use crate::component::frame::Placed;
 use crate::component::key::{ANGLE_BETWEEN, AXIS, BETWEEN_POINTS};
-use crate::component::{Component, Icon, Room, limits, slide};
-use crate::model::{Part, Quantity as Q};
+use crate::component::{Component, Icon, Room, Rubs, limits, slide};
+use crate::model::{Part, Pressed, Quantity as Q};
 use crate::network::{RotationalRow, Rows, System};
 use crate::scene::{Joint, Scene, Vector};
 
 pub(crate) const PRISMATIC: Component = Component {
     about: "sliding along an axis without turning",
     equations: "r = s u, theta = angle, F u = -damping v - friction",
-    keys: &[BETWEEN_POINTS, AXIS, ANGLE_BETWEEN, slide::DAMPING, slide::FRICTION, limits::OF_SLIDE],
-    variables: &[Q::S, Q::V, Q::A, Q::Fn, Q::Force, Q::Torque, Q::StopForce, Q::Impulse, Q::Mode],
+    keys: &[BETWEEN_POINTS, AXIS, ANGLE_BETWEEN, slide::DAMPING, slide::FRICTION_OF_GUIDE, limits::OF_SLIDE],
+    variables: &[Q::S, Q::V, Q::A, Q::Fn, Q::Force, Q::Torque, Q::StopForce, Q::Impulse, Q::Mode, Q::Sliding],
     reactions: &[Q::Fn, Q::Torque],
     pose: &[Q::S],
     room: Room::Needless("remove it: every mass slides along x already"),
@@ -19,6 +19,7 @@ pub(crate) const PRISMATIC: Component = Component {
     drivers: &["displacement"],
     one_sided: limits::one_sided,
     across: limits::slide,
+    rubs: Rubs::joint(Pressed::Guide { holds_angle: true }, limits::slide),
     ..Component::joint("prismatic", rows, placed, |part| Icon::Slider(part.vector("axis")))
 };
 

@@ -2,9 +2,9 @@
 
 use crate::component::frame::Placed;
 use crate::component::key::{BETWEEN_POINTS, Form, Key};
-use crate::component::{Component, Icon, Room, limits};
+use crate::component::{Component, Icon, Room, Rubs, limits};
 use crate::model::measure::{ANGULAR_VELOCITY, TORQUE, TORSION_DAMPING};
-use crate::model::{Part, Quantity as Q, Range};
+use crate::model::{Part, Pressed, Quantity as Q, Range};
 use crate::network::{Resistance, RotationalRow, Rows, System, Torque, TranslationalRow};
 use crate::scene::{Joint, Scene};
 
@@ -14,10 +14,21 @@ pub(crate) const REVOLUTE: Component = Component {
     keys: &[
         BETWEEN_POINTS,
         Key::optional("damping", Form::Constant(TORSION_DAMPING, Range::Any), "viscous friction"),
-        Key::optional("friction", Form::Friction([TORQUE, ANGULAR_VELOCITY]), "dry friction"),
+        Key::optional("friction", Form::Friction([TORQUE, ANGULAR_VELOCITY], Pressed::Pin), "dry friction"),
         limits::OF_ANGLE,
     ],
-    variables: &[Q::Angle, Q::Omega, Q::Alpha, Q::Fx, Q::Fy, Q::Torque, Q::StopTorque, Q::AngularImpulse, Q::Mode],
+    variables: &[
+        Q::Angle,
+        Q::Omega,
+        Q::Alpha,
+        Q::Fx,
+        Q::Fy,
+        Q::Torque,
+        Q::StopTorque,
+        Q::AngularImpulse,
+        Q::Mode,
+        Q::Sliding,
+    ],
     reactions: &[Q::Fx, Q::Fy],
     pose: &[Q::Angle],
     room: Room::Turning,
@@ -25,6 +36,7 @@ pub(crate) const REVOLUTE: Component = Component {
     drivers: &["angle"],
     one_sided: limits::one_sided,
     across: limits::angle,
+    rubs: Rubs::joint(Pressed::Pin, limits::angle),
     ..Component::joint("revolute", rows, placed, |_| Icon::Pin)
 };
 

@@ -4,10 +4,10 @@
 
 use crate::component::frame::{Placed, sum, times};
 use crate::component::key::{AXIS, BETWEEN_POINTS, DISPLACEMENT, Form, Key};
-use crate::component::{Component, Icon};
+use crate::component::{Component, Icon, Rubs};
 use crate::expr::Expr;
-use crate::model::measure::LENGTH;
-use crate::model::{Part, Quantity as Q, Range};
+use crate::model::measure::{FORCE, LENGTH, VELOCITY};
+use crate::model::{Part, Pressed, Quantity as Q, Range};
 use crate::network::{
     Coupling, Direction, Force, Known, Port, RotationalRow, Rows, System, Term, TranslationalRow, table2,
 };
@@ -31,12 +31,18 @@ pub(crate) const ROLLING: Component = Component {
         ),
         DISPLACEMENT,
         Key::optional(
+            "friction",
+            Form::Friction([FORCE, VELOCITY], Pressed::Guide { holds_angle: false }),
+            "the friction against which the disc slides; without it, it does not",
+        ),
+        Key::optional(
             "side",
             Form::Choice(&SIDES, "a disc rolls on the `left` or the `right` of its line"),
             "on which side of the line the disc rolls, seen along the axis",
         ),
     ],
-    variables: &[Q::S, Q::V, Q::A, Q::Angle, Q::Omega, Q::Alpha, Q::Fn, Q::Ft],
+    variables: &[Q::S, Q::V, Q::A, Q::Angle, Q::Omega, Q::Alpha, Q::Fn, Q::Ft, Q::Mode, Q::Sliding],
+    rubs: Rubs::joint(Pressed::Guide { holds_angle: false }, |part, system| relation(part, system).terms),
     reactions: &[Q::Fn, Q::Ft],
     pose: &[Q::S, Q::Angle],
     undriven: ["a rolling disc", "give `angle = ...` instead of `displacement`: the disc's angle moves its centre"],
@@ -56,21 +62,17 @@ fn placed(placed: &mut Placed<'_>) {
 
 fn rows(part: &Part, system: &mut System) -> Rows {
     let [ux, uy] = system.values(&part.vector("axis"));
-    let (radius, offset) = (system.value(part.formula("radius")), system.value(part.formula("displacement")));
-    let (normal, radius_by_side) = if is_on_the_right(part) {
-        ([uy, system.arena.negate(ux)], system.arena.negate(radius))
-    } else {
-        ([system.arena.negate(uy), ux], radius)
+    let radius = system.value(part.formula("radius"));
+    let normal = match is_on_the_right(part) {
+        true => [uy, system.arena.negate(ux)],
+        false => [system.arena.negate(uy), ux],
     };
     let height = normal.map(|component| system.arena.multiply(radius, component));
     let first = part.between[0].body();
     let along = Direction::Fixed(first, [ux, uy]);
     let slide = part.between.map(|place| system.t_node(place));
     let turn = RotationalRow::free(system, part);
-    let terms = vec![
-        Term { factor: Expr::ONE, port: Port::Along(slide, along) },
-        Term { factor: radius_by_side, port: Port::Angle(turn.ends) },
-    ];
+    let coupling = part.friction().is_none().then(|| relation(part, system));
     Rows {
         letter: "o",
         translation: Some(TranslationalRow {
@@ -82,8 +84,22 @@ fn rows(part: &Part, system: &mut System) -> Rows {
             through: Force::None,
         }),
         rotation: Some(turn),
-        coupling: Some(Coupling { terms, offset }),
+        coupling,
     }
+}
+
+/// s + radius theta = displacement: what a disc that slides does not hold.
+fn relation(part: &Part, system: &mut System) -> Coupling {
+    let axis = system.values(&part.vector("axis"));
+    let (radius, offset) = (system.value(part.formula("radius")), system.value(part.formula("displacement")));
+    let slide = part.between.map(|place| system.t_node(place));
+    let turn = part.bodies().map(|body| system.r_node(body));
+    let factor = if is_on_the_right(part) { system.arena.negate(radius) } else { radius };
+    let terms = vec![
+        Term { factor: Expr::ONE, port: Port::Along(slide, Direction::Fixed(part.between[0].body(), axis)) },
+        Term { factor, port: Port::Angle(turn) },
+    ];
+    Coupling { terms, offset }
 }
 
 fn is_on_the_right(part: &Part) -> bool {

@@ -4,11 +4,12 @@
 use super::rack;
 use crate::component::frame::Placed;
 use crate::component::key::{AXIS_OF_CARRIER, BODY_AND_POINT, CARRIER_POINT, DISPLACEMENT, Form, Key};
-use crate::component::{Component, Icon, Stroke};
-use crate::model::measure::LENGTH;
-use crate::model::{Formula, Part, Quantity as Q, Range};
-use crate::network::{Rows, System};
-use crate::scene::{Joint, Quantity, Vector};
+use crate::component::{Component, Icon, Rubs, Stroke};
+use crate::expr::{Expr, Function, Unary};
+use crate::model::measure::{FORCE, LENGTH, VELOCITY};
+use crate::model::{Formula, Friction, Part, Pressed, Quantity as Q, Range};
+use crate::network::{Rows, System, Term};
+use crate::scene::{Joint, Quantity, Vector, constant};
 
 pub(crate) const SCREW: Component = Component {
     about: "a spindle, the first body, whose turning moves a nut, the second point, along an axis of the carrier",
@@ -24,12 +25,44 @@ pub(crate) const SCREW: Component = Component {
             "give how far the nut moves in one turn: `lead = \"5 mm\"`",
         ),
         DISPLACEMENT,
+        Key::optional(
+            "friction",
+            Form::Friction([FORCE, VELOCITY], Pressed::Reaction(Q::Force)),
+            "friction of a square thread at `radius`, along its helix",
+        ),
     ],
-    variables: &[Q::Force, Q::Torque],
+    variables: &[Q::Force, Q::Torque, Q::Mode, Q::Sliding],
+    rubs: Some(Rubs { along: thread_slide, pressed: Pressed::Reaction(Q::Force), law }),
     reactions: &[Q::Force, Q::Torque],
     undriven: ["a screw", "name the joint in which the spindle turns or the nut slides"],
     ..Component::joint("screw", rows, placed, |_| Icon::Line(thread))
 };
+
+/// Lead by turn at the radius of the thread: the slope of its helix.
+fn slope(part: &Part) -> Formula {
+    let radius = part.friction().and_then(|own| own.radius.clone()).unwrap_or(Formula::Number(1.0));
+    part.key("lead") / (Formula::Number(std::f64::consts::TAU) * radius)
+}
+
+/// One by the cosine of the slope of the helix.
+fn secant(part: &Part) -> Formula {
+    let square = slope(part) * slope(part);
+    constant::apply(Function::One(Unary::Sqrt), vec![Formula::Number(1.0) + square])
+}
+
+/// The way along the helix: s sin + radius theta cos of its slope.
+fn thread_slide(part: &Part, system: &mut System) -> Vec<Term> {
+    let radius = part.friction().and_then(|own| own.radius.clone()).unwrap_or(Formula::Number(1.0));
+    let factors = [slope(part) / secant(part), radius / secant(part)].map(|factor| system.value(&factor));
+    let terms = rack::slide_by_turn(system, part, |_| Expr::ZERO).terms;
+    terms.into_iter().zip(factors).map(|(term, factor)| Term { factor, port: term.port }).collect()
+}
+
+/// What presses on the thread is the force on the nut by the cosine of its slope.
+fn law(part: &Part) -> Option<Friction> {
+    let own = part.friction()?;
+    Some(Friction { mu: own.mu.clone() * secant(part), ..own.clone() })
+}
 
 fn placed(placed: &mut Placed<'_>) {
     let lead = placed.part.key("lead");

@@ -3,8 +3,8 @@
 
 use crate::component::frame::Placed;
 use crate::component::key::{AXIS, BETWEEN_POINTS};
-use crate::component::{Component, Icon, limits, slide};
-use crate::model::{Part, Quantity as Q};
+use crate::component::{Component, Icon, Rubs, limits, slide};
+use crate::model::{Part, Pressed, Quantity as Q};
 use crate::network::{RotationalRow, Rows, System};
 use crate::scene::{Joint, Vector};
 
@@ -12,13 +12,27 @@ pub(crate) const SLOT: Component = Component {
     about: "a pin that slides along a line of the first body and turns freely",
     equations: "r = s u, F u = -damping v - friction, T = 0",
     keys: &[BETWEEN_POINTS, AXIS, slide::DAMPING, slide::FRICTION, limits::OF_SLIDE],
-    variables: &[Q::S, Q::V, Q::A, Q::Angle, Q::Omega, Q::Alpha, Q::Fn, Q::Force, Q::StopForce, Q::Impulse, Q::Mode],
+    variables: &[
+        Q::S,
+        Q::V,
+        Q::A,
+        Q::Angle,
+        Q::Omega,
+        Q::Alpha,
+        Q::Fn,
+        Q::Force,
+        Q::StopForce,
+        Q::Impulse,
+        Q::Mode,
+        Q::Sliding,
+    ],
     reactions: &[Q::Fn],
     pose: &[Q::S, Q::Angle],
     undriven: ["a slot", "give `displacement = ...` or `angle = ...`"],
     drivers: &["angle", "displacement"],
     one_sided: limits::one_sided,
     across: limits::slide,
+    rubs: Rubs::joint(Pressed::Guide { holds_angle: false }, limits::slide),
     ..Component::joint("slot", rows, placed, |part| Icon::Slot(part.vector("axis")))
 };
 

@@ -204,7 +204,7 @@ impl Walk<'_> {
                 let input = entries.iter_mut().find(|(key, _)| key.text == "input");
                 input.into_iter().for_each(|(_, node)| self.value(node, Point, own));
             }
-            (Friction(_) | Limits(_), Content::Table(entries)) => {
+            (Friction(..) | Limits(_), Content::Table(entries)) => {
                 entries.iter_mut().for_each(|(_, node)| self.value(node, ANY, own));
             }
             (NamedPoints, Content::Table(entries)) => {

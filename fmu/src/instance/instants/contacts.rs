@@ -1,13 +1,14 @@
 //! Contacts: when they open, close and collide.
 //!
-//! Each is something that happens, as an event does, when its indicator begins to be positive: its reaction while it is closed, minus its gap while it is open.
+//! Each is something that happens, as an event does, when its indicator begins to be positive: its reaction while it is closed, minus its gap while it is open; how far the force exceeds the level
+//! while something sticks, minus its rate while it slips. After them come the sums whose signs are assumed where they press, and what must be positive lest friction locks the mechanism.
 
 use super::super::snapshot::Phase;
 use super::super::{Computed, Instance, InstanceError};
 use super::Instants;
 use crate::failure::Failure;
-use crate::hybrid::contact::{RESTING, TOUCHING, is_closed};
-use crate::program::{Constraint, Contact, Program};
+use crate::hybrid::contact::{RESTING, TOUCHING, direction, is_closed};
+use crate::program::{Constraint, Contact, Contacts, Program};
 
 /// What is open by less than nothing, by more than this share of its scale, has been overlooked.
 const PENETRATION: f64 = 1e-9;
@@ -15,12 +16,19 @@ const PENETRATION: f64 = 1e-9;
 const CLEARANCE: f64 = 1e-12;
 /// In Model Exchange a series of bounces ends where the next flight would last less than this share of a fall: lower ones end within `CLEARANCE`, where an importer sees none.
 const SHORTEST_SEEN: f64 = 1e-4;
+/// What slips may turn by this share of its scale in a second before that is seen: rounding errors of a rate that something else keeps at zero are smaller, and no motion that matters is slower.
+const CREEPING: f64 = 1e-12;
+/// A force that is smaller than this share of the largest one is none, nor is one that is smaller than this \[N\].
+const NO_FORCE: f64 = 1e-12;
+const LEAST_FORCE: f64 = 1e-14;
 
 impl Instance {
-    /// True if the reaction of a contact counts.
+    /// True if the reaction of a contact counts, or anything rubs.
     pub(super) fn is_any_closed(&self) -> bool {
         let contacts = self.model.program().instants.contacts.as_ref();
-        contacts.is_some_and(|data| (0..data.all.len()).any(|index| is_closed(data, &self.now.state, index)))
+        let counts =
+            |data: &Contacts, index: usize| data.all[index].slip.is_some() || is_closed(data, &self.now.state, index);
+        contacts.is_some_and(|data| (0..data.all.len()).any(|index| counts(data, index)))
     }
 
     /// True for a contact that is open and where the last step begins has just been left.
@@ -32,14 +40,17 @@ impl Instance {
     fn is_open(&self, event: usize) -> bool {
         let contacts = self.model.program().instants.contacts.as_ref();
         let index = event.checked_sub(self.model.program().instants.events.len());
-        contacts.zip(index).is_some_and(|(data, index)| !is_closed(data, &self.now.state, index))
+        contacts.zip(index).is_some_and(|(data, index)| {
+            data.all.get(index).is_some_and(|own| own.slip.is_none()) && !is_closed(data, &self.now.state, index)
+        })
     }
 
     /// How far a contact that rests seems to move in a step, by rounding errors.
     pub(super) fn resting(&self, event: usize, [begin, end]: [f64; 2]) -> f64 {
         let program = self.model.program();
-        let contact = &program.instants.contacts()[event - program.instants.events.len()];
-        RESTING * row_of(program, contact).scale * (end - begin)
+        let contact = event.checked_sub(program.instants.events.len());
+        let contact = contact.and_then(|index| program.instants.contacts().get(index));
+        RESTING * contact.map_or(0.0, |contact| row_of(program, contact).scale) * (end - begin)
     }
 
     /// What an importer sees below zero of the indicator of a contact that has just been left: there it begins at zero, and a rounding error would be another impact.
@@ -63,7 +74,9 @@ impl Instance {
         }
         self.machine.evaluate(&data.gaps, &mut own.contacts.gaps);
         self.machine.evaluate(&data.rates, &mut own.contacts.rates);
-        for index in (0..data.all.len()).filter(|&index| !is_closed(data, &self.now.state, index)) {
+        self.indicate_friction(own, data);
+        let is_open = |index: usize| data.all[index].slip.is_none() && !is_closed(data, &self.now.state, index);
+        for index in (0..data.all.len()).filter(|&index| is_open(index)) {
             let (gap, rate) = (own.contacts.gaps[index], own.contacts.rates[index]);
             let left = step.filter(|_| self.has_left(own, events + index));
             own.indicators[index] = match left.map(|[begin, end]| (own.within.time() - begin, end - begin)) {
@@ -71,6 +84,44 @@ impl Instance {
                 Some((since, whole)) if since > 0.0 => -gap * whole / since,
                 Some((_, whole)) => -rate * whole,
             };
+        }
+    }
+
+    /// Those of what sticks or slips, of the signs of what presses, and of friction that locks.
+    fn indicate_friction(&mut self, own: &mut Instants, data: &Contacts) {
+        if data.all.iter().all(|contact| contact.slip.is_none()) {
+            return;
+        }
+        let model = self.model.clone();
+        self.machine.evaluate(&data.restitutions, &mut own.contacts.restitutions);
+        self.machine.evaluate(&data.pressing, &mut own.contacts.pressing);
+        self.machine.evaluate(&data.locks, &mut own.contacts.locks);
+        let layout = model.layout();
+        let multipliers = &self.machine.registers()[layout.reactions()..layout.constants()];
+        let largest = multipliers.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+        let none = NO_FORCE * largest + LEAST_FORCE;
+        for (index, contact) in data.all.iter().enumerate() {
+            let Some(slip) = &contact.slip else { continue };
+            let direction = direction(data, &self.now.state, index);
+            own.indicators[index] = if is_closed(data, &self.now.state, index) {
+                let force = multipliers[contact.constraint as usize];
+                let level = own.contacts.restitutions[index] * multipliers[slip.level as usize];
+                // Squares are smooth where the force changes its sign.
+                (force * force - level * level.abs()) - none * none
+            } else if direction != 0.0 {
+                -direction * own.contacts.rates[index] - CREEPING * row_of(model.program(), contact).scale
+            } else {
+                -1.0
+            };
+            let signs = contact.signs().enumerate();
+            for (place, parameter) in signs.map(|(place, parameter)| (slip.sums as usize + place, parameter)) {
+                let sum = self.now.state.parameters()[parameter] * own.contacts.pressing[place];
+                own.indicators[data.all.len() + place] = -sum - none;
+            }
+        }
+        let first = data.all.len() + own.contacts.pressing.len();
+        for (indicator, lock) in own.indicators[first..].iter_mut().zip(&own.contacts.locks) {
+            *indicator = -lock;
         }
     }
 
@@ -104,22 +155,30 @@ impl Instance {
         };
         let Some(mut own) = self.instants.take() else { return Ok(()) };
         let (first, state) = (model.program().instants.events.len(), &mut self.now.state);
-        let Instants { due, armed, contacts, .. } = &mut *own;
-        for index in 0..data.all.len() {
-            // Who was closed is kept where nothing else is until the next search.
-            armed[first + index] = is_closed(data, state, index);
-        }
+        let Instants { due, contacts, .. } = &mut *own;
         let resolved = contacts.resolve(&model, &mut self.machine, (state, tolerance), |index| due[first + index]);
         let happened = &mut self.now.happened;
-        for index in 0..data.all.len() {
-            if contacts.hit[index] || armed[first + index] != is_closed(data, state, index) {
-                happened.counts[first + index] = happened.counts[first + index].saturating_add(1);
-                happened.armed[first + index] = false;
-            }
+        for index in (0..data.all.len()).filter(|&index| contacts.has_changed(data, state, index)) {
+            happened.counts[first + index] = happened.counts[first + index].saturating_add(1);
+            happened.armed[first + index] = false;
         }
+        for index in data.all.len()..data.all.len() + contacts.pressing.len() {
+            happened.armed[first + index] &= !due[first + index];
+        }
+        let sticks = |index: usize| {
+            let own = data.all[index].slip.is_some() && is_closed(data, state, index);
+            own && contacts.has_changed(data, state, index)
+        };
+        let stops = (0..data.all.len()).any(sticks);
         self.instants = Some(own);
         self.computed = Computed::default();
-        resolved.map_err(InstanceError::Solver)
+        resolved.map_err(InstanceError::Solver)?;
+        if stops {
+            // The step that ends here knows the rate to within the tolerance.
+            let closed = self.stepper.close_rates(&model, &mut self.machine, &mut self.now.state);
+            closed.map_err(InstanceError::Solver)?;
+        }
+        Ok(())
     }
 
     /// Looks whether anything is inside what it touches by more than `least` of its scale: at the start, or where a limit has been moved.
@@ -130,7 +189,8 @@ impl Instance {
         let model = self.model.clone();
         let (Some(data), Some(own)) = (&model.program().instants.contacts, &mut self.instants) else { return Ok(()) };
         own.contacts.measure(&model, &mut self.machine, &self.now.state);
-        for (contact, &gap) in data.all.iter().zip(&own.contacts.gaps) {
+        let gaps = data.all.iter().zip(&own.contacts.gaps).filter(|(contact, _)| contact.slip.is_none());
+        for (contact, &gap) in gaps {
             let row = row_of(model.program(), contact);
             if gap < -least * row.scale {
                 let (name, angular, time) = (contact.name.clone(), row.angular, self.now.state.time());
@@ -147,7 +207,8 @@ impl Instance {
         let state = &mut self.now.state;
         own.contacts.measure(&model, &mut self.machine, state);
         for (index, contact) in data.all.iter().enumerate() {
-            let is_beyond = own.contacts.gaps[index] < 0.0 && !is_closed(data, state, index);
+            let is_contact = contact.slip.is_none();
+            let is_beyond = is_contact && own.contacts.gaps[index] < 0.0 && !is_closed(data, state, index);
             own.contacts.hit[index] = is_beyond;
             if is_beyond {
                 state.parameters_mut()[contact.closed as usize] = 1.0;
@@ -177,9 +238,14 @@ impl Instance {
     /// # Errors
     /// The start is beyond a limit, or inside what it touches.
     pub(super) fn begin_contacts(&mut self) -> Result<(), InstanceError> {
+        if self.model.program().instants.contacts.is_none() {
+            return Ok(());
+        }
         self.check_inside(TOUCHING)?;
         self.resolve_unfound()?;
         self.now.happened.counts.fill(0);
+        // The run has been begun with everything open.
+        self.go_on_anew();
         Ok(())
     }
 
@@ -190,8 +256,12 @@ impl Instance {
         let first = model.program().instants.events.len();
         for (index, contact) in data.all.iter().enumerate() {
             let scale = row_of(model.program(), contact).scale;
-            let least = if is_closed(data, &self.now.state, index) { 0.0 } else { TOUCHING * scale };
+            let is_open = contact.slip.is_none() && !is_closed(data, &self.now.state, index);
+            let least = if is_open { TOUCHING * scale } else { 0.0 };
             self.now.happened.armed[first + index] |= own.indicators[index] < -least;
+        }
+        for index in data.all.len()..own.indicators.len() {
+            self.now.happened.armed[first + index] |= own.indicators[index] < 0.0;
         }
     }
 
@@ -200,7 +270,10 @@ impl Instance {
         let data = self.model.program().instants.contacts.as_ref()?;
         let is_inside = |index: usize| {
             let row = row_of(self.model.program(), &data.all[index]);
-            own.contacts.gaps[index] < -PENETRATION * row.scale && !is_closed(data, &self.now.state, index)
+            let is_contact = data.all[index].slip.is_none();
+            is_contact
+                && own.contacts.gaps[index] < -PENETRATION * row.scale
+                && !is_closed(data, &self.now.state, index)
         };
         let index = (0..data.all.len()).find(|&index| is_inside(index))?;
         let (names, time) = (vec![data.all[index].name.clone()], own.within.time());

@@ -146,7 +146,7 @@ impl Instants {
             due: vec![false; occasions],
             armed: vec![true; occasions],
             reported: vec![0; occasions],
-            indicators: vec![0.0; instants.contacts().len()],
+            indicators: vec![0.0; occasions - instants.events.len()],
             contacts: Contacts::new(model),
             overlooked: None,
             happened: false,

@@ -37,7 +37,10 @@ impl Batched {
     pub fn new(model: &Model, each: bool) -> Self {
         let (program, layout) = (model.program(), model.layout());
         let size = program.registers as usize;
-        let read = read(&program.tapes.acceleration, size);
+        // What is judged beside the accelerations may depend on parameters alone: then no instruction of the kernel writes it.
+        let judged = program.tapes.reciprocal_pivots.iter();
+        let judged = judged.map(|&register| register as usize);
+        let read = read(&program.tapes.acceleration, judged, size);
         let moving = range(layout);
         let is_signal =
             |register: &usize| *register == layout.time() || (layout.inputs()..layout.positions()).contains(register);
@@ -160,8 +163,8 @@ impl States<'_> {
     }
 }
 
-/// Registers that a tape reads and does not write before, in ascending order.
-fn read(tape: &Tape, size: usize) -> Vec<usize> {
+/// Registers that a tape and others read and that it does not write before, in ascending order.
+fn read(tape: &Tape, others: impl Iterator<Item = usize>, size: usize) -> Vec<usize> {
     let (mut read, mut written) = (vec![false; size], vec![false; size]);
     for instruction in tape.instructions() {
         for register in instruction.operands().map(|register| register as usize) {
@@ -169,7 +172,7 @@ fn read(tape: &Tape, size: usize) -> Vec<usize> {
         }
         instruction.targets().for_each(|register| written[register as usize] = true);
     }
-    for register in tape.results.iter().map(|&register| register as usize) {
+    for register in tape.results.iter().map(|&register| register as usize).chain(others) {
         read[register] |= !written[register];
     }
     (0..size).filter(|&register| read[register]).collect()

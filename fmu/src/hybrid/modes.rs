@@ -1,0 +1,105 @@
+//! Which modes there are to choose from at an instant: who is open or closed, sticks or slips, and with which sign something presses.
+//!
+//! Modes are numbers among the parameters of the state. All combinations of what is undecided are tried in an order in which the likely one comes first; what fits is for others to say.
+
+use crate::program::{Contact, Contacts as Data};
+
+/// More combinations than these are not tried: six things that may stick or slip either way have fewer.
+pub(crate) const MOST_TRIALS: usize = 4096;
+
+/// Something undecided, with its options.
+#[derive(Clone, Copy, Debug)]
+struct Choice {
+    what: What,
+    options: [f64; 3],
+    count: usize,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum What {
+    /// 1 if it is closed, else 0.
+    Closed(usize),
+    /// 0 if it sticks, else 1 or -1.
+    Slips(usize),
+    /// A sign, by the place of its parameter.
+    Sign(usize),
+}
+
+/// What is undecided.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Choices {
+    all: Vec<Choice>,
+}
+
+impl Choices {
+    pub fn with_capacity(most: usize) -> Self {
+        Self { all: Vec::with_capacity(most) }
+    }
+
+    pub fn clear(&mut self) {
+        self.all.clear();
+    }
+
+    /// A contact may be closed or open, more likely as it `closes`.
+    pub fn contact(&mut self, index: usize, closes: bool) {
+        let likely = f64::from(u8::from(closes));
+        self.all.push(Choice { what: What::Closed(index), options: [likely, 1.0 - likely, 0.0], count: 2 });
+    }
+
+    /// Something sticks or slips, in the order in which that is likely.
+    pub fn slip(&mut self, index: usize, options: [f64; 3]) {
+        self.all.push(Choice { what: What::Slips(index), options, count: 3 });
+    }
+
+    /// A sign of what presses, more likely this one.
+    pub fn sign(&mut self, parameter: usize, likely: f64) {
+        self.all.push(Choice { what: What::Sign(parameter), options: [likely, -likely, 0.0], count: 2 });
+    }
+
+    /// How many combinations there are.
+    pub fn trials(&self) -> usize {
+        self.all.iter().fold(1, |trials: usize, choice| trials.saturating_mul(choice.count))
+    }
+
+    /// The contacts, and what slips, that are undecided.
+    pub fn concerned(&self) -> impl Iterator<Item = usize> {
+        self.all.iter().filter_map(|choice| match choice.what {
+            What::Closed(index) | What::Slips(index) => Some(index),
+            What::Sign(_) => None,
+        })
+    }
+
+    /// True for what is undecided.
+    pub fn includes(&self, index: usize) -> bool {
+        self.concerned().any(|own| own == index)
+    }
+
+    /// Sets one of the combinations among the parameters; false if it is the same as another one, because nothing rubs at what is open.
+    pub fn set(&self, trial: usize, data: &Data, parameters: &mut [f64]) -> bool {
+        let (mut rest, mut is_new) = (trial, true);
+        for choice in &self.all {
+            let option = choice.options[rest % choice.count];
+            let is_first = rest % choice.count == 0;
+            rest /= choice.count;
+            match choice.what {
+                What::Closed(index) => parameters[data.all[index].closed as usize] = option,
+                What::Slips(index) => {
+                    let on = data.all[index].slip.as_ref().and_then(|slip| slip.on);
+                    let rubs = on.is_none_or(|on| parameters[data.all[on as usize].closed as usize] != 0.0);
+                    is_new &= rubs || is_first;
+                    data.all[index].slips(parameters, rubs.then_some(option));
+                }
+                What::Sign(parameter) => parameters[parameter] = option,
+            }
+        }
+        is_new
+    }
+}
+
+impl Contact {
+    /// Sets how it rubs: 0 if it sticks, 1 or -1 if it slips that way, none if it does not.
+    pub(crate) fn slips(&self, parameters: &mut [f64], mode: Option<f64>) {
+        parameters[self.closed as usize] = f64::from(u8::from(mode == Some(0.0)));
+        parameters[self.direction()] = mode.unwrap_or(0.0);
+    }
+}

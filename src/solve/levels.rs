@@ -1,0 +1,263 @@
+//! Friction that follows from reactions, in the solution of the equations of motion.
+//!
+//! With levels s the solution is x = x0 + sum y s: x0 without friction, and y what a level of one adds, both by the same symmetric factors. The levels are laws of x, so there are as many
+//! equations in s as there are levels: linear ones where what presses is a sum, and where it is the size of a vector (a pin) Newton's method converges in a few steps, as friction is small
+//! beside what presses. Where it is not, a pivot here falls to zero: the mechanism locks itself (Painleve 1895; Pfeiffer and Glocker 1996, section 5.4).
+
+use std::collections::HashMap;
+
+use super::Solver;
+use crate::equations::{Equations, Level, Pressing};
+use crate::expr::{Arena, Binary, Expr, Order, Symbol, Unary};
+
+/// Newton's steps for pins: each squares an error, which begins with the share of friction in what presses.
+const STEPS: usize = 4;
+/// After them a level is known to this share of all levels, or the mechanism is said to lock itself.
+const KNOWN: f64 = 1e-9;
+/// Vectors shorter than this have no direction.
+const LEAST: f64 = 1e-150;
+
+/// The levels of a mechanism, with what they read of the solution and what they add to it.
+pub(crate) struct Levels {
+    /// The place of each in the mechanism.
+    pub places: Vec<usize>,
+    all: Vec<Level>,
+    /// What each level presses with: the sums in its law.
+    sums: Vec<Vec<Sum>>,
+    /// What a level of one adds to accelerations and multipliers.
+    responses: Vec<Vec<Expr>>,
+}
+
+/// rest + sum of slope x solution.
+#[derive(Clone)]
+struct Sum {
+    rest: Expr,
+    slopes: Vec<(usize, Expr)>,
+}
+
+/// A solution with its levels.
+pub(crate) struct Solution {
+    pub values: Vec<Expr>,
+    /// All positive, or the mechanism locks itself.
+    pub locks: Vec<Expr>,
+}
+
+impl Levels {
+    pub fn new(equations: &mut Equations, solver: &Solver) -> Self {
+        let (places, all): (Vec<usize>, Vec<Level>) = equations.levels().into_iter().unzip();
+        let coordinates = equations.coordinates.len();
+        let constraints = equations.constraints.len();
+        let pressing = all.iter().map(|level| level.pressing.sums()).collect::<Vec<_>>();
+        let mut sums = solved_sums(&mut equations.system.arena, &pressing.concat(), coordinates).into_iter();
+        let sums = pressing.iter().map(|own| sums.by_ref().take(own.len()).collect()).collect();
+        let responses = all.iter().map(|level| {
+            let column = column_of(equations, level.row);
+            let mut response = solver.response(&mut equations.system.arena, &column, constraints);
+            response[coordinates + level.row] = Expr::ONE;
+            response
+        });
+        let responses = responses.collect();
+        Self { places, all, sums, responses }
+    }
+
+    /// What presses where signs decide: each sign's place among those of its level, and the sum.
+    pub fn signed(&self) -> impl Iterator<Item = (usize, &[(Expr, Expr)])> {
+        self.places.iter().zip(&self.all).filter_map(|(&place, level)| match &level.pressing {
+            Pressing::Sum(signed) => Some((place, &signed[..])),
+            Pressing::Size(_) => None,
+        })
+    }
+
+    /// The solution with friction from that without. In an impact only what follows from impulses counts.
+    pub fn solve(&self, arena: &mut Arena, without: Vec<Expr>, impact: bool) -> Solution {
+        if self.all.is_empty() {
+            return Solution { values: without, locks: Vec::new() };
+        }
+        let free: Vec<Expr> = self.all.iter().map(|level| if impact { Expr::ZERO } else { level.free }).collect();
+        let (at_rest, changes) = self.pressing(arena, &without, impact);
+        let (sizes, locks) = self.sizes(arena, &free, &at_rest, &changes);
+        let mut values = without;
+        for (size, response) in sizes.iter().zip(&self.responses) {
+            for (value, &change) in values.iter_mut().zip(response) {
+                *value = arena.add_product(*value, change, *size);
+            }
+        }
+        Solution { values, locks }
+    }
+
+    /// The sums of each level without friction, and what each level changes in them.
+    fn pressing(&self, arena: &mut Arena, without: &[Expr], impact: bool) -> (Vec<Vec<Expr>>, Vec<Vec<Vec<Expr>>>) {
+        let mut at = |sum: &Sum, solution: &[Expr], rest: Expr| {
+            sum.slopes.iter().fold(rest, |total, &(index, slope)| arena.add_product(total, slope, solution[index]))
+        };
+        let rest = |sum: &Sum| if impact { Expr::ZERO } else { sum.rest };
+        let at_rest = self.sums.iter().map(|own| own.iter().map(|sum| at(sum, without, rest(sum))).collect()).collect();
+        let changes = self.sums.iter().map(|own| {
+            let of = |sum: &Sum| self.responses.iter().map(|response| at(sum, response, Expr::ZERO)).collect();
+            own.iter().map(of).collect()
+        });
+        let changes = changes.collect();
+        (at_rest, changes)
+    }
+
+    /// The levels, and what must be positive.
+    fn sizes(
+        &self,
+        arena: &mut Arena,
+        free: &[Expr],
+        at_rest: &[Vec<Expr>],
+        changes: &[Vec<Vec<Expr>>],
+    ) -> (Vec<Expr>, Vec<Expr>) {
+        let laws = |arena: &mut Arena, sizes: &[Expr]| -> Vec<(Expr, Vec<Expr>)> {
+            let of = |(index, level): (usize, &Level)| {
+                let sums = at_rest[index].iter().zip(&changes[index]).map(|(&rest, change)| {
+                    change.iter().zip(sizes).fold(rest, |sum, (&change, &size)| arena.add_product(sum, change, size))
+                });
+                let sums: Vec<Expr> = sums.collect();
+                level.law(arena, free[index], &sums, (&changes[index], self.all.len()))
+            };
+            self.all.iter().enumerate().map(of).collect()
+        };
+        let zeros = vec![Expr::ZERO; self.all.len()];
+        let mut sizes: Vec<Expr> = laws(arena, &zeros).into_iter().map(|(value, _)| value).collect();
+        let is_linear = self.all.iter().all(|level| matches!(level.pressing, Pressing::Sum(_)));
+        let mut locks = Vec::new();
+        for _ in 0..if is_linear { 1 } else { STEPS } {
+            let values = laws(arena, &sizes);
+            let mut matrix = Vec::new();
+            let mut right = Vec::new();
+            for (index, (value, slopes)) in values.into_iter().enumerate() {
+                let entry = |(other, slope): (usize, Expr)| {
+                    arena.subtract(if other == index { Expr::ONE } else { Expr::ZERO }, slope)
+                };
+                matrix.push(slopes.into_iter().enumerate().map(entry).collect::<Vec<Expr>>());
+                right.push(arena.subtract(value, sizes[index]));
+            }
+            let (steps, pivots) = eliminate(arena, matrix, right);
+            sizes = sizes.iter().zip(steps).map(|(&size, step)| arena.add(size, step)).collect();
+            locks = pivots;
+        }
+        if !is_linear {
+            let values = laws(arena, &sizes);
+            locks.push(converged(arena, &sizes, &values));
+        }
+        (sizes, locks)
+    }
+}
+
+impl Level {
+    /// Its value where its sums are these, and its slopes by so many levels, which change the sums like this.
+    fn law(
+        &self,
+        arena: &mut Arena,
+        free: Expr,
+        sums: &[Expr],
+        (changes, count): (&[Vec<Expr>], usize),
+    ) -> (Expr, Vec<Expr>) {
+        let (pressing, factors) = match &self.pressing {
+            Pressing::Sum(signed) => {
+                let factors: Vec<Expr> = signed.iter().map(|(sign, _)| *sign).collect();
+                let pressing = factors
+                    .iter()
+                    .zip(sums)
+                    .fold(Expr::ZERO, |total, (&sign, &sum)| arena.add_product(total, sign, sum));
+                (pressing, factors)
+            }
+            Pressing::Size(_) => {
+                let squares: Vec<Expr> = sums.iter().map(|&sum| arena.square(sum)).collect();
+                let square = arena.sum(squares);
+                let size = arena.unary(Unary::Sqrt, square);
+                let least = arena.constant(LEAST);
+                let divisor = arena.binary(Binary::Max, size, least);
+                (size, sums.iter().map(|&sum| arena.divide(sum, divisor)).collect())
+            }
+        };
+        let slopes = (0..count).map(|level| {
+            let slope = factors
+                .iter()
+                .zip(changes)
+                .fold(Expr::ZERO, |total, (&factor, change)| arena.add_product(total, factor, change[level]));
+            arena.multiply(self.share, slope)
+        });
+        let slopes: Vec<Expr> = slopes.collect();
+        (arena.add_product(free, self.share, pressing), slopes)
+    }
+}
+
+impl Pressing {
+    fn sums(&self) -> Vec<Expr> {
+        match self {
+            Pressing::Sum(signed) => signed.iter().map(|(_, sum)| *sum).collect(),
+            Pressing::Size(both) => both.to_vec(),
+        }
+    }
+}
+
+/// Sums over accelerations and multipliers as such.
+fn solved_sums(arena: &mut Arena, sums: &[Expr], coordinates: usize) -> Vec<Sum> {
+    let symbols = arena.symbols(sums.iter().copied()).into_iter().filter(|symbol| symbol.is_solved());
+    let symbols: Vec<Symbol> = symbols.collect();
+    let zero: HashMap<Symbol, Expr> = symbols.iter().map(|&symbol| (symbol, Expr::ZERO)).collect();
+    let before = arena.clone();
+    let rests = arena.import(&before, sums, &zero);
+    let mut found: Vec<Sum> = rests.into_iter().map(|rest| Sum { rest, slopes: Vec::new() }).collect();
+    for symbol in symbols {
+        let index = match symbol {
+            Symbol::Coordinate(index, Order::Acceleration) => index,
+            Symbol::Reaction(row) => coordinates + row,
+            // No reaction follows from the rate of a state.
+            _ => continue,
+        };
+        let slopes = arena.derivatives(sums, symbol);
+        for (sum, slope) in found.iter_mut().zip(slopes).filter(|(_, slope)| *slope != Expr::ZERO) {
+            sum.slopes.push((index, slope));
+        }
+    }
+    found
+}
+
+/// What a multiplier of one adds to the loads of the coordinates.
+fn column_of(equations: &mut Equations, row: usize) -> Vec<Expr> {
+    let reactions = equations.dynamics().reactions.clone();
+    let arena = &mut equations.system.arena;
+    let entry = |entries: &Vec<(usize, Expr)>| {
+        let own = entries.iter().find(|(index, _)| *index == row);
+        own.map_or(Expr::ZERO, |&(_, entry)| arena.negate(entry))
+    };
+    reactions.iter().map(entry).collect()
+}
+
+/// Gauss's elimination in the given order: the solution and the pivots. The matrix is that of one minus a small part, so that its pivots are positive unless the mechanism locks itself.
+fn eliminate(arena: &mut Arena, mut matrix: Vec<Vec<Expr>>, mut right: Vec<Expr>) -> (Vec<Expr>, Vec<Expr>) {
+    let size = right.len();
+    for pivot in 0..size {
+        for row in pivot + 1..size {
+            let factor = arena.divide(matrix[row][pivot], matrix[pivot][pivot]);
+            for column in pivot + 1..size {
+                matrix[row][column] = arena.subtract_product(matrix[row][column], factor, matrix[pivot][column]);
+            }
+            right[row] = arena.subtract_product(right[row], factor, right[pivot]);
+        }
+    }
+    let pivots = (0..size).map(|index| matrix[index][index]).collect();
+    for row in (0..size).rev() {
+        let rest = (row + 1..size)
+            .fold(right[row], |rest, column| arena.subtract_product(rest, matrix[row][column], right[column]));
+        right[row] = arena.divide(rest, matrix[row][row]);
+    }
+    (right, pivots)
+}
+
+/// Positive if the levels are what their laws give.
+fn converged(arena: &mut Arena, sizes: &[Expr], laws: &[(Expr, Vec<Expr>)]) -> Expr {
+    let least = arena.constant(LEAST);
+    let mut margin = least;
+    let known = arena.constant(KNOWN);
+    for (&size, (law, _)) in sizes.iter().zip(laws) {
+        let off = arena.subtract(size, *law);
+        let (off, size) = (arena.unary(Unary::Abs, off), arena.unary(Unary::Abs, size));
+        margin = arena.add_product(margin, known, size);
+        margin = arena.subtract(margin, off);
+    }
+    margin
+}
