@@ -37,6 +37,7 @@ pub const MODELS: &[(&str, &str)] = &[
     ("screw_lift", include_str!("../models/screw_lift/scene.toml")),
     ("slider_crank", include_str!("../models/slider_crank/scene.toml")),
     ("stephenson_six_bar", include_str!("../models/stephenson_six_bar/scene.toml")),
+    ("stick_slip", include_str!("../models/stick_slip/scene.toml")),
     ("toggle_press", include_str!("../models/toggle_press/scene.toml")),
     ("trammel", include_str!("../models/trammel/scene.toml")),
     ("vibration", include_str!("../models/vibration/scene.toml")),

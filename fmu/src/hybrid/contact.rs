@@ -349,12 +349,12 @@ impl Contacts {
             if !rubs || !rests {
                 data.all[index].slips(parameters, rubs.then_some(self.rates[index].signum()));
             } else if direction != 0.0 {
-                self.choices.slip(index, [0.0, -direction, direction]);
+                self.choices.rest(index, [-direction, direction]);
             } else if turns(index) {
                 let multiplier = self.solved[context.model.coordinates() + data.all[index].constraint as usize];
                 self.choices.slip(index, [multiplier.signum(), -multiplier.signum(), 0.0]);
             } else {
-                self.choices.slip(index, [0.0, 1.0, -1.0]);
+                self.choices.rest(index, [1.0, -1.0]);
             }
             for (place, parameter) in data.all[index].signs().enumerate().filter(|_| rubs) {
                 let turned = turns(count + slip.sums as usize + place);
@@ -368,13 +368,18 @@ impl Contacts {
         let multipliers = &self.solved[context.model.coordinates()..];
         let concerned = || self.choices.concerned();
         let largest = concerned().fold(0.0, |most, index| maximum(most, context.force(index, multipliers).abs()));
+        let holds = concerned().any(|index| context.is_closed(index));
         let fits = |index: usize| {
             let (force, least) = (context.force(index, multipliers), -ROUNDING * context.scale(index));
             match (context.slip(index), context.is_closed(index)) {
                 (None, true) => force >= -ROUNDING * largest,
                 (None, false) => self.accelerations[index] >= least,
+                (Some(slip), _) if slip.on.is_some_and(|on| !context.is_closed(on as usize)) => true,
                 (Some(_), true) => {
                     force.abs() <= self.restitutions[index] * context.level(index, multipliers) + ROUNDING * largest
+                }
+                (Some(_), false) if context.direction(index) == 0.0 => {
+                    holds && self.accelerations[index].abs() <= -least
                 }
                 (Some(_), false) => context.direction(index) * self.accelerations[index] >= least,
             }
