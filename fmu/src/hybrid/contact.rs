@@ -37,6 +37,8 @@ pub(crate) struct Contacts {
     concerned: Vec<usize>,
     /// True for contacts that have hit in the last impact.
     pub hit: Vec<bool>,
+    /// True for contacts that take part in the last impact.
+    pub pressing: Vec<bool>,
     /// Rates before the impact.
     before: Vec<f64>,
     rest: Vec<f64>,
@@ -63,6 +65,7 @@ impl Contacts {
             asked: vec![0.0; m],
             concerned: Vec::with_capacity(count),
             hit: vec![false; count],
+            pressing: vec![false; count],
             before: zeros(),
             rest: vec![0.0; n],
             modes: vec![false; count],
@@ -133,6 +136,7 @@ impl Contacts {
             self.strike(context);
             if self.is_impact(context) {
                 self.keep_impulses(context);
+                (0..self.pressing.len()).for_each(|index| self.pressing[index] = context.is_closed(index));
                 context.restore(&self.modes);
                 return Ok(());
             }

@@ -180,6 +180,10 @@ impl Instance {
         self.check_inside(TOUCHING)?;
         self.resolve_unfound()?;
         self.now.happened.counts.fill(0);
+        if self.is_any_closed() {
+            // The run is to begin with what is closed.
+            self.go_on_anew();
+        }
         Ok(())
     }
 
