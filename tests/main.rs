@@ -95,6 +95,7 @@ mod scene_reference;
 mod schema;
 mod second_order;
 mod sensitivities;
+mod sensitivities_through_instants;
 mod sensitivity_features;
 mod series;
 mod short_forces;

@@ -336,7 +336,7 @@ impl Equations {
     }
 
     /// The loop equation of something that is held on one side; none if nothing that moves is.
-    pub(crate) fn row_of_unilateral(&self, index: usize) -> Option<usize> {
+    pub fn row_of_unilateral(&self, index: usize) -> Option<usize> {
         let id = self.system.find(Origin::Unilateral(index))?;
         self.constraints.iter().position(|row| row.element == id && row.one_sided.is_some())
     }

@@ -7,5 +7,6 @@ mod command;
 mod driven;
 mod equilibrium;
 mod linear;
+mod one_sided;
 mod slopes;
 mod support;

@@ -34,7 +34,7 @@ pub fn resting<T>(text: &str, then: impl FnOnce(&mut Formulated, &Variation, Res
     let Resolved { mechanism, outputs, .. } = resolved(text);
     let mut formulated = formulate(&at_rest(&mechanism), &outputs).unwrap();
     let variation = Variation::new(&mut formulated);
-    let equilibrium = Equilibrium::find(&formulated, &variation);
+    let equilibrium = Equilibrium::find(&formulated, &variation, &[]);
     then(&mut formulated, &variation, equilibrium)
 }
 

@@ -22,6 +22,9 @@ pub struct Arguments {
     /// Set a parameter or an input, such as rod_length="1.2 m"; may be given several times
     #[arg(long = "set", value_name = "NAME=VALUE")]
     settings: Vec<String>,
+    /// Which limits, contacts or ropes are open or closed there, such as guide.max=closed,pad=open [default: as they are]
+    #[arg(long = "mode", value_name = "NAME=open|closed", value_delimiter = ',')]
+    modes: Vec<String>,
     #[command(flatten)]
     units: InUnits,
     /// The result as JSON, for scripts, in SI units
@@ -39,7 +42,10 @@ impl Arguments {
     /// Reads the scene, applies the settings.
     pub fn open(&self) -> Result<Study, Failure> {
         output::apart(&[Some(&self.scene)], &[output::file(self.output.as_deref())])?;
-        with_settings(&output::load(&self.scene)?, &self.settings)
+        let mut study = with_settings(&output::load(&self.scene)?, &self.settings)?;
+        let modes = Failure::every(self.modes.iter().map(|text| mode(text)))?;
+        study.set_modes(&modes).map_err(|message| Failure::Usage(format!("--mode: {message}")))?;
+        Ok(study)
     }
 
     /// The output file, if its name asks for a script of MATLAB.
@@ -97,6 +103,17 @@ pub fn compiled(scene: &Scene, asked: &Asked, settings: &[String]) -> Result<Com
         Some(study) => study.compiled(),
         None => compile_asking(scene, asked).map(|(compiled, _)| compiled),
     }
+}
+
+/// `name=open` or `name=closed`
+fn mode(text: &str) -> Result<(String, bool), String> {
+    let (name, word) = text.split_once('=').unwrap_or((text, ""));
+    let closed = match word.trim() {
+        "closed" => true,
+        "open" => false,
+        _ => return Err(format!("--mode {text}: write NAME=open or NAME=closed")),
+    };
+    Ok((name.trim().to_owned(), closed))
 }
 
 /// `name=value` for a parameter or an input.

@@ -28,7 +28,7 @@ pub(crate) struct Contacts {
     /// Of what slips: its level at rest by that while it slips.
     pub restitutions: Vec<f64>,
     /// The sums whose sizes press.
-    pub pressing: Vec<f64>,
+    pub sums: Vec<f64>,
     /// The same without accelerations and reactions.
     at_rest: Vec<f64>,
     pub locks: Vec<f64>,
@@ -42,6 +42,8 @@ pub(crate) struct Contacts {
     choices: Choices,
     /// True for contacts that have hit in the last impact.
     pub hit: Vec<bool>,
+    /// True for contacts that take part in the last impact.
+    pub pressing: Vec<bool>,
     /// Rates before the impact.
     before: Vec<f64>,
     rest: Vec<f64>,
@@ -66,7 +68,7 @@ impl Contacts {
             rates: zeros(),
             accelerations: zeros(),
             restitutions: zeros(),
-            pressing: vec![0.0; sums],
+            sums: vec![0.0; sums],
             at_rest: vec![0.0; sums],
             locks: vec![0.0; locks],
             change: vec![0.0; n + m],
@@ -74,6 +76,7 @@ impl Contacts {
             asked: vec![0.0; m],
             choices: Choices::with_capacity(count + sums),
             hit: vec![false; count],
+            pressing: vec![false; count],
             before: zeros(),
             rest: vec![0.0; n],
             kept: vec![0.0; program.parameters.len()],
@@ -126,8 +129,7 @@ impl Contacts {
             self.collide(context)?;
             self.end_bounces(context, tolerance)?;
         }
-        let r = self.decide(context, &turns);
-        r
+        self.decide(context, turns)
     }
 
     /// True if something has hit, or is in another mode than before.
@@ -152,6 +154,7 @@ impl Contacts {
                 self.strike(context);
                 if self.is_impact(context) {
                     self.keep_impulses(context);
+                    (0..self.pressing.len()).for_each(|index| self.pressing[index] = context.is_closed(index));
                     context.state.parameters_mut().copy_from_slice(&self.kept);
                     return Ok(());
                 }
@@ -204,14 +207,14 @@ impl Contacts {
         machine.load(model, state);
         machine.evaluate(&data.rates, &mut self.rates);
         let n = model.coordinates();
-        for (values, factor) in [(&mut self.at_rest, 0.0), (&mut self.pressing, 1.0)] {
+        for (values, factor) in [(&mut self.at_rest, 0.0), (&mut self.sums, 1.0)] {
             self.solved.iter_mut().zip(&self.change).for_each(|(solved, change)| *solved = factor * change);
             machine.load_accelerations(model, &self.solved[..n]);
             machine.load_reactions(model, &self.solved[n..]);
             machine.evaluate(&data.pressing, values);
         }
         // Only what follows from impulses counts.
-        self.pressing.iter_mut().zip(&self.at_rest).for_each(|(sum, rest)| *sum -= rest);
+        self.sums.iter_mut().zip(&self.at_rest).for_each(|(sum, rest)| *sum -= rest);
     }
 
     /// True if every impulse presses, nobody who touches goes in further than it may, what slips does so against its friction, and no energy has come from anywhere: sum of impulse x mean rate is
@@ -250,7 +253,7 @@ impl Contacts {
     fn have_signs(&self, context: &Place, largest: f64) -> bool {
         let rubbing = context.data.all.iter().filter_map(|contact| Some((contact, contact.slip.as_ref()?)));
         rubbing.into_iter().all(|(contact, slip)| {
-            let sums = self.pressing[slip.sums as usize..].iter();
+            let sums = self.sums[slip.sums as usize..].iter();
             contact.signs().zip(sums).all(|(parameter, sum)| {
                 context.state.parameters()[parameter] * sum >= -ROUNDING * maximum(largest, sum.abs())
             })
@@ -415,7 +418,7 @@ impl Contacts {
         machine.load_accelerations(model, &self.solved[..model.coordinates()]);
         machine.load_reactions(model, &self.solved[model.coordinates()..]);
         machine.evaluate(&data.accelerations, &mut self.accelerations);
-        machine.evaluate(&data.pressing, &mut self.pressing);
+        machine.evaluate(&data.pressing, &mut self.sums);
         machine.evaluate(&data.locks, &mut self.locks);
     }
 

@@ -33,9 +33,14 @@ impl Clock {
 
     /// True at the instant of a tick.
     pub fn is_at(self, time: f64) -> bool {
-        let number = ((time - self.offset) / self.period).round();
+        let number = self.number(time);
         let tick = self.tick(number);
         number >= 0.0 && !is_later(tick, time) && !is_later(time, tick)
+    }
+
+    /// The number of the tick next to a time, from zero.
+    pub fn number(self, time: f64) -> f64 {
+        ((time - self.offset) / self.period).round()
     }
 
     fn tick(self, number: f64) -> f64 {

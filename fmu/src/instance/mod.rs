@@ -11,6 +11,7 @@ mod error;
 mod exchange;
 mod inputs;
 mod instants;
+mod passage;
 mod limits;
 mod snapshot;
 mod variational;
@@ -22,7 +23,7 @@ pub use crate::integrator::accuracy::Inaccuracy;
 pub use crossing::Crossing;
 pub use derivatives::DERIVATIVE_ORDER;
 pub use error::InstanceError;
-pub use instants::Handled;
+pub use instants::{Handled, Happening};
 pub use snapshot::{Snapshot, TOLERANCES};
 pub use variational::{Variational, Varied};
 

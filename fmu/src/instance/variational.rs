@@ -4,7 +4,8 @@
 
 use std::iter::once;
 
-use super::{Instance, InstanceError};
+use super::passage::{Columns, Passage};
+use super::{Happening, Instance, InstanceError};
 use crate::integrator::taylor::{order_for, share};
 use crate::linalg::lane::{Lane, WIDTH, ZERO};
 use crate::math;
@@ -30,6 +31,9 @@ pub enum Varied {
 pub struct Variational {
     /// The register of each parameter.
     registers: Vec<usize>,
+    /// The registers of held values and of impulses, and how they change: a column for each parameter. Between instants they stay as they are.
+    held: Vec<usize>,
+    held_values: Vec<f64>,
     /// Eight parameters each; none if there are no such series.
     groups: Vec<Group>,
     order: usize,
@@ -68,8 +72,14 @@ impl Variational {
             let tangents = std::array::from_fn(|_| vec![ZERO; program.registers as usize]);
             Some(Group { series: variations(model, places.len())?, tangents, places, entered: false })
         });
+        let inputs = (program.open_inputs()..program.inputs.len()).map(|index| layout.inputs() + index);
+        let contacts = program.instants.contacts().iter();
+        let impulses = contacts.map(|contact| layout.parameters() + contact.closed as usize + 1);
+        let held: Vec<usize> = inputs.chain(impulses).collect();
         Self {
             registers: varied.iter().map(register).collect(),
+            held_values: vec![0.0; held.len() * varied.len()],
+            held,
             groups: groups.collect(),
             order: order_for(tolerance),
             tolerance: share(tolerance),
@@ -77,6 +87,44 @@ impl Variational {
             solved: vec![ZERO; program.tapes.acceleration.results.len()],
             results: layout.accelerations()..layout.constants(),
         }
+    }
+
+    /// How held values change at the start of a motion, with these q_p and v_p.
+    pub fn begin_held(&mut self, motion: &Instance, state: [&[f64]; 2]) {
+        let mut columns = Columns::new(motion.model.coordinates(), self.held.len(), [state[0], state[1], &self.held_values]);
+        self.passage(&motion.model, 0.0).begin(&motion.now.state, &mut columns);
+        self.held_values = columns.held_values;
+    }
+
+    /// Carries q_p and v_p, and the derivatives of held values, over everything that has happened at one instant of a motion; says how that moves with each parameter. Events are found to this
+    /// tolerance.
+    ///
+    /// # Errors
+    /// Why there are no derivatives behind it.
+    pub fn pass(
+        &mut self,
+        model: &Model,
+        happened: &[Happening],
+        [positions, rates]: [&mut [f64]; 2],
+        tolerance: f64,
+    ) -> Result<Vec<f64>, String> {
+        let mut columns = Columns::new(model.coordinates(), self.held.len(), [positions, rates, &self.held_values]);
+        let moves = self.passage(model, tolerance).pass(happened, &mut columns)?;
+        positions.copy_from_slice(&columns.positions);
+        rates.copy_from_slice(&columns.rates);
+        self.held_values = columns.held_values;
+        // What is open or closed is among the coefficients.
+        self.groups.iter_mut().for_each(|group| group.entered = false);
+        Ok(moves)
+    }
+
+    fn passage<'a>(&'a self, model: &'a Model, tolerance: f64) -> Passage<'a> {
+        Passage { model, parameters: &self.registers, held: &self.held, tolerance }
+    }
+
+    /// How held inputs, of which there are so many, change: a column for each parameter.
+    pub fn held_inputs(&self, inputs: usize) -> impl Iterator<Item = f64> {
+        self.held_values.chunks(self.held.len().max(1)).flat_map(move |column| column.iter().take(inputs).copied())
     }
 
     /// Begins the series at the present state of a motion, with these q_p and v_p, of which the largest of each direction have reached so far: errors count relative to that. Says how long a step they permit, up to a limit; none where there are none, because of the laws
@@ -97,7 +145,7 @@ impl Variational {
         motion.load()?;
         let mut length = limit;
         for group in &mut self.groups {
-            group.load(motion, &self.registers, state);
+            group.load(motion, &self.registers, state, (&self.held, &self.held_values));
             let registers = motion.machine.registers();
             let reached = &reached[group.places.clone()];
             if !group.series.begin(&motion.model, self.order, registers, &group.tangents, reached) {
@@ -143,6 +191,11 @@ impl Variational {
             self.tangents.fill(ZERO);
             for (place, &register) in four.iter().enumerate() {
                 self.tangents[register][place] = 1.0;
+                let parameter = self.registers.iter().position(|own| *own == register);
+                let changes = parameter.map(|column| held_of((&self.held, &self.held_values), column));
+                for (held, tangent) in changes.into_iter().flatten() {
+                    self.tangents[held][place] = tangent;
+                }
             }
             self.accelerate(motion)?;
             for (place, column) in columns.chunks_mut(n).enumerate() {
@@ -170,7 +223,7 @@ impl Variational {
             self.tangents.fill(ZERO);
             let columns = first..self.registers.len().min(first + WIDTH);
             for (place, column) in columns.clone().enumerate() {
-                for (register, tangent) in direction(&motion.model, self.registers[column], column, state) {
+                for (register, tangent) in direction(&motion.model, self.registers[column], column, state).chain(held_of((&self.held, &self.held_values), column)) {
                     self.tangents[register][place] = tangent;
                 }
             }
@@ -221,10 +274,17 @@ impl Variational {
 
 impl Group {
     /// The directions, with the coefficients of the series where they do not have them yet.
-    fn load(&mut self, motion: &mut Instance, registers: &[usize], state: [&[f64]; 2]) {
+    fn load(
+        &mut self,
+        motion: &mut Instance,
+        registers: &[usize],
+        state: [&[f64]; 2],
+        held: (&[usize], &[f64]),
+    ) {
         for (direction, column) in self.places.clone().enumerate() {
             let (half, place) = (&mut self.tangents[direction / WIDTH], direction % WIDTH);
-            for (register, tangent) in self::direction(&motion.model, registers[column], column, state) {
+            let changes = self::direction(&motion.model, registers[column], column, state);
+            for (register, tangent) in changes.chain(held_of(held, column)) {
                 half[register][place] = tangent;
             }
         }
@@ -236,6 +296,11 @@ impl Group {
             self.entered = true;
         }
     }
+}
+
+/// Held values that change with a parameter, and by how much.
+fn held_of<'a>((held, values): (&'a [usize], &'a [f64]), column: usize) -> impl Iterator<Item = (usize, f64)> + use<'a> {
+    held.iter().copied().zip(values[column * held.len()..][..held.len()].iter().copied())
 }
 
 /// The registers that change with a parameter at a point, and by how much: its own, and those of q and v.

@@ -7,7 +7,8 @@ use nalgebra::DMatrix;
 
 use super::decompose::symmetric_eigen;
 use super::modes::{Mode, modes};
-use super::search::{null_space, scales, search};
+use super::one_sided::{Asked, rest};
+use super::search::{null_space, scales};
 use super::variation::{Column, RowBlock, Variation};
 use super::{Failure, Point, StateSpace};
 
@@ -48,14 +49,18 @@ pub enum Stability {
 }
 
 impl Equilibrium {
-    /// Searches from the scene's guess. `formulated` belongs to the mechanism [at rest](super::at_rest).
+    /// Searches from the scene's guess, with these parts open or closed. `formulated` belongs to the mechanism [at rest](super::at_rest).
     ///
     /// # Errors
     /// There is no equilibrium, or none was found.
-    pub fn find(formulated: &Formulated, variation: &Variation) -> Result<Self, Failure> {
+    pub fn find(formulated: &Formulated, variation: &Variation, asked: &[Asked]) -> Result<Self, Failure> {
         let model = Model::new(formulated.lowered.program.clone())?;
         let guess = Point::resting(&model, &formulated.state);
-        let point = search(formulated, variation, guess)?;
+        let lasts = |point: &Point| {
+            let statics = Statics::new(formulated, variation, point)?;
+            Ok(!matches!(statics.stability(formulated), Stability::Unstable(_)))
+        };
+        let point = rest(formulated, variation, &guess, asked, lasts)?;
         let mut state = formulated.state.clone();
         state.positions_mut().copy_from_slice(point.positions());
         check_redundant(&model, &state)?;

@@ -51,6 +51,12 @@ impl Point {
         self.registers[self.layout.time()]
     }
 
+    /// Sets a parameter: its place, and its value.
+    pub(super) fn set_parameter(&mut self, (index, value): (usize, f64)) {
+        let place = symbol_register(&self.layout, Symbol::Parameter(index));
+        self.registers[place] = value;
+    }
+
     pub fn positions(&self) -> &[f64] {
         &self.registers[self.layout.positions()..self.layout.rates()]
     }

@@ -28,15 +28,25 @@ const MOVE: f64 = 0.1;
 /// Accelerations below this are those of nothing [scales of the coordinates by s2]: where the loops are regular, the loads are balanced then.
 const STILL: f64 = 5e-4;
 
-/// Searches for an equilibrium from a resting point.
-pub(super) fn search(formulated: &Formulated, variation: &Variation, guess: Point) -> Result<Point, Failure> {
+/// Searches for an equilibrium from a resting point; `unfit` says why a pose in which the loads balance is none, for reasons of its own.
+pub(super) fn search(
+    formulated: &Formulated,
+    variation: &Variation,
+    guess: Point,
+    unfit: impl Fn(&Point) -> Option<String>,
+) -> Result<Point, Failure> {
     let mut search = Search::new(formulated, variation, guess)?;
     let mut released = search.point.clone();
-    let mut stuck = None;
+    let (mut stuck, mut wrong) = (None, None);
     for _ in 0..RELEASES {
         search.descend()?;
         if search.is_balanced()? {
-            return Ok(search.point);
+            wrong = unfit(&search.point);
+            if wrong.is_none() {
+                return Ok(search.point);
+            }
+            // Nothing moves it away from there.
+            break;
         }
         stuck.get_or_insert_with(|| search.point.clone());
         for _ in 0..MOVES {
@@ -52,8 +62,14 @@ pub(super) fn search(formulated: &Formulated, variation: &Variation, guess: Poin
         released = search.point.clone();
         search.descend()?;
         if search.is_balanced()? {
-            return Ok(search.point);
+            match unfit(&search.point) {
+                None => return Ok(search.point),
+                why => wrong = wrong.or(why),
+            }
         }
+    }
+    if let Some(why) = wrong {
+        return Err(Failure::Unfit { why });
     }
     let point = stuck.unwrap_or(search.point);
     Err(stuck_at(formulated, variation, &point)?)
@@ -125,7 +141,9 @@ struct Search<'a> {
     variation: &'a Variation,
     point: Point,
     scales: Vec<f64>,
-    /// Of the independent loop equations.
+    /// The independent loop equations that hold: what is open stays so.
+    rows: Vec<usize>,
+    /// Their scales.
     gaps: Vec<f64>,
     /// Forces are measured in units of this energy [J] by the scales.
     energy: f64,
@@ -136,10 +154,11 @@ struct Search<'a> {
 impl<'a> Search<'a> {
     fn new(formulated: &'a Formulated, variation: &'a Variation, point: Point) -> Result<Self, Failure> {
         let constraints = &formulated.lowered.program.constraints;
-        let gaps = variation.active().iter().map(|&row| constraints[row].scale).collect();
+        let rows = variation.rows_at(&formulated.equations, &point);
+        let gaps = rows.iter().map(|&row| constraints[row].scale).collect();
         let mechanical = formulated.equations.coordinates.len();
         let mut search =
-            Search { formulated, variation, point, scales: scales(formulated), gaps, energy: 1.0, mechanical };
+            Search { formulated, variation, point, scales: scales(formulated), rows, gaps, energy: 1.0, mechanical };
         let numbers = variation.motion_at(&formulated.equations, &search.point)?;
         let (jacobian, residual) = (search.jacobian(&numbers), search.scaled(&numbers.values(RowBlock::Motion)));
         let n = search.mechanical;
@@ -170,7 +189,7 @@ impl<'a> Search<'a> {
 
     fn change_reactions(&mut self, change: &[f64]) {
         let reactions = self.point.reactions_mut();
-        for (&row, change) in self.variation.active().iter().zip(change) {
+        for (&row, change) in self.rows.iter().zip(change) {
             reactions[row] += change;
         }
     }
@@ -244,7 +263,7 @@ impl<'a> Search<'a> {
         next.positions_mut().iter_mut().zip(own).for_each(|(q, change)| *q += change);
         next.states_mut().iter_mut().zip(changes).for_each(|(z, change)| *z += change);
         let reactions = next.reactions_mut();
-        for ((&row, scale), change) in self.variation.active().iter().zip(&self.gaps).zip(step.iter().skip(n)) {
+        for ((&row, scale), change) in self.rows.iter().zip(&self.gaps).zip(step.iter().skip(n)) {
             reactions[row] += share * change * self.energy / scale;
         }
         next

@@ -12,6 +12,7 @@ use cotree_fmu::program::FollowerOrder;
 use nalgebra::DMatrix;
 
 use super::independent::{Partition, Undetermined};
+use super::one_sided::{Closure, closures};
 use super::search::scales;
 use super::variation::{Column, Numbers, RowBlock, Variation, unknown};
 use super::{Failure, Point};
@@ -47,6 +48,8 @@ pub struct StateSpace {
     pub d: DMatrix<f64>,
     /// How all coordinates follow the independent ones.
     pub shape: DMatrix<f64>,
+    /// What is held on one side only, as it is at the point.
+    pub closures: Vec<Closure>,
     pub(super) partition: Partition,
 }
 
@@ -65,7 +68,7 @@ impl StateSpace {
             return Err(failure);
         }
         let numbers = variation.motion_at(&formulated.equations, point)?;
-        let partition = partition(formulated, variation, &numbers, like.map(|other| &other.partition));
+        let partition = partition(formulated, &numbers, like.map(|other| &other.partition));
         let singular = |Undetermined(index): Undetermined| Failure::Singular {
             time: point.time(),
             coordinate: formulated.lowered.program.coordinates[index].name.clone(),
@@ -97,6 +100,7 @@ impl StateSpace {
             c,
             d,
             shape,
+            closures: closures(formulated, point),
             partition,
         })
     }
@@ -133,14 +137,13 @@ impl StateSpace {
 /// Independent coordinates of a pose: those of another point if they serve here.
 fn partition(
     formulated: &Formulated,
-    variation: &Variation,
     numbers: &Numbers,
     like: Option<&Partition>,
 ) -> Result<Partition, Undetermined> {
     let constraints = &formulated.lowered.program.constraints;
     let scales = scales(formulated);
     let mut jacobian = numbers.block(RowBlock::Loops, Column::Positions);
-    for (mut row, &constraint) in jacobian.row_iter_mut().zip(variation.active()) {
+    for (mut row, constraint) in jacobian.row_iter_mut().zip(numbers.rows()) {
         row /= constraints[constraint].scale;
     }
     for (mut column, scale) in jacobian.column_iter_mut().zip(scales) {

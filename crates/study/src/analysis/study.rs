@@ -7,7 +7,7 @@ use cotree::formulate::{Formulated, formulate_written, pattern};
 use cotree::model::{Experiment, Formula, Mechanism, Output, Unit, Units};
 use cotree::report::csv::Table;
 use cotree::run::Gaps;
-use cotree::scene::{Asked, Fault, Faults, Resolved, Scene, Source};
+use cotree::scene::{self, Fault, Faults, Resolved, Scene, Source};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::{Model, State};
 use thiserror::Error;
@@ -15,6 +15,7 @@ use thiserror::Error;
 use super::driven::Driven;
 use super::kept::{Kept, Key, Pose};
 use super::local::Local;
+use super::one_sided::{self, closures};
 use super::report::{Linearization, Statics, Vibration};
 use super::sensitivity::Differentiated;
 use super::{Equilibrium, Failure, Point, StateSpace, Variation, at_rest, modes};
@@ -31,6 +32,8 @@ pub struct Study {
     local: Kept<Pose, Local>,
     pub(super) outputs: Vec<Output>,
     driven: Driven,
+    /// What is to be open or closed where it rests or is linearised.
+    asked: Vec<one_sided::Asked>,
     pub(super) source: Source,
     pub(super) warnings: Vec<Fault>,
 }
@@ -59,14 +62,14 @@ impl Study {
     /// # Errors
     /// Everything that is wrong with it.
     pub fn new(scene: &Scene) -> Result<Self, Faults> {
-        Study::asking(scene, &Asked::Own)
+        Study::asking(scene, &scene::Asked::Own)
     }
 
     /// Resolves a scene, with the outputs that are asked for.
     ///
     /// # Errors
     /// Everything that is wrong with it; an output that it does not have.
-    pub fn asking(scene: &Scene, asked: &Asked) -> Result<Self, Faults> {
+    pub fn asking(scene: &Scene, asked: &scene::Asked) -> Result<Self, Faults> {
         let Resolved { mechanism, outputs, warnings } = scene.resolve_asking(asked)?;
         Ok(Study {
             written: Some(Arc::new(mechanism.clone())),
@@ -76,6 +79,7 @@ impl Study {
             local: Kept::default(),
             outputs,
             driven: Driven::default(),
+            asked: Vec::new(),
             source: scene.source.clone(),
             warnings,
         })
@@ -111,6 +115,15 @@ impl Study {
     /// Other times and another tolerance than those of the scene.
     pub fn set_experiment(&mut self, experiment: Experiment) {
         self.mechanism.experiment = experiment;
+    }
+
+    /// Which parts are open or closed, of those that are held on one side only, where it rests or is linearised.
+    ///
+    /// # Errors
+    /// There is no such part.
+    pub fn set_modes(&mut self, modes: &[(String, bool)]) -> Result<(), String> {
+        self.asked = one_sided::asked(&self.mechanism, modes)?;
+        Ok(())
     }
 
     /// Inputs over time, for every analysis of a motion: columns named like inputs.
@@ -210,9 +223,8 @@ impl Study {
                 Ok(vec![StateSpace::new(formulated, variation, &equilibrium.point, None)?])
             })?,
             At::Times(times) => {
-                is_one_system(&self.mechanism)?;
-                let driven = self.driven.clone();
-                self.formulated(false, |formulated, variation| along(formulated, variation, driven, times))?
+                let (driven, asked) = (self.driven.clone(), self.asked.clone());
+                self.formulated(false, |formulated, variation| along(formulated, variation, (driven, &asked), times))?
             }
         };
         self.warnings.extend(self.without_value(&points));
@@ -240,10 +252,9 @@ impl Study {
             return self
                 .rest(|formulated, variation, equilibrium| vibration(formulated, variation, &equilibrium.point, true));
         };
-        is_one_system(&self.mechanism)?;
-        let driven = self.driven.clone();
+        let (driven, asked) = (self.driven.clone(), self.asked.clone());
         self.formulated(false, |formulated, variation| {
-            let point = Followed::new(formulated, driven)?.point(time, time)?;
+            let point = Followed::new(formulated, driven)?.point(formulated, (time, time), &asked)?;
             vibration(formulated, variation, &point, false)
         })
     }
@@ -297,28 +308,16 @@ impl Study {
         then: impl FnOnce(&mut Formulated, &Variation, &Equilibrium) -> Result<T, Failure>,
     ) -> Result<T, StudyError> {
         can_rest(&self.mechanism)?;
+        let asked = self.asked.clone();
         self.formulated(true, |formulated, variation| {
-            let equilibrium = Equilibrium::find(formulated, variation)?;
+            let equilibrium = Equilibrium::find(formulated, variation, &asked)?;
             then(formulated, variation, &equilibrium)
         })
     }
 }
 
-/// What is open or closed in turn is another linear system each time.
-fn is_one_system(mechanism: &Mechanism) -> Result<(), Failure> {
-    let Some(own) = mechanism.first_unilateral() else { return Ok(()) };
-    Err(Failure::Instants(format!(
-        "there is another linear system whenever {own} open or close: linearise a scene without, or with a joint in the place of what is closed"
-    )))
-}
-
 /// What is sampled goes on changing where everything else rests.
 fn can_rest(mechanism: &Mechanism) -> Result<(), Failure> {
-    if let Some(own) = mechanism.first_unilateral() {
-        return Err(Failure::Instants(format!(
-            "what rests on {own} is not looked for: use `simulate` until nothing moves, or a scene without it"
-        )));
-    }
     let Some(sampler) = mechanism.samplers.iter().find(|own| !own.writes.is_empty()) else { return Ok(()) };
     Err(Failure::Instants(format!(
         "sampler `{}` goes on changing its values, so that nothing is said to rest: use `simulate`, or `--at` a time",
@@ -330,14 +329,15 @@ fn can_rest(mechanism: &Mechanism) -> Result<(), Failure> {
 fn along(
     formulated: &Formulated,
     variation: &Variation,
-    driven: Driven,
+    (driven, asked): (Driven, &[one_sided::Asked]),
     times: &[f64],
 ) -> Result<Vec<StateSpace>, Failure> {
     let mut motion = Followed::new(formulated, driven)?;
     let mut systems: Vec<StateSpace> = Vec::with_capacity(times.len());
     let end = times.last().copied().unwrap_or_default();
     for &time in times {
-        systems.push(StateSpace::new(formulated, variation, &motion.point(time, end)?, systems.last())?);
+        let point = motion.point(formulated, (time, end), asked)?;
+        systems.push(StateSpace::new(formulated, variation, &point, systems.last())?);
     }
     Ok(systems)
 }
@@ -355,6 +355,7 @@ fn vibration(
         resting,
         coordinates: formulated.lowered.program.coordinates.iter().map(|own| own.name.clone()).collect(),
         states: formulated.equations.states.len(),
+        closures: closures(formulated, point),
         modes: modes(formulated, &system)?,
     })
 }
@@ -399,8 +400,21 @@ impl Followed {
         Ok(self.instance.state())
     }
 
-    fn point(&mut self, time: f64, end: f64) -> Result<Point, Failure> {
-        let state = self.state(time, end)?;
+    /// The point at a time, with these parts open or closed.
+    fn point(
+        &mut self,
+        formulated: &Formulated,
+        (time, end): (f64, f64),
+        asked: &[one_sided::Asked],
+    ) -> Result<Point, Failure> {
+        let mut state = self.state(time, end)?;
+        let point = Point::moving(&self.model, &state)?;
+        if asked.is_empty() {
+            return Ok(point);
+        }
+        for (mask, value) in one_sided::put(formulated, &point, asked)? {
+            state.parameters_mut()[mask] = value;
+        }
         Point::moving(&self.model, &state)
     }
 }

@@ -60,6 +60,8 @@ pub struct Variation {
     coordinates: usize,
     /// The independent loop equations.
     active: Vec<usize>,
+    /// Of each of them, what is 1 while it holds: those of what is held on one side only.
+    masks: Vec<Option<Expr>>,
     /// Loads without a limit where their ends come together, with the squares of their lengths.
     lines: Vec<(String, Expr)>,
     /// The names of the outputs, if they are differentiated.
@@ -126,16 +128,25 @@ impl Variation {
             }
         }
         let lines = lines(equations);
-        Variation { roots, columns, places, derivatives, rows, coordinates, active, lines, outputs: Vec::new() }
+        let mask = |&row: &usize| equations.constraints[row].one_sided.as_ref().map(|gap| gap.closed);
+        let masks = active.iter().map(mask).collect();
+        Variation { roots, columns, places, derivatives, rows, coordinates, active, masks, lines, outputs: Vec::new() }
     }
 
-    pub(super) fn active(&self) -> &[usize] {
-        &self.active
+    /// Places among the independent loop equations of those that hold at a point: what is open does not count there.
+    fn holding(&self, equations: &Equations, point: &Point) -> Vec<usize> {
+        let is_closed = |mask: Expr| equations.system.arena.evaluate(&[mask], point)[0] != 0.0;
+        (0..self.active.len()).filter(|&place| self.masks[place].is_none_or(is_closed)).collect()
+    }
+
+    /// The independent loop equations that hold at a point.
+    pub(super) fn rows_at(&self, equations: &Equations, point: &Point) -> Vec<usize> {
+        self.holding(equations, point).into_iter().map(|place| self.active[place]).collect()
     }
 
     /// Inputs and followers with their derivatives, as far as anything depends on them.
     pub(super) fn signals(&self) -> &[Symbol] {
-        self.symbols(Column::Signals)
+        &self.columns[self.column(Column::Signals)]
     }
 
     /// The load whose ends are together, so that it has no direction and the forces of small motions no limit.
@@ -182,7 +193,8 @@ impl Variation {
             let unknown = || Failure::NotFinite { time: point.time(), what: self.name(equations, row) };
             return Err(self.together(equations, point, 1.0).unwrap_or_else(unknown));
         }
-        Ok(Numbers { variation: self, values: DVector::from_column_slice(values), matrix })
+        let holding = self.holding(equations, point);
+        Ok(Numbers { variation: self, holding, values: DVector::from_column_slice(values), matrix })
     }
 
     /// How the derivatives of these rows change with each of these symbols: matrices like that of [`Numbers`].
@@ -213,20 +225,38 @@ impl Variation {
         Ok(found)
     }
 
-    /// What stands for each column of this kind.
-    pub(super) fn symbols(&self, column: Column) -> &[Symbol] {
-        &self.columns[self.column(column)]
-    }
-
-    /// A block of a matrix of [`Variation::second`].
-    pub(super) fn block_of(&self, matrix: &DMatrix<f64>, row: RowBlock, column: Column) -> DMatrix<f64> {
-        let (rows, columns) = (self.row(row), self.column(column));
-        matrix.view((rows.start, columns.start), (rows.len(), columns.len())).into_owned()
-    }
-
+    /// The numbers of these rows at a point.
     pub(super) fn values(&self, equations: &Equations, point: &Point, row: RowBlock) -> DVector<f64> {
-        let roots = &self.roots[self.row(row)];
-        DVector::from_vec(equations.system.arena.evaluate(roots, point))
+        let roots = self.held_rows(row, &self.holding(equations, point)).into_iter().map(|root| self.roots[root]);
+        DVector::from_vec(equations.system.arena.evaluate(&roots.collect::<Vec<Expr>>(), point))
+    }
+
+    /// The roots of this kind, of loop equations those that hold.
+    fn held_rows(&self, row: RowBlock, holding: &[usize]) -> Vec<usize> {
+        let range = self.row(row);
+        match row {
+            RowBlock::Loops | RowBlock::Rates | RowBlock::Accelerations if !range.is_empty() => {
+                holding.iter().map(|place| range.start + place).collect()
+            }
+            RowBlock::Loops
+            | RowBlock::Rates
+            | RowBlock::Accelerations
+            | RowBlock::Motion
+            | RowBlock::Outputs
+            | RowBlock::Starts
+            | RowBlock::StartRates
+            | RowBlock::Repeated
+            | RowBlock::Switches => range.collect(),
+        }
+    }
+
+    /// The columns of this kind, of reactions those of loop equations that hold.
+    fn held_columns(&self, column: Column, holding: &[usize]) -> Vec<usize> {
+        let range = self.column(column);
+        match column {
+            Column::Reactions => holding.iter().map(|place| range.start + place).collect(),
+            Column::Positions | Column::Rates | Column::Accelerations | Column::Signals => range.collect(),
+        }
     }
 
     fn row(&self, row: RowBlock) -> Range<usize> {
@@ -375,18 +405,38 @@ fn acceleration(equations: &mut Equations, row: usize) -> Expr {
 #[derive(Clone, Debug)]
 pub(super) struct Numbers<'v> {
     variation: &'v Variation,
+    /// Places among the independent loop equations of those that hold.
+    holding: Vec<usize>,
     values: DVector<f64>,
     matrix: DMatrix<f64>,
 }
 
 impl Numbers<'_> {
     pub fn values(&self, row: RowBlock) -> DVector<f64> {
-        let range = self.variation.row(row);
-        self.values.rows(range.start, range.len()).into_owned()
+        let rows = self.variation.held_rows(row, &self.holding);
+        DVector::from_iterator(rows.len(), rows.into_iter().map(|row| self.values[row]))
     }
 
     pub fn block(&self, row: RowBlock, column: Column) -> DMatrix<f64> {
-        self.variation.block_of(&self.matrix, row, column)
+        self.block_of(&self.matrix, row, column)
+    }
+
+    /// A block of a matrix of [`Variation::second`] at the same point.
+    pub fn block_of(&self, matrix: &DMatrix<f64>, row: RowBlock, column: Column) -> DMatrix<f64> {
+        let rows = self.variation.held_rows(row, &self.holding);
+        let columns = self.variation.held_columns(column, &self.holding);
+        DMatrix::from_fn(rows.len(), columns.len(), |i, j| matrix[(rows[i], columns[j])])
+    }
+
+    /// What stands for each column of this kind.
+    pub fn symbols(&self, column: Column) -> Vec<Symbol> {
+        let columns = self.variation.held_columns(column, &self.holding);
+        columns.into_iter().map(|place| self.variation.columns[place]).collect()
+    }
+
+    /// The independent loop equations that hold.
+    pub fn rows(&self) -> impl Iterator<Item = usize> {
+        self.holding.iter().map(|&place| self.variation.active[place])
     }
 
     /// \[M Phi_q^T; Phi_q 0\]

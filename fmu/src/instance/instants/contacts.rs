@@ -94,7 +94,7 @@ impl Instance {
         }
         let model = self.model.clone();
         self.machine.evaluate(&data.restitutions, &mut own.contacts.restitutions);
-        self.machine.evaluate(&data.pressing, &mut own.contacts.pressing);
+        self.machine.evaluate(&data.pressing, &mut own.contacts.sums);
         self.machine.evaluate(&data.locks, &mut own.contacts.locks);
         let layout = model.layout();
         let multipliers = &self.machine.registers()[layout.reactions()..layout.constants()];
@@ -115,11 +115,11 @@ impl Instance {
             };
             let signs = contact.signs().enumerate();
             for (place, parameter) in signs.map(|(place, parameter)| (slip.sums as usize + place, parameter)) {
-                let sum = self.now.state.parameters()[parameter] * own.contacts.pressing[place];
+                let sum = self.now.state.parameters()[parameter] * own.contacts.sums[place];
                 own.indicators[data.all.len() + place] = -sum - none;
             }
         }
-        let first = data.all.len() + own.contacts.pressing.len();
+        let first = data.all.len() + own.contacts.sums.len();
         for (indicator, lock) in own.indicators[first..].iter_mut().zip(&own.contacts.locks) {
             *indicator = -lock;
         }
@@ -162,7 +162,7 @@ impl Instance {
             happened.counts[first + index] = happened.counts[first + index].saturating_add(1);
             happened.armed[first + index] = false;
         }
-        for index in data.all.len()..data.all.len() + contacts.pressing.len() {
+        for index in data.all.len()..data.all.len() + contacts.sums.len() {
             happened.armed[first + index] &= !due[first + index];
         }
         let sticks = |index: usize| {
@@ -244,8 +244,10 @@ impl Instance {
         self.check_inside(TOUCHING)?;
         self.resolve_unfound()?;
         self.now.happened.counts.fill(0);
-        // The run has been begun with everything open.
-        self.go_on_anew();
+        if self.is_any_closed() {
+            // The run is to begin with what is closed.
+            self.go_on_anew();
+        }
         Ok(())
     }
 

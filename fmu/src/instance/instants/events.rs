@@ -95,6 +95,7 @@ impl Instance {
                 depth -= 1;
             }
         }
+        own.seen = first.filter(|_| own.record.is_some()).map(|found| self.seen_before(own, step, found));
         if first.is_none() && !own.indicators.is_empty() {
             self.evaluate_sides(own, (step, step), 1.0);
             own.overlooked = self.find_overlooked(own);
@@ -145,7 +146,7 @@ impl Instance {
     }
 
     /// Evaluates the sides of all comparisons at a share of the last step; none is a number where the motion is not known.
-    fn evaluate_sides(&mut self, own: &mut Instants, (step, piece): ([f64; 2], [f64; 2]), share: f64) {
+    pub(super) fn evaluate_sides(&mut self, own: &mut Instants, (step, piece): ([f64; 2], [f64; 2]), share: f64) {
         let settings = self.settings();
         let Snapshot { run, memory, .. } = &mut self.now;
         let at = (between(piece, share), &mut own.within);
@@ -187,7 +188,7 @@ impl Instance {
             if !self.find_due(found)? {
                 break;
             }
-            self.let_happen()?;
+            self.let_happen(found)?;
             found = None;
         }
         self.arm();
@@ -215,7 +216,8 @@ impl Instance {
     }
 
     /// Writes what the events that are due write, all at once.
-    fn let_happen(&mut self) -> Result<(), InstanceError> {
+    fn let_happen(&mut self, found: Option<usize>) -> Result<(), InstanceError> {
+        let before = self.state_to_record();
         self.evaluate_written()?;
         let model = self.model.clone();
         let Some(own) = self.instants.take() else { return Ok(()) };
@@ -235,6 +237,7 @@ impl Instance {
         self.instants = Some(own);
         written?;
         self.resolve_contacts()?;
+        self.note(before, Vec::new(), found);
         self.go_on_anew();
         Ok(())
     }

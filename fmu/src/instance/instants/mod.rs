@@ -5,8 +5,11 @@
 
 mod contacts;
 mod events;
+mod record;
 
 use serde::{Deserialize, Serialize};
+
+pub use record::Happening;
 
 use super::snapshot::Phase;
 use super::{Computed, Instance, InstanceError, Snapshot};
@@ -98,8 +101,12 @@ pub(super) struct Instants {
     armed: Vec<bool>,
     /// Counts that have been reported.
     reported: Vec<u32>,
+    /// How long after the beginning of the last step an event was found \[s\], and how large its excess has been since then.
+    seen: Option<[f64; 2]>,
     /// True if something has happened since this was last asked.
     happened: bool,
+    /// What has happened since it was last asked for, if anybody asks.
+    record: Option<Vec<Happening>>,
 }
 
 /// What has been found in the last step.
@@ -149,7 +156,9 @@ impl Instants {
             indicators: vec![0.0; occasions - instants.events.len()],
             contacts: Contacts::new(model),
             overlooked: None,
+            seen: None,
             happened: false,
+            record: None,
         }))
     }
 
@@ -325,15 +334,20 @@ impl Instance {
 
     /// Writes the values whose samplers tick now.
     fn tick(&mut self) -> Result<(), InstanceError> {
-        let time = self.time();
+        let (time, before) = (self.time(), self.state_to_record());
         self.evaluate_written()?;
         let model = self.model.clone();
         let Some(own) = self.instants.take() else { return Ok(()) };
+        let ticks = match before {
+            Some(_) => (0..own.clocks.len()).filter(|&sampler| own.clocks[sampler].is_at(time)).collect(),
+            None => Vec::new(),
+        };
         let ticking = model.program().instants.samplers.iter().zip(&own.clocks).filter(|(_, clock)| clock.is_at(time));
         let written = ticking.flat_map(|(sampler, _)| &sampler.writes).try_for_each(|write| self.write(&own, *write));
         self.instants = Some(own);
         written?;
         self.resolve_unfound()?;
+        self.note(before, ticks, None);
         self.now.happened.ticked = time;
         self.go_on_anew();
         Ok(())

@@ -7,7 +7,8 @@ use cotree::report::data::{Report, Table, number, unit};
 use cotree::{line, row};
 use serde_json::{Value, json};
 
-use super::at;
+use super::{MODES, at, closures_of};
+use crate::analysis::one_sided::closures;
 use crate::analysis::{Equilibrium, Point, Stability};
 
 #[derive(Clone, Debug, PartialEq)]
@@ -43,6 +44,8 @@ impl Statics {
             groups.extend(efforts.map(|(title, variables)| reader.read(title, variables)));
         }
         groups.push(reader.loads());
+        let closures = closures(formulated, &equilibrium.point);
+        groups.extend(MODES.map(|title| Group { title, values: closures_of(&closures, title) }));
         groups.retain(|group| !group.values.is_empty());
         Statics {
             name: mechanism.name.clone(),
@@ -61,7 +64,10 @@ impl Statics {
     }
 
     pub fn report(&self) -> Report {
-        let (word, sentence, most) = self.stability.told();
+        let (word, mut sentence, most) = self.stability.told();
+        if self.stability == Stability::Held && self.groups.iter().any(|group| group.title == MODES[0]) {
+            sentence = "joints, drivers and what is closed constrain every coordinate: nothing can move";
+        }
         let moving = most.map_or(String::new(), |most| format!("; in it `{most}` moves most"));
         let mut title = row![line![self.name, " at rest, ", at(self.time)], format!("{sentence}{moving}")];
         if !self.by_motion {

@@ -6,7 +6,7 @@ use cotree::row;
 use nalgebra::DMatrix;
 use serde_json::{Value, json};
 
-use super::{at, exact};
+use super::{at, closure_data, closure_tables, exact};
 use crate::analysis::{Failure, Signal, StateSpace};
 
 #[derive(Clone, Debug)]
@@ -65,6 +65,7 @@ impl StateSpace {
         for (name, matrix, ..) in self.matrices(held) {
             data[name] = rows(matrix);
         }
+        closure_data(&self.closures, &mut data);
         data
     }
 
@@ -92,7 +93,8 @@ impl StateSpace {
             let [above, beside] = [&columns, &rows].map(|labels| labels.iter().map(|own| &own.0).collect::<Vec<_>>());
             Table::matrix(name, &beside, &above, entry)
         });
-        let shown = signals.into_iter().filter(|table| !table.rows.is_empty()).chain(rates).chain(matrices);
+        let signals = signals.into_iter().filter(|table| !table.rows.is_empty());
+        let shown = signals.chain(rates).chain(closure_tables(&self.closures)).chain(matrices);
         std::iter::once(Table { heading: Some(at(self.time)), ..Table::default() }).chain(shown).collect()
     }
 
@@ -168,6 +170,7 @@ impl Linearization {
         };
         let mut text = format!("% {}: {}; at t = {:?} s, in SI units\n", self.name, self.law(), point.time);
         text += &self.step.map(|step| format!("h = {step:?}; % s from k to k + 1\n")).unwrap_or_default();
+        text += &point.closures.iter().map(|own| format!("% {} is {}\n", own.name, own.word())).collect::<String>();
         text += &names("states", &point.states);
         text += &names("inputs", &point.inputs);
         text += &names("outputs", &point.outputs);

@@ -4,8 +4,8 @@ use cotree::report::data::{Cell, Report, Table, plain};
 use cotree::{line, row};
 use serde_json::json;
 
-use super::{at, exact};
-use crate::analysis::Mode;
+use super::{at, closure_data, closure_tables, exact};
+use crate::analysis::{Closure, Mode};
 
 /// Parts of a shape below this do not show in the table.
 const STILL: f64 = 1e-9;
@@ -21,6 +21,8 @@ pub struct Vibration {
     pub coordinates: Vec<String>,
     /// How many of them are states: their sizes are others.
     pub states: usize,
+    /// What is held on one side only, as it is there.
+    pub closures: Vec<Closure>,
     pub modes: Vec<Mode>,
 }
 
@@ -53,11 +55,15 @@ impl Vibration {
         let still = modes.is_empty().then(|| "\nThe drivers determine the motion: nothing can vibrate.".into());
         let about =
             if self.resting { "about its equilibrium" } else { "about its motion, as if the point stood still" };
+        let mut tables = if modes.is_empty() { Vec::new() } else { vec![table, self.shapes()] };
+        tables.extend(closure_tables(&self.closures));
+        let mut data = json!({"name": self.name, "time": self.time, "at_rest": self.resting, "modes": modes});
+        closure_data(&self.closures, &mut data);
         Report {
-            tables: if modes.is_empty() { Vec::new() } else { vec![table, self.shapes()] },
+            tables,
             notes: still.into_iter().collect(),
             sheet,
-            data: json!({"name": self.name, "time": self.time, "at_rest": self.resting, "modes": modes}),
+            data,
             ..Report::new(vec![line![self.name, ": vibration ", about, ", ", at(self.time)]])
         }
     }

@@ -175,7 +175,7 @@ impl Course<'_> {
             return Ok((positions, rates));
         }
         let parts = decompose::svd(jacobian.clone(), true, true)?;
-        let own = |row: RowBlock| numbers.block(row, Column::Signals).columns(0, self.parameters).into_owned();
+        let own = |row: RowBlock| self.by_parameters(&numbers.block(row, Column::Signals));
         let nearest = |gap: DMatrix<f64>| parts.solve(&gap, f64::EPSILON * parts.singular_values.max());
         let gap = &jacobian * &positions + own(RowBlock::Loops);
         positions -= nearest(gap).map_err(|_| Failure::Range)?;

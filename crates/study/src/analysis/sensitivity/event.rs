@@ -122,7 +122,7 @@ impl Course<'_> {
             let own = row(Column::Signals);
             let change = row(Column::Positions) * &self.positions
                 + row(Column::Rates) * &self.rates
-                + own.columns(0, self.parameters);
+                + self.by_parameters(&own.rows(0, 1).into_owned());
             let speed = (row(Column::Positions) * &rates)[0]
                 + (row(Column::Rates) * &accelerations)[0]
                 + self.by_time(&own, &state);

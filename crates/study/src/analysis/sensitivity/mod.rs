@@ -12,6 +12,7 @@ mod collocation;
 mod corner;
 mod event;
 mod feature;
+mod instants;
 mod rest;
 mod rule;
 mod start;
@@ -143,6 +144,11 @@ impl Differentiated {
                 "a driver follows `{name}`, and speeds jump with its rate: derivatives of such motions are computed with a constant input only"
             )));
         }
+        if program.is_driven() && !program.instants.is_empty() {
+            return Err(refused(
+                "drivers determine the motion, and values jump at instants beside it: compare runs with other values instead, with `cotree sweep`".to_owned(),
+            ));
+        }
         if !program.followers.is_empty() {
             return Err(refused(
                 "a driver integrates an input: derivatives of such motions are not computed".to_owned(),
@@ -151,7 +157,9 @@ impl Differentiated {
         let model = Arc::new(Model::new(program.clone())?);
         // Time is a column of its own, and so are the inputs that change with it: switching functions may depend on them.
         let moving = driven.inputs().iter().map(|&input| Symbol::Input(input, Order::Position));
-        let signals = parameters.iter().map(|own| own.symbol).chain([Symbol::Time]).chain(moving).collect();
+        // Held values follow from the motion so far.
+        let held = (program.open_inputs()..program.inputs.len()).map(|input| Symbol::Input(input, Order::Position));
+        let signals = parameters.iter().map(|own| own.symbol).chain([Symbol::Time]).chain(moving).chain(held).collect();
         let variation = Variation::of_constraints(&mut formulated, signals);
         Ok(Differentiated { formulated, variation, model, parameters })
     }
@@ -317,7 +325,6 @@ impl Study {
     /// # Errors
     /// A name that cannot be set, or equations that cannot be formulated.
     pub(crate) fn differentiated(&mut self, to: &[String]) -> Result<Arc<Differentiated>, StudyError> {
-        uneventful(self.mechanism(), "derivatives of the motion")?;
         let experiment = self.experiment();
         let written = self.written.as_ref().map(|written| Mechanism { experiment, ..Mechanism::clone(written) });
         match written {
@@ -360,16 +367,6 @@ impl Study {
     }
 }
 
-/// Held values jump at ticks and events, and with them what depends on them.
-fn uneventful(mechanism: &Mechanism, what: &str) -> Result<(), Failure> {
-    let sampled = mechanism.samplers.first().map(|own| format!("sampler `{}`", own.name));
-    let event = || mechanism.events.first().map(|own| format!("event `{}`", own.name));
-    let Some(own) = sampled.or_else(event).or_else(|| mechanism.first_unilateral()) else { return Ok(()) };
-    Err(Failure::Instants(format!(
-        "there are no {what} through the instants of {own}, where values jump; compare runs with other values instead, with `cotree sweep`"
-    )))
-}
-
 /// True if an output has a value and derivatives.
 pub(crate) fn is_finite(values: &DVector<f64>, derivatives: &DMatrix<f64>, output: usize) -> bool {
     values[output].is_finite() && derivatives.row(output).iter().all(|derivative| derivative.is_finite())
@@ -385,7 +382,9 @@ fn parameter(formulated: &Formulated, name: &str) -> Result<Varied, String> {
     let mechanism = &formulated.equations.system.mechanism;
     let program = &formulated.lowered.program;
     // In the program, initial values come after the parameters of the scene.
-    if let Some(index) = program.parameters.iter().position(|own| own.name == name) {
+    let is_open = |index: usize| mechanism.parameters.get(index).is_none_or(|own| !own.held);
+    let known = program.parameters.iter().position(|own| own.name == name);
+    if let Some(index) = known.filter(|index| is_open(*index)) {
         let place = || (mechanism.initial.iter()).position(|line| mechanism.variable_name(line.variable) == name);
         let unit = match mechanism.parameters.get(index) {
             Some(own) => own.unit.clone(),
@@ -409,7 +408,7 @@ fn parameter(formulated: &Formulated, name: &str) -> Result<Varied, String> {
     if let Some(why) = mechanism.why_calculated(name) {
         return Err(why);
     }
-    let names = program.parameters.iter().map(|own| own.name.as_str());
+    let names = program.parameters.iter().enumerate().filter(|(index, _)| is_open(*index)).map(|(_, own)| own.name.as_str());
     let names = names.chain(program.inputs[..program.open_inputs()].iter().map(|own| own.name.as_str()));
     Err(format!("the scene has no parameter, input or initial value `{name}`; {}", suggest::known(name, names)))
 }

@@ -99,7 +99,7 @@ impl Rest {
         let numbers = variation.at(&formulated.equations, point)?;
         let refused = |what: &str| Failure::NoDerivative { time: point.time(), what: what.to_owned() };
         let stiff = stiffness(&numbers);
-        let n = stiff.nrows() - variation.active().len();
+        let n = stiff.nrows() - numbers.rows().count();
         let change = stacked(
             &numbers.block(RowBlock::Motion, Column::Signals),
             &numbers.block(RowBlock::Loops, Column::Signals),
@@ -135,7 +135,7 @@ impl Rest {
         let changes = self.changes(formulated, point)?;
         let numbers = self.variation.at(&formulated.equations, point)?;
         let stiffness = stiffness(&numbers);
-        let (size, n) = (stiffness.nrows(), stiffness.nrows() - self.variation.active().len());
+        let (size, n) = (stiffness.nrows(), stiffness.nrows() - numbers.rows().count());
         let [mass, damping] = [Column::Accelerations, Column::Rates]
             .map(|column| numbers.block(RowBlock::Motion, column).resize(size, size, 0.0));
         let derivative = |mode: &Mode| -> Result<Option<Vec<Complex<f64>>>, Failure> {
@@ -169,9 +169,11 @@ impl Rest {
 
     /// The whole derivatives of mass, damping and \[H Phi_q^T; Phi_q 0\] for each parameter: the pose moves too.
     fn changes(&self, formulated: &mut Formulated, point: &Point) -> Result<Vec<[DMatrix<f64>; 3]>, Failure> {
-        let symbols = |column: Column| self.variation.symbols(column).to_vec();
-        let all: Vec<Symbol> =
-            [Column::Positions, Column::Reactions, Column::Signals].into_iter().flat_map(symbols).collect();
+        let numbers = self.variation.at(&formulated.equations, point)?;
+        let all: Vec<Symbol> = [Column::Positions, Column::Reactions, Column::Signals]
+            .into_iter()
+            .flat_map(|column| numbers.symbols(column))
+            .collect();
         let second =
             self.variation.second(&mut formulated.equations, point, &all, &[RowBlock::Motion, RowBlock::Loops])?;
         let moving = self.positions.nrows() + self.reactions.nrows();
@@ -186,7 +188,7 @@ impl Rest {
             for (matrix, share) in second[..moving].iter().zip(shares) {
                 sum += matrix * share;
             }
-            let of = |row: RowBlock, column: Column| self.variation.block_of(&sum, row, column);
+            let of = |row: RowBlock, column: Column| numbers.block_of(&sum, row, column);
             let (n, m) = (self.positions.nrows(), self.reactions.nrows());
             let [mass, damping] = [Column::Accelerations, Column::Rates]
                 .map(|column| of(RowBlock::Motion, column).resize(n + m, n + m, 0.0));

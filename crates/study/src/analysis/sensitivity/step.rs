@@ -51,8 +51,10 @@ pub struct Course<'f> {
     pub(super) variation: &'f Variation,
     pub(super) driven: &'f Driven,
     pub(super) model: Arc<Model>,
-    /// The motion at the time that the derivatives belong to.
+    /// The motion at the time that the derivatives belong to; nothing happens in it by itself.
     pub(super) motion: Instance,
+    /// The motion with all that happens in it, ahead of the derivatives; none if nothing ever happens.
+    pub(super) guide: Option<Instance>,
     pub(super) variational: Variational,
     /// The variables that the outputs are.
     pub(super) outputs: Vec<usize>,
@@ -76,13 +78,13 @@ pub struct Course<'f> {
     pub(super) tolerance: f64,
     kinematic: bool,
     /// Series that have begun already, if the derivatives are still where they did.
-    begun: Option<Begun>,
+    pub(super) begun: Option<Begun>,
     before: Before,
 }
 
 /// The time at which series begin, and how long a step they permit; none where there are none \[s\].
 #[derive(Clone, Copy)]
-struct Begun {
+pub(super) struct Begun {
     time: f64,
     length: Option<f64>,
 }
@@ -109,6 +111,7 @@ impl<'f> Course<'f> {
         let mut motion = Instance::new(Arc::clone(&model));
         let finer = (experiment.tolerance * FINER).max(FINEST);
         motion.setup(experiment.start, None, Some(finer))?;
+        motion.record_instants();
         for (name, value) in changed {
             let variable = model.program().variables.iter().position(|own| own.name == *name);
             let unknown = || Failure::Unknown(vec![format!("`{name}` cannot be set")]);
@@ -119,6 +122,8 @@ impl<'f> Course<'f> {
         }
         driven.set(&mut motion, experiment.start, false)?;
         motion.initialise()?;
+        let guide = (!program.instants.is_empty()).then(|| motion.clone());
+        let mut motion = if guide.is_some() { motion.without_instants() } else { motion };
         let empty = DMatrix::zeros(program_coordinates, varied.len());
         let scale = model.program().coordinates.iter().take(mechanical).fold(0.0, |most: f64, own| most.max(own.scale));
         let size = |own: &Varied| if own.start == 0.0 { scale } else { scale / own.start.abs() };
@@ -132,6 +137,7 @@ impl<'f> Course<'f> {
             before: Before { motion: motion.save(), positions: empty.clone(), rates: empty.clone() },
             begun: None,
             motion,
+            guide,
             variational: Variational::new(&model, &places, (experiment.tolerance * CLOSER).max(FINEST)),
             outputs: rows.filter(|(_, row)| row.is_output()).map(|(place, _)| place).collect(),
             parameters: varied.len(),
@@ -166,7 +172,7 @@ impl<'f> Course<'f> {
         self.sides = sides(&numbers.values(RowBlock::Switches));
         (self.positions, self.rates) = (positions, changes);
         self.reach();
-        Ok(())
+        self.begin_instants(&numbers)
     }
 
     /// Takes note of how large the derivatives are.
@@ -214,25 +220,22 @@ impl<'f> Course<'f> {
         let mut due = times;
         for knot in self.driven.knots([begin, end]) {
             let (now, later) = due.split_at(due.partition_point(|&time| time < knot));
-            self.run_smoothly(now, [knot, end - begin], most, &mut report)?;
+            self.run_through(now, [knot, end - begin], most, &mut report)?;
             self.pass_knot(knot, knot == end)?;
             due = later;
         }
-        self.run_smoothly(due, [end, end - begin], most, &mut report)
+        self.run_through(due, [end, end - begin], most, &mut report)
     }
 
     /// Sets the inputs anew where they bend or jump. That happens at the same time for all parameters: q_p and v_p go on as they are.
     fn pass_knot(&mut self, time: f64, stops: bool) -> Result<(), Failure> {
         self.driven.set(&mut self.motion, time, stops)?;
-        self.begun = None;
-        if !self.sides.is_empty() {
-            self.sides = sides(&switches(&mut self.motion)?);
-        }
-        Ok(())
+        self.guide.as_mut().map_or(Ok(()), |guide| self.driven.set(guide, time, stops))?;
+        self.go_on_anew()
     }
 
-    /// Runs to the end of a motion without knots; `span` is how long all of it is.
-    fn run_smoothly(
+    /// Runs to the end of a motion without knots in which nothing happens; `span` is how long all of it is.
+    pub(super) fn run_smoothly(
         &mut self,
         times: &[f64],
         [end, span]: [f64; 2],
@@ -434,8 +437,12 @@ pub(super) fn read(
 
 /// The switching functions of the laws.
 pub(super) fn switches(motion: &mut Instance) -> Result<DVector<f64>, Failure> {
-    let mut values = vec![0.0; motion.model().program().tapes.indicators.results.len()];
+    let program = motion.model().program();
+    let (laws, all) = (program.tapes.indicators.results.len(), program.indicators());
+    let mut values = vec![0.0; all];
     motion.indicators(&mut values)?;
+    // Those of what happens at instants come after them.
+    values.truncate(laws);
     Ok(DVector::from_vec(values))
 }
 

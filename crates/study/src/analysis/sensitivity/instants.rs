@@ -1,0 +1,117 @@
+//! Derivatives through instants: impacts, openings and closings, events and ticks.
+//!
+//! Between them the motion is smooth, in the mode and with the held values of the moment. One run of the motion goes ahead and says what happens, and when; the derivatives follow it up to
+//! there, and jump with it.
+
+use cotree_fmu::instance::Happening;
+use nalgebra::DMatrix;
+
+use super::super::variation::{Column, Numbers, RowBlock};
+use super::super::Failure;
+use super::corner::Switched;
+use super::step::{At, Course, sides, switches};
+
+/// The time just before an instant is so many roundings earlier.
+const ROUNDINGS: f64 = 64.0;
+
+impl Course<'_> {
+    /// What happens at the start, before the derivatives are followed.
+    pub(super) fn begin_instants(&mut self, numbers: &Numbers) -> Result<(), Failure> {
+        let Some(guide) = &mut self.guide else { return Ok(()) };
+        let (happened, state, time) = (guide.take_record(), guide.state(), guide.time());
+        let refused = |what: String| Failure::NoDerivative { time, what };
+        let contacts = self.model.program().instants.contacts();
+        let struck = contacts.iter().find(|contact| state.parameters()[contact.closed as usize + 1] != 0.0);
+        if let Some(contact) = struck {
+            return Err(refused(format!("the motion begins with an impact of `{}`", contact.name)));
+        }
+        let first = self.parameters + 1 + self.driven.inputs().len();
+        for row in [RowBlock::Loops, RowBlock::Starts, RowBlock::StartRates] {
+            let block = numbers.block(row, Column::Signals);
+            if block.columns(first, block.ncols() - first).iter().any(|entry| *entry != 0.0) {
+                return Err(refused("the start depends on values that ticks and events change".to_owned()));
+            }
+        }
+        self.variational.begin_held(&self.motion, [self.positions.as_slice(), self.rates.as_slice()]);
+        if happened.is_empty() {
+            return Ok(());
+        }
+        let moves = self.pass(&happened)?;
+        match moves.iter().all(|change| *change == 0.0) {
+            true => Ok(()),
+            false => Err(refused("a tick at the start moves with what is varied: it would come before it".to_owned())),
+        }
+    }
+
+    /// How rows change with the parameters, given their derivatives by all signals: by each of them, and by the held values that follow from it.
+    pub(super) fn by_parameters(&self, signals: &DMatrix<f64>) -> DMatrix<f64> {
+        let own = signals.columns(0, self.parameters).into_owned();
+        let inputs = self.model.program().inputs.len() - self.model.program().open_inputs();
+        if inputs == 0 {
+            return own;
+        }
+        let held = DMatrix::from_iterator(inputs, self.parameters, self.variational.held_inputs(inputs));
+        own + signals.columns(signals.ncols() - inputs, inputs) * held
+    }
+
+    /// Runs to the end of a motion without knots, through everything that happens in it.
+    pub(super) fn run_through(
+        &mut self,
+        times: &[f64],
+        [end, span]: [f64; 2],
+        most: u64,
+        report: &mut impl FnMut(At),
+    ) -> Result<(), Failure> {
+        let mut due = times;
+        while let Some((time, happened)) = self.next_instant(end)? {
+            let (now, later) = due.split_at(due.partition_point(|&own| own < time));
+            self.run_smoothly(now, [time, span], most, &mut *report)?;
+            self.pass_instant(time, &happened)?;
+            due = later;
+        }
+        self.run_smoothly(due, [end, span], most, report)
+    }
+
+    /// What happens next, up to a time.
+    fn next_instant(&mut self, end: f64) -> Result<Option<(f64, Vec<Happening>)>, Failure> {
+        let Some(guide) = &mut self.guide else { return Ok(None) };
+        while guide.time() < end {
+            guide.step_towards(end)?;
+            let happened = guide.take_record();
+            if let Some(first) = happened.first() {
+                return Ok(Some((first.time(), happened)));
+            }
+        }
+        Ok(None)
+    }
+
+    /// The derivatives jump with the motion.
+    fn pass_instant(&mut self, time: f64, happened: &[Happening]) -> Result<(), Failure> {
+        let changes = self.pass(happened)?;
+        let before = time - ROUNDINGS * f64::EPSILON * time.abs();
+        self.switched.push(Switched { times: [before, time], changes });
+        Ok(())
+    }
+
+    /// Takes the derivatives over what has happened, and goes on from there.
+    fn pass(&mut self, happened: &[Happening]) -> Result<Vec<f64>, Failure> {
+        let Some(guide) = &self.guide else { return Ok(Vec::new()) };
+        let time = guide.time();
+        self.motion = guide.without_instants();
+        let state = [self.positions.as_mut_slice(), self.rates.as_mut_slice()];
+        let moves = self.variational.pass(&self.model, happened, state, self.tolerance);
+        let moves = moves.map_err(|what| Failure::NoDerivative { time, what })?;
+        self.go_on_anew()?;
+        self.reach();
+        Ok(moves)
+    }
+
+    /// Laws may be others from here on.
+    pub(super) fn go_on_anew(&mut self) -> Result<(), Failure> {
+        self.begun = None;
+        if !self.sides.is_empty() {
+            self.sides = sides(&switches(&mut self.motion)?);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,103 @@
+//! What has happened at instants, for those who ask: a log, and derivatives of the motion through it.
+
+use super::super::Instance;
+use super::Instants;
+use crate::hybrid::contact::is_closed;
+use crate::math::maximum;
+use crate::model::{Model, State};
+
+/// The excess of an event is looked at in so many places before it.
+const PLACES: u32 = 8;
+
+/// Something that has happened at one instant. What that has led to at the same instant follows as others.
+#[derive(Clone, Debug)]
+pub struct Happening {
+    /// The samplers that have ticked; empty at an event.
+    pub ticks: Vec<usize>,
+    /// Events, then contacts, that were due.
+    pub due: Vec<usize>,
+    /// Of what was found within a step: how long after its beginning \[s\], and how large its excess has been since then. None of what follows from something else.
+    pub seen: Option<[f64; 2]>,
+    /// Contacts that have hit.
+    pub hit: Vec<usize>,
+    /// Of each contact: whether it took part in the impact; empty if there was none.
+    pub pressing: Vec<bool>,
+    /// The state just before it.
+    pub before: State,
+    /// The state just after it.
+    pub after: State,
+}
+
+impl Happening {
+    /// When \[s\].
+    pub fn time(&self) -> f64 {
+        self.after.time()
+    }
+
+    /// True of what does not follow from something else at the same instant.
+    pub fn is_first(&self) -> bool {
+        self.seen.is_some() || !self.ticks.is_empty()
+    }
+
+    /// Contacts that are closed before and after.
+    pub fn closed(&self, model: &Model) -> [Vec<bool>; 2] {
+        let data = model.program().instants.contacts.as_ref();
+        [&self.before, &self.after].map(|state| {
+            let all = data.into_iter().flat_map(|data| (0..data.all.len()).map(|index| is_closed(data, state, index)));
+            all.collect()
+        })
+    }
+}
+
+impl Instance {
+    /// From now on everything that happens is recorded. To be called before the run begins.
+    pub fn record_instants(&mut self) {
+        if let Some(own) = &mut self.instants {
+            own.record = Some(Vec::new());
+        }
+    }
+
+    /// What has happened since this was last asked.
+    pub fn take_record(&mut self) -> Vec<Happening> {
+        let record = self.instants.as_mut().and_then(|own| own.record.as_mut());
+        record.map(std::mem::take).unwrap_or_default()
+    }
+
+    /// The same motion, in which nothing happens from now on: what is open stays open, what is closed stays closed, and held values stay as they are.
+    #[must_use]
+    pub fn without_instants(&self) -> Self {
+        Self { instants: None, ..self.clone() }
+    }
+
+    /// The state before something happens, if that is recorded.
+    pub(super) fn state_to_record(&self) -> Option<State> {
+        let is_recorded = self.instants.as_ref().is_some_and(|own| own.record.is_some());
+        is_recorded.then(|| self.state())
+    }
+
+    /// How long after the beginning of a step an event is found, and how large its excess is on the way there; what has just been left is measured by its gap itself.
+    pub(super) fn seen_before(&mut self, own: &mut Instants, step: [f64; 2], (at, event): (f64, usize)) -> [f64; 2] {
+        let (since, mut most) = (at - step[0], 0.0);
+        for place in 0..PLACES {
+            let share = f64::from(place) / f64::from(PLACES);
+            self.evaluate_sides(own, (step, [step[0], at]), share);
+            let part = if self.has_left(own, event) { share * since / (step[1] - step[0]) } else { 1.0 };
+            let size = own.excess(event).abs() * part;
+            most = if size.is_finite() { maximum(most, size) } else { most };
+        }
+        [since, most]
+    }
+
+    /// Notes what has happened since a state.
+    pub(super) fn note(&mut self, before: Option<State>, ticks: Vec<usize>, found: Option<usize>) {
+        let (Some(before), Some(own)) = (before, &mut self.instants) else { return };
+        let after = self.now.state.clone();
+        let is_event = ticks.is_empty();
+        let due = (0..own.due.len()).filter(|&event| is_event && own.due[event]).collect();
+        let hit: Vec<usize> = (0..own.contacts.hit.len()).filter(|&index| own.contacts.hit[index]).collect();
+        let pressing = if hit.is_empty() { Vec::new() } else { own.contacts.pressing.clone() };
+        let seen = found.and(own.seen);
+        let record = Happening { ticks, due, seen, hit, pressing, before, after };
+        own.record.iter_mut().for_each(|all| all.push(record.clone()));
+    }
+}

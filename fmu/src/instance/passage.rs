@@ -1,0 +1,340 @@
+//! Derivatives of a motion through what happens at an instant: the saltation matrix (Aizerman and Gantmakher 1958; Leine and Nijmeijer, *Dynamics and Bifurcations of Non-Smooth
+//! Mechanical Systems*, 2004, chapter 7).
+//!
+//! Where y jumps to R(y, p, t) at a time t_e with g(y, p, t) = 0, that time changes by t_p = -(g_y S + g_p) / (g_y f- + g_t), and
+//!
+//! S+ = R_y (S- + f- t_p) + R_t t_p + R_p - f+ t_p.
+//!
+//! The direction of time, (1, f-), is carried through like those of the parameters: all derivatives come from the tapes of the model, along four directions at a time.
+
+use super::instants::Happening;
+use crate::hybrid::tick::Clock;
+use crate::integrator::accelerations::Accelerations;
+use crate::linalg::lane::{Lane, WIDTH, ZERO};
+use crate::machine::Machine;
+use crate::model::{Model, State};
+use crate::program::{Contacts, Write};
+use crate::tape::Tape;
+
+/// A comparison whose excess is further from zero than this share of what it has been jumps there.
+const JUMPED: f64 = 1e-6;
+/// Ticks of different samplers change together within this share.
+const SAME: f64 = 1e-9;
+
+/// Derivatives of coordinates, rates and held values: a column for each parameter.
+#[derive(Clone, Debug)]
+pub(super) struct Columns {
+    n: usize,
+    held: usize,
+    pub positions: Vec<f64>,
+    pub rates: Vec<f64>,
+    pub held_values: Vec<f64>,
+}
+
+/// What is differentiated, by its registers: parameters, and held values that change with them.
+pub(super) struct Passage<'a> {
+    pub model: &'a Model,
+    pub parameters: &'a [usize],
+    pub held: &'a [usize],
+    pub tolerance: f64,
+}
+
+/// The registers at a state, with their tangents along four columns at a time.
+struct Along {
+    machine: Machine,
+    /// One register file for every four columns.
+    tangents: Vec<Vec<Lane>>,
+    columns: usize,
+}
+
+impl Along {
+    /// The value and the tangents of the results of a tape: for each result one for each column.
+    fn run(&mut self, tape: &Tape) -> (Vec<f64>, Vec<Vec<f64>>) {
+        let mut found = vec![Vec::with_capacity(self.columns); tape.results.len()];
+        for lanes in &mut self.tangents {
+            self.machine.run_tangents(tape, lanes);
+            for (own, &register) in found.iter_mut().zip(&tape.results) {
+                own.extend(lanes[register as usize]);
+            }
+        }
+        found.iter_mut().for_each(|own| own.truncate(self.columns));
+        let values = tape.results.iter().map(|&register| self.machine.registers()[register as usize]).collect();
+        (values, found)
+    }
+
+    /// The value and the tangents of a register.
+    fn register(&self, register: usize) -> (f64, Vec<f64>) {
+        let tangents = self.tangents.iter().flat_map(|lanes| lanes[register]).take(self.columns);
+        (self.machine.registers()[register], tangents.collect())
+    }
+
+    /// Sets the tangents of a register.
+    fn set(&mut self, register: usize, tangents: &[f64]) {
+        for (column, &tangent) in tangents.iter().enumerate() {
+            self.tangents[column / WIDTH][register][column % WIDTH] = tangent;
+        }
+    }
+}
+
+impl Columns {
+    /// `columns` of each, in order.
+    pub fn new(n: usize, held: usize, [positions, rates, held_values]: [&[f64]; 3]) -> Self {
+        let [positions, rates, held_values] = [positions, rates, held_values].map(<[f64]>::to_vec);
+        Self { n, held, positions, rates, held_values }
+    }
+
+    /// Adds a column for the time.
+    fn push(&mut self, rates: &[f64], accelerations: &[f64]) {
+        self.positions.extend(rates);
+        self.rates.extend(accelerations);
+        self.held_values.extend(std::iter::repeat_n(0.0, self.held));
+    }
+
+    /// The changes at fixed time, of which the last column is taken: the instant moves by so much with each parameter, and what comes after it moves on like this.
+    fn settle(&mut self, moves: &[f64], [rates, accelerations]: [&[f64]; 2]) {
+        let rest = vec![0.0; self.held];
+        let of = |columns: &mut Vec<f64>, size: usize, after: &[f64]| {
+            let time = columns.split_off(columns.len() - size);
+            for (column, shift) in columns.chunks_mut(size.max(1)).zip(moves) {
+                let changes = time.iter().zip(after).map(|(by_time, after)| (by_time - after) * shift);
+                column.iter_mut().zip(changes).for_each(|(own, change)| *own += change);
+            }
+        };
+        of(&mut self.positions, self.n, rates);
+        of(&mut self.rates, self.n, accelerations);
+        of(&mut self.held_values, self.held, &rest);
+    }
+}
+
+impl Passage<'_> {
+    /// Carries derivatives over everything that has happened at one instant; says how that changes with each parameter.
+    ///
+    /// # Errors
+    /// Why there are none.
+    pub fn pass(&self, happened: &[Happening], columns: &mut Columns) -> Result<Vec<f64>, String> {
+        let (Some(first), Some(last)) = (happened.first(), happened.last()) else { return Ok(Vec::new()) };
+        let n = self.model.coordinates();
+        let [before, after] = [&first.before, &last.after].map(|state| self.accelerations(state));
+        columns.push(first.before.rates(), &before[..n]);
+        let moves = self.moves(first, columns)?;
+        if let Some(other) = happened[1..].iter().find(|own| own.is_first()) {
+            return Err(format!("{} and {} happen at the same time", self.names(first), self.names(other)));
+        }
+        for own in happened {
+            self.jump(own, columns)?;
+        }
+        columns.settle(&moves, [last.after.rates(), &after[..n]]);
+        let all = [&columns.positions, &columns.rates, &columns.held_values];
+        match all.iter().flat_map(|all| all.iter()).all(|value| value.is_finite()) {
+            true => Ok(moves),
+            false => Err(format!("what follows from {} has no derivative", self.names(first))),
+        }
+    }
+
+    /// How held values change that begin with what the scene says of them.
+    pub fn begin(&self, state: &State, columns: &mut Columns) {
+        let own = columns.clone();
+        let count = self.parameters.len();
+        let (_, begin) = self.along(state, &own, false).run(&self.model.program().instants.begin);
+        for (place, tangents) in begin.iter().enumerate() {
+            (0..count).for_each(|column| columns.held_values[column * columns.held + place] = tangents[column]);
+        }
+    }
+
+    /// What has happened, by its names.
+    fn names(&self, own: &Happening) -> String {
+        let instants = &self.model.program().instants;
+        let samplers = own.ticks.iter().map(|&index| format!("a tick of `{}`", instants.samplers[index].name));
+        let events = instants.events.iter().map(|event| &event.name);
+        let names: Vec<&String> = events.chain(instants.contacts().iter().map(|contact| &contact.name)).collect();
+        let due = own.due.iter().map(|&index| format!("`{}`", names[index]));
+        let all: Vec<String> = samplers.chain(due).collect();
+        if all.is_empty() { "the start".to_owned() } else { all.join(" and ") }
+    }
+
+    /// Accelerations, then reactions.
+    fn accelerations(&self, state: &State) -> Vec<f64> {
+        let mut machine = Machine::new(self.model);
+        machine.load(self.model, state);
+        // What has no value is found by its derivatives.
+        let _ = Accelerations::new(self.model).evaluate(self.model, &mut machine);
+        let layout = self.model.layout();
+        machine.registers()[layout.accelerations()..layout.constants()].to_vec()
+    }
+
+    /// The registers at a state and their tangents; those of accelerations and reactions, if they are `solved` for.
+    fn along(&self, state: &State, columns: &Columns, solved: bool) -> Along {
+        let (model, layout, tapes) = (self.model, self.model.layout(), &self.model.program().tapes);
+        let count = columns.positions.len() / columns.n.max(1);
+        let mut machine = Machine::new(model);
+        machine.load(model, state);
+        if solved {
+            machine.load_accelerations(model, &self.accelerations(state)[..columns.n]);
+            machine.load_reactions(model, &self.accelerations(state)[columns.n..]);
+        }
+        let results = layout.accelerations()..layout.constants();
+        let files = (0..count.div_ceil(WIDTH)).map(|_| vec![ZERO; model.program().registers as usize]);
+        let mut along = Along { machine, tangents: files.collect(), columns: count };
+        for column in 0..count {
+            let lanes = &mut along.tangents[column / WIDTH];
+            let mut set = |register: usize, tangent: f64| lanes[register][column % WIDTH] = tangent;
+            match self.parameters.get(column) {
+                Some(&register) => set(register, 1.0),
+                None => {
+                    set(layout.time(), 1.0);
+                    for input in 0..model.program().open_inputs() {
+                        let [_, rate, acceleration] = state.input_polynomial(input);
+                        set(layout.inputs() + input, rate);
+                        set(layout.input_rates() + input, acceleration);
+                    }
+                }
+            }
+            let own = |all: &[f64], size: usize| all[column * size..][..size].to_vec();
+            let (n, held) = (columns.n, columns.held);
+            let places = (layout.positions()..).zip(own(&columns.positions, n));
+            let rates = (layout.rates()..).zip(own(&columns.rates, n));
+            let held = self.held.iter().copied().zip(own(&columns.held_values, held));
+            places.chain(rates).chain(held).for_each(|(register, tangent)| set(register, tangent));
+        }
+        for lanes in &mut along.tangents {
+            along.machine.run_tangents(&tapes.parameters, lanes);
+            if solved {
+                along.machine.run_tangents(&tapes.acceleration, lanes);
+                let found: Vec<Lane> = tapes.acceleration.results.iter().map(|&own| lanes[own as usize]).collect();
+                lanes[results.clone()].copy_from_slice(&found);
+            }
+        }
+        along
+    }
+
+    /// How the instant moves with each parameter; the last column is the direction of time.
+    fn moves(&self, own: &Happening, columns: &Columns) -> Result<Vec<f64>, String> {
+        let still = vec![0.0; self.parameters.len()];
+        if !own.ticks.is_empty() {
+            return self.ticks(own, columns);
+        }
+        // What happens at the start, or where an input jumps, does so at that time.
+        let (Some([length, reached]), Some(&event)) = (own.seen, own.due.first()) else { return Ok(still) };
+        if own.due.len() > 1 {
+            return Err(format!("{} happen at the same time, and their order matters", self.names(own)));
+        }
+        let (value, mut changes) = self.excess(own, columns, event);
+        if value.abs() > JUMPED * reached {
+            return Err(format!("{} happens where its comparison jumps", self.names(own)));
+        }
+        let speed = changes.pop().unwrap_or_default();
+        // Written so that what is not a number grazes, too.
+        if !(speed.abs() * length > self.tolerance.sqrt() * reached) {
+            return Err(format!("{} is touched without being crossed", self.names(own)));
+        }
+        Ok(changes.into_iter().map(|change| -change / speed).collect())
+    }
+
+    /// By how much an event or a contact exceeds what it begins to hold at, with its changes.
+    fn excess(&self, own: &Happening, columns: &Columns, event: usize) -> (f64, Vec<f64>) {
+        let instants = &self.model.program().instants;
+        let mut along = self.along(&own.before, columns, true);
+        if event < instants.events.len() {
+            let (values, changes) = along.run(&instants.sides);
+            let [one, other] = [2 * event, 2 * event + 1];
+            let change = changes[one].iter().zip(&changes[other]).map(|(a, b)| a - b).collect();
+            return (values[one] - values[other], change);
+        }
+        let index = event - instants.events.len();
+        let row = instants.contacts()[index].constraint as usize;
+        if own.closed(self.model)[0][index] {
+            return along.register(self.model.layout().reactions() + row);
+        }
+        let gaps = instants.contacts.as_ref().map(|data| along.run(&data.gaps));
+        gaps.map_or((0.0, vec![f64::NAN]), |(values, changes)| {
+            (-values[index], changes[index].iter().map(|change| -change).collect())
+        })
+    }
+
+    /// How the time of a tick moves with each parameter: that of offset + k period.
+    fn ticks(&self, own: &Happening, columns: &Columns) -> Result<Vec<f64>, String> {
+        let (values, changes) = self.along(&own.before, columns, false).run(&self.model.program().instants.clocks);
+        let count = self.parameters.len();
+        let moved = |&sampler: &usize| -> Vec<f64> {
+            let [period, offset] = [2 * sampler, 2 * sampler + 1];
+            let number = Clock { period: values[period], offset: values[offset] }.number(own.before.time());
+            (0..count).map(|column| changes[offset][column] + number * changes[period][column]).collect()
+        };
+        let all: Vec<Vec<f64>> = own.ticks.iter().map(moved).collect();
+        let Some((first, others)) = all.split_first() else { return Ok(vec![0.0; count]) };
+        let is_same = |other: &Vec<f64>| {
+            first.iter().zip(other).all(|(one, other)| (one - other).abs() <= SAME * (one.abs() + other.abs()))
+        };
+        match others.iter().all(is_same) {
+            true => Ok(first.clone()),
+            false => Err(format!("{} come together for these very values only", self.names(own))),
+        }
+    }
+
+    /// What happens to the state itself.
+    fn jump(&self, own: &Happening, columns: &mut Columns) -> Result<(), String> {
+        let instants = &self.model.program().instants;
+        let ticking = own.ticks.iter().flat_map(|&index| &instants.samplers[index].writes);
+        let events = own.due.iter().filter_map(|&index| instants.events.get(index)).flat_map(|event| &event.writes);
+        let writes: Vec<Write> = ticking.chain(events).copied().collect();
+        let written = match writes.is_empty() {
+            true => Vec::new(),
+            false => self.along(&own.before, columns, true).run(&instants.written).1,
+        };
+        if let (Some(data), false) = (&instants.contacts, own.hit.is_empty()) {
+            self.strike(own, data, columns)?;
+        }
+        for write in writes {
+            for (column, tangent) in written[write.result as usize].iter().enumerate() {
+                columns.held_values[column * columns.held + write.held as usize] = *tangent;
+            }
+        }
+        Ok(())
+    }
+
+    /// An impact: rates change by what makes those that hit leave with their share of the speed.
+    fn strike(&self, own: &Happening, data: &Contacts, columns: &mut Columns) -> Result<(), String> {
+        let events = self.model.program().instants.events.len();
+        let &[index] = own.hit.as_slice() else {
+            let names: Vec<String> = own.hit.iter().map(|&index| format!("`{}`", data.all[index].name)).collect();
+            return Err(format!("{} hit at the same time, and their order matters", names.join(" and ")));
+        };
+        let name = &data.all[index].name;
+        if own.due != [index + events] {
+            return Err(format!("{} and an impact of `{name}` happen at the same time", self.names(own)));
+        }
+        let mut state = own.before.clone();
+        for (contact, &pressing) in data.all.iter().zip(&own.pressing) {
+            state.parameters_mut()[contact.closed as usize] = f64::from(u8::from(pressing));
+        }
+        let mut along = self.along(&state, columns, false);
+        let ((rates, rate_changes), (shares, share_changes)) = (along.run(&data.rates), along.run(&data.restitutions));
+        if shares[index] > 0.0 && own.closed(self.model)[1][index] {
+            return Err(format!("a series of bounces of `{name}` ends"));
+        }
+        let (model, layout) = (self.model, self.model.layout());
+        let mut asked = vec![0.0; model.program().constraints.len()];
+        for (place, contact) in data.all.iter().enumerate().filter(|(place, _)| own.pressing[*place]) {
+            let (share, share_change) = match place == index {
+                true => (shares[place], share_changes[place].clone()),
+                false => (0.0, vec![0.0; along.columns]),
+            };
+            let row = contact.constraint as usize;
+            asked[row] = (1.0 + share) * rates[place];
+            let change = |(rate, by): (&f64, &f64)| (1.0 + share) * rate + by * rates[place];
+            let changes: Vec<f64> = rate_changes[place].iter().zip(&share_change).map(change).collect();
+            along.set(layout.reactions() + row, &changes);
+        }
+        along.machine.load_reactions(model, &asked);
+        let (_, changes) = along.run(&data.impact);
+        let (n, row) = (columns.n, data.all[index].constraint as usize);
+        for column in 0..along.columns {
+            (0..n).for_each(|place| columns.rates[column * n + place] += changes[place][column]);
+            let impulse = layout.parameters() + data.all[index].closed as usize + 1;
+            if let Some(place) = self.held.iter().position(|&register| register == impulse) {
+                columns.held_values[column * columns.held + place] = -changes[n + row][column];
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,427 @@
+//! Derivatives through impacts, openings and closings, events and ticks: closed forms, sixth-order differences of whole runs, and what is refused.
+
+use crate::sensitivities::{check, refused};
+
+use cotree::Scene;
+use cotree_study::analysis::{FeatureKind, Study};
+
+/// A ball that is dropped; its height, rate and the impulse of the last impact are known until it rests.
+const BALL: &str = r#"
+name = "ball"
+gravity = [0, -9.81]
+[parameters]
+share = 0.8
+drop = 1.0
+weight = 2.0
+level = 0.0
+[bodies.ball]
+mass = "weight"
+[ground.points]
+pad = [0, "level"]
+[joints.rail]
+type = "prismatic"
+between = ["ground", "ball"]
+axis = [0, 1]
+[joints.pad]
+type = "contact"
+between = ["ground.pad", "ball"]
+axis = [1, 0]
+restitution = "share"
+[initial]
+"rail.s" = "drop"
+"rail.v" = 0.0
+[outputs]
+variables = ["ball.y", "ball.vy", "pad.gap", "pad.impulse"]
+[experiment]
+stop = "3 s"
+tolerance = 1e-11
+"#;
+
+#[test]
+fn a_ball_follows_its_closed_form() {
+    let names = ["share", "drop", "weight", "level"].map(str::to_owned);
+    let found = Study::new(&Scene::from_toml(BALL).unwrap()).unwrap().sensitivities(&names, &[1.0, 1.7]).unwrap();
+    let (g, e, m) = (9.81_f64, 0.8_f64, 2.0_f64);
+    // After k impacts with first time T: begin = T (1 + 2 (e + ... + e^(k-1))), rate g T e^k; T = sqrt(2 (drop - floor)/g).
+    for (row, (time, impacts)) in [(1.0_f64, 1), (1.7, 2)].into_iter().enumerate() {
+        let height = |e: f64, drop: f64, floor: f64| {
+            let fall = (2.0 * (drop - floor) / g).sqrt();
+            let flights: f64 = (1..impacts).map(|flight| 2.0 * e.powi(flight)).sum();
+            let (since, rate) = (time - fall * (1.0 + flights), g * fall * e.powi(impacts));
+            [floor + rate * since - 0.5 * g * since * since, rate - g * since, m * (1.0 + e) * rate / e]
+        };
+        let own = height(e, 1.0, 0.0);
+        for (output, own) in [0, 1, 3].into_iter().zip(own) {
+            assert!((found.values[row][output] - own).abs() < 1e-10, "{row} {output}: {own}");
+        }
+        let step = 1e-5;
+        let slope = |at: &dyn Fn(f64) -> [f64; 3]| {
+            let (up, down) = (at(step), at(-step));
+            std::array::from_fn::<f64, 3, _>(|place| (up[place] - down[place]) / (2.0 * step))
+        };
+        let exact = [slope(&|by| height(e + by, 1.0, 0.0)), slope(&|by| height(e, 1.0 + by, 0.0)), [0.0, 0.0, own[2] / m], slope(&|by| height(e, 1.0, by))];
+        for (column, exact) in exact.iter().enumerate() {
+            for (place, output) in [0, 1, 3].into_iter().enumerate() {
+                let value = found.derivatives[row][(output, column)];
+                assert!((value - exact[place]).abs() < 2e-8 * exact[place].abs().max(1.0), "{row} {output} {column}: {value} {exact:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_ball_that_comes_to_rest_is_refused_but_not_before() {
+    check(BALL, &["share", "drop"], 2.2, 1e-4, 1e-8);
+    let message = refused(BALL, "share", 5.0);
+    assert!(message.contains("a series of bounces of `pad` ends"), "{message}");
+}
+
+/// Two arms that swing between stops.
+const ARMS: &str = r#"
+name = "arms"
+gravity = [0, -9.81]
+[parameters]
+stop = "35 deg"
+share = 0.7
+length = 0.5
+weight = 1.2
+[bodies.upper]
+mass = 2.0
+inertia = 0.1
+points = { root = [-0.4, 0], tip = ["length", 0] }
+[bodies.lower]
+mass = "weight"
+inertia = 0.04
+points = { root = [-0.3, 0.05] }
+[joints.shoulder]
+type = "revolute"
+between = ["ground", "upper.root"]
+[joints.elbow]
+type = "revolute"
+between = ["upper.tip", "lower.root"]
+limits = { min = "-20 deg", max = "stop", restitution = "share" }
+[initial]
+"upper.angle" = -0.3
+"upper.omega" = 0.0
+"elbow.angle" = 0.2
+"elbow.omega" = -1.0
+[outputs]
+variables = ["upper.angle", "upper.omega", "lower.angle", "lower.y", "elbow.impulse", "elbow.stop"]
+[experiment]
+stop = "0.9 s"
+tolerance = 1e-12
+"#;
+
+#[test]
+fn arms_strike_their_stops_again_and_again() {
+    let names = ["stop", "share", "length", "weight", "upper.angle", "elbow.omega"];
+    check(ARMS, &names, 0.9, 1e-4, 1e-7);
+    // By Runge-Kutta steps, and without a rebound: it stays at the stop until it is pulled away.
+    let explicit = ARMS.replace("[experiment]", "[solver]\nmethod = \"explicit\"\n[experiment]");
+    check(&explicit, &["stop", "upper.angle"], 0.6, 1e-4, 1e-6);
+    let plastic = ARMS.replace("share = 0.7", "share = 0.0");
+    check(&plastic, &["stop", "length", "weight", "upper.angle"], 0.9, 1e-4, 1e-7);
+}
+
+/// A slider-crank whose motor runs it against a stop of its guide.
+#[test]
+fn a_slider_crank_strikes_a_stop() {
+    let text = crate::support::fine::model("end_stop");
+    check(&text, &["travel", "restitution", "torque", "crank.angle"], 0.5, 1e-4, 1e-7);
+}
+
+/// A stone in a sling: the rope becomes taut, with a part of the impact coming back.
+const SLING: &str = r#"
+name = "sling"
+gravity = [0, -9.81]
+[parameters]
+length = 1.2
+share = 0.4
+push = 1.5
+[bodies.stone]
+mass = 0.7
+[bodies.post]
+mass = 2.0
+inertia = 0.3
+points = { top = [0, 0.8], foot = [0, 0] }
+[joints.base]
+type = "revolute"
+between = ["ground", "post.foot"]
+[joints.cord]
+type = "rope"
+between = ["post.top", "stone"]
+length = "length"
+restitution = "share"
+[loads.root]
+type = "torsion_spring"
+between = ["ground", "post"]
+stiffness = 60.0
+angle = 0.0
+[initial]
+"post.angle" = 0.1
+"post.omega" = 0.0
+"stone.x" = 0.5
+"stone.y" = 0.9
+"stone.vx" = "push"
+"stone.vy" = 0.5
+"stone.angle" = 0.0
+"stone.omega" = 0.0
+[outputs]
+variables = ["stone.x", "stone.y", "post.angle", "post.omega", "cord.impulse"]
+[experiment]
+stop = "1 s"
+tolerance = 1e-12
+"#;
+
+#[test]
+fn a_rope_becomes_taut() {
+    check(SLING, &["length", "share", "push", "post.angle"], 0.56, 1e-5, 1e-6);
+}
+
+/// A box on a table that shakes harder and harder: it lifts off, flies and falls back without a rebound.
+const TABLE: &str = r#"
+name = "table"
+gravity = [0, -9.81]
+[parameters]
+height = 0.012
+weight = 0.9
+rate = 24.0
+[bodies.table]
+mass = 5.0
+[bodies.box]
+mass = "weight"
+[joints.guide]
+type = "prismatic"
+between = ["ground", "table"]
+axis = [0, 1]
+[joints.rail]
+type = "prismatic"
+between = ["ground", "box"]
+axis = [0, 1]
+[joints.top]
+type = "contact"
+between = ["table", "box"]
+axis = [1, 0]
+[loads.shaker]
+type = "force"
+on = "table"
+vector = [0, "58[N] + 20000[N/m]*(height*1[m]*sin(rate*t*1[1/s]) - table.y) - 300[N.s/m]*table.vy"]
+[initial]
+"guide.s" = 0.0
+"guide.v" = 0.0
+"rail.s" = 0.0
+"rail.v" = 0.0
+[outputs]
+variables = ["table.y", "box.y", "box.vy", "top.fn"]
+[experiment]
+stop = "0.6 s"
+tolerance = 1e-12
+"#;
+
+#[test]
+fn a_box_lifts_off_a_shaking_table_and_lands() {
+    check(TABLE, &["height"], 0.42, 1e-6, 1e-6);
+    check(TABLE, &["weight", "rate"], 0.42, 1e-5, 1e-6);
+}
+
+/// A block that a computer holds in place, with a bound and an integral.
+const SERVO: &str = r#"
+name = "servo"
+[parameters]
+gain = 60.0
+goal = "0.25 m"
+rhythm = "12 ms"
+first = "3 ms"
+[bodies.block]
+mass = 1.5
+[joints.rail]
+type = "prismatic"
+between = ["ground", "block"]
+axis = [1, 0]
+[sampled.controller]
+period = "rhythm"
+offset = "first"
+[sampled.controller.values]
+error = { start = "goal - rail.s", next = "goal - rail.s", unit = "m" }
+sum = { start = 0, next = "sum + rhythm*new(error)/1[m.s]" }
+push = { start = 0, next = "min(7[N], gain*1[N/m]*new(error) + 90[N]*new(sum) - 9[N.s/m]*rail.v)", unit = "N" }
+[loads.drive]
+type = "force"
+on = "block"
+vector = ["push", 0]
+[loads.drag]
+type = "spring"
+between = ["ground", "block.hook"]
+stiffness = 5.0
+length = 0.3
+[initial]
+"rail.s" = 0.05
+"rail.v" = 0.0
+[outputs]
+variables = ["rail.s", "rail.v", "push", "sum"]
+[experiment]
+stop = "0.5 s"
+tolerance = 1e-12
+"#;
+
+#[test]
+fn a_sampled_controller_passes_its_derivatives_from_tick_to_tick() {
+    let text = SERVO.replace("mass = 1.5", "mass = 1.5\npoints = { hook = [0, 0.2] }");
+    check(&text, &["gain", "goal", "rail.s"], 0.5, 1e-5, 1e-7);
+    // The ticks themselves move with the period, and with the first one.
+    check(&text, &["rhythm", "first"], 0.4, 1e-6, 1e-5);
+}
+
+/// A mass on a spring that lets go at a force, counts what it passes, and pushes harder from then on.
+const LATCH: &str = r#"
+name = "latch"
+gravity = [0, -9.81]
+[parameters]
+grip = "20 N"
+stiffness = "300 N/m"
+line = 0.3
+[bodies.block]
+mass = 1.0
+points = { hook = [0, 0] }
+[bodies.hammer]
+mass = 0.4
+inertia = 0.02
+points = { root = [0, 0.3], head = [0, -0.1] }
+[joints.rail]
+type = "prismatic"
+between = ["ground", "block"]
+axis = [1, 0]
+[joints.pin]
+type = "revolute"
+between = ["block", "hammer.root"]
+[loads.band]
+type = "spring"
+between = ["ground.post", "block.hook"]
+stiffness = "stiffness"
+length = 0.1
+[ground.points]
+post = [0.2, 0.1]
+[sampled.memory]
+period = 1e3
+offset = 1e3
+values.passed = { start = "0.4 m", next = "passed", unit = "m" }
+[events.release]
+when = "band.force > grip"
+remove = ["band"]
+[events.line]
+when = "rail.s > line*1[m]"
+set = { passed = "0.1[m] + rail.v*0.3[s] + hammer.omega*0.01[m.s]" }
+[loads.motor]
+type = "force"
+on = "block"
+vector = ["30[N/m]*passed + 12[N]", 0]
+[initial]
+"rail.s" = 0.2
+"rail.v" = 0.0
+"hammer.angle" = 0.4
+"hammer.omega" = 0.0
+[outputs]
+variables = ["rail.s", "rail.v", "hammer.angle", "passed", "events.line.time", "events.release.time"]
+[experiment]
+stop = "0.8 s"
+tolerance = 1e-12
+"#;
+
+#[test]
+fn events_remove_and_set_what_derivatives_go_through() {
+    check(LATCH, &["grip", "stiffness", "line", "hammer.angle"], 0.8, 1e-4, 1e-7);
+    // A joint is removed, too: the hammer flies off.
+    let thrown = LATCH.replace("remove = [\"band\"]", "remove = [\"band\", \"pin\"]");
+    check(&thrown, &["grip", "stiffness", "hammer.angle"], 0.6, 1e-4, 1e-7);
+}
+
+#[test]
+fn what_has_no_derivatives_is_refused_by_name() {
+    // Dropped at once onto two pads: a tilted start would strike one of them first.
+    let twins = BALL
+        .replace("[ground.points]", "[bodies.other]\nmass = 1.0\n[joints.second_rail]\ntype = \"prismatic\"\nbetween = [\"ground\", \"other\"]\naxis = [0, 1]\n[joints.second_pad]\ntype = \"contact\"\nbetween = [\"ground.pad\", \"other\"]\naxis = [1, 0]\n[ground.points]")
+        .replace("\"rail.v\" = 0.0", "\"rail.v\" = 0.0\n\"second_rail.s\" = \"drop\"\n\"second_rail.v\" = 0.0");
+    let message = refused(&twins, "share", 1.0);
+    assert!(message.contains("`pad`") && message.contains("`second_pad`") && message.contains("at the same time"), "{message}");
+    // A tick at the instant of an impact.
+    let ticking = BALL.replace(
+        "[initial]",
+        "[sampled.eye]\nperiod = \"sqrt(2*drop*1[m]/9.81[m/s2])\"\noffset = \"sqrt(2*drop*1[m]/9.81[m/s2])\"\nvalues.seen = { start = \"0 m\", next = \"ball.y\", unit = \"m\" }\n[initial]",
+    );
+    let message = refused(&ticking, "share", 1.0);
+    assert!(message.contains("`pad`") && message.contains("a tick of `eye`") && message.contains("at the same time"), "{message}");
+    // Beside drivers that determine the motion.
+    let driven = SERVO
+        .replace("mass = 1.5", "mass = 1.5\npoints = { hook = [0, 0.2] }")
+        .replace("\"rail.s\" = 0.05\n\"rail.v\" = 0.0\n", "")
+        .replace("[loads.drive]", "[drivers.move]\njoint = \"rail\"\ndisplacement = \"0.1[m]*sin(t*1[rad/s])\"\n[loads.drive]");
+    let message = refused(&driven, "gain", 0.1);
+    assert!(message.contains("drivers determine the motion"), "{message}");
+    // It begins with an impact.
+    let falling = BALL.replace("drop = 1.0", "drop = 0.0").replace("\"rail.v\" = 0.0", "\"rail.v\" = -1.0");
+    let message = refused(&falling, "weight", 0.1);
+    assert!(message.contains("begins with an impact of `pad`"), "{message}");
+    // A ball that is thrown up just to a ceiling touches it.
+    let ceiling = BALL
+        .replace("type = \"contact\"\nbetween = [\"ground.pad\", \"ball\"]\naxis = [1, 0]", "type = \"contact\"\nbetween = [\"ground.pad\", \"ball\"]\naxis = [-1, 0]")
+        .replace("level = 0.0", "level = 1.25")
+        .replace("drop = 1.0", "drop = 0.0")
+        .replace("\"rail.v\" = 0.0", "\"rail.v\" = \"sqrt(2*9.81[m/s2]*1.25[m])*(1 + 1e-13)\"");
+    let message = refused(&ceiling, "weight", 1.0);
+    assert!(message.contains("`pad`") && message.contains("touched without being crossed"), "{message}");
+}
+
+/// The fastest moment is the one just after the first impact: e g T, with T^2 = 2 drop/g.
+#[test]
+fn peaks_and_crossings_count_impacts() {
+    let (g, e, fall) = (9.81_f64, 0.8_f64, (2.0 / 9.81_f64).sqrt());
+    let mut study = Study::new(&Scene::from_toml(BALL).unwrap()).unwrap();
+    let to = ["share".to_owned(), "drop".to_owned()];
+    let found = study.features(&to, &[0.0, 1.0], &[("ball.vy".to_owned(), 0.0), ("ball.y".to_owned(), 0.3)]).unwrap();
+    let named = |name: &str, kind: FeatureKind| {
+        let all = found.features.iter().filter(|own| own.output.0 == name && own.kind == kind);
+        all.map(|own| (own.time, own.value, own.changes.clone().unwrap())).collect::<Vec<_>>()
+    };
+    let fastest = &named("ball.vy", FeatureKind::Largest)[0];
+    let near = |one: f64, other: f64| assert!((one - other).abs() < 1e-7, "{one} {other}");
+    near(fastest.0, fall);
+    near(fastest.1, e * g * fall);
+    near(fastest.2.value[0], g * fall);
+    near(fastest.2.value[1], e * g * fall / 2.0);
+    near(fastest.2.time[0], 0.0);
+    near(fastest.2.time[1], fall / 2.0);
+    // The rate jumps over zero at the impact, and passes it at the top: T (1 + e).
+    let zeros = named("ball.vy", FeatureKind::Crossing);
+    let times: Vec<f64> = zeros.iter().map(|own| own.0).collect();
+    near(times[times.len() - 2], fall);
+    near(times[times.len() - 1], fall * (1.0 + e));
+    near(zeros[zeros.len() - 1].2.time[0], fall);
+    near(zeros[zeros.len() - 1].2.time[1], fall * (1.0 + e) / 2.0);
+    // Down through 0.3 m: t = sqrt(2 (drop - 0.3)/g); its time does not know of the share.
+    let down = &named("ball.y", FeatureKind::Crossing)[0];
+    near(down.2.time[0], 0.0);
+    near(down.2.time[1], 1.0 / (g * (2.0_f64 * 0.7 / g).sqrt()));
+}
+
+#[test]
+fn values_are_fitted_through_impacts() {
+    // A table of heights with 0.8 is fitted from 0.7: the same bounces, other times.
+    let scene = Scene::from_toml(BALL).unwrap();
+    let times: Vec<f64> = (0..100).map(|step| 0.02 * f64::from(step)).collect();
+    let mut study = Study::new(&scene).unwrap();
+    let to = ["share".to_owned(), "drop".to_owned()];
+    let measured: Vec<f64> = study.sensitivities(&to, &times).unwrap().values.iter().map(|row| row[0]).collect();
+    // A few steps of Gauss and Newton, in which the derivatives lead there only if they are right.
+    let mut own = [0.78, 1.02];
+    for _ in 0..8 {
+        let found = study.varying(&to, |varying| varying.at(&own, &times)).unwrap();
+        let rows = found.len();
+        let gap = nalgebra::DVector::from_fn(rows, |row, _| measured[row] - found[row].0[0]);
+        let slopes = nalgebra::DMatrix::from_fn(rows, 2, |row, column| found[row].1[(0, column)]);
+        let normal = slopes.transpose() * &slopes;
+        let step = normal.lu().solve(&(slopes.transpose() * gap)).unwrap();
+        let share = (0.02 / step.amax()).min(1.0);
+        own = [own[0] + share * step[0], own[1] + share * step[1]];
+    }
+    assert!((own[0] - 0.8).abs() < 1e-9 && (own[1] - 1.0).abs() < 1e-9, "{own:?}");
+}
