@@ -60,7 +60,10 @@ fn swings_end_where_the_spring_cannot_overcome_the_friction() {
             run.step_to(time).unwrap();
             let [s, v] = swings(time, ratio);
             let found = ["guide.s", "guide.v"].map(|name| value(&mut run, name));
-            assert!((found[0] - s).abs() < 1e-9 && (found[1] - v).abs() < 1e-8, "{engine:?} {ratio} {time}: {found:?} {s}");
+            assert!(
+                (found[0] - s).abs() < 1e-9 && (found[1] - v).abs() < 1e-8,
+                "{engine:?} {ratio} {time}: {found:?} {s}"
+            );
             let sliding = if v == 0.0 { 0.0 } else { v.signum() };
             assert_eq!(["guide.mode", "guide.sliding"].map(|name| value(&mut run, name)), [sliding; 2]);
             let force = if v == 0.0 { 120.0 * s } else { -2.0 * sliding };
@@ -315,7 +318,10 @@ fn a_pin_rubs_by_the_force_that_it_carries() {
             run.step_to(time).unwrap();
             let expected = rubbing_pendulum(time);
             let found = ["bar.angle", "bar.omega"].map(|name| value(&mut run, name));
-            assert!((0..2).all(|index| (found[index] - expected[index]).abs() < 1e-8), "{engine:?} {time} {found:?} {expected:?}");
+            assert!(
+                (0..2).all(|index| (found[index] - expected[index]).abs() < 1e-8),
+                "{engine:?} {time} {found:?} {expected:?}"
+            );
             let [fx, fy, torque] = ["pin.fx", "pin.fy", "pin.torque"].map(|name| value(&mut run, name));
             assert!((torque.abs() - 0.02 * fx.hypot(fy)).abs() < 1e-9);
         }
@@ -358,8 +364,16 @@ friction = { mu = 0.2 }
     let (slows, turns) = (0.2 * 9.81, 2.0 * 0.2 * 9.81 / 0.1);
     let rolls = 6.0 / (3.0 * slows);
     for (joint, engine) in [rolling, &contact].into_iter().flat_map(|joint| METHODS.map(|engine| (joint, engine))) {
-        let text = if joint == rolling { disc(joint) } else { disc(joint).replace("[initial]", "[initial]\n\"disc.y\" = 0.1") };
-        let text = if joint == rolling { text } else { text.replace("\"lane.s\" = 0.0", "\"disc.angle\" = 0.0\n\"disc.x\" = 0.0\n\"disc.vy\" = 0.0") };
+        let text = if joint == rolling {
+            disc(joint)
+        } else {
+            disc(joint).replace("[initial]", "[initial]\n\"disc.y\" = 0.1")
+        };
+        let text = if joint == rolling {
+            text
+        } else {
+            text.replace("\"lane.s\" = 0.0", "\"disc.angle\" = 0.0\n\"disc.x\" = 0.0\n\"disc.vy\" = 0.0")
+        };
         let mut run = started(&model(&text), Some(engine), 3.0, 1e-10);
         for time in [0.4, rolls + 0.05, 2.5] {
             run.step_to(time).unwrap();
@@ -367,10 +381,20 @@ friction = { mu = 0.2 }
             let speed = 6.0 - slows * since;
             let x = 6.0 * since - 0.5 * slows * since * since + (time - since) * speed;
             let slides = time < rolls;
-            let expected = [x, speed, -turns * since, 3.0 * 9.81, if slides { -0.2 * 3.0 * 9.81 } else { 0.0 }, f64::from(u8::from(slides))];
+            let expected = [
+                x,
+                speed,
+                -turns * since,
+                3.0 * 9.81,
+                if slides { -0.2 * 3.0 * 9.81 } else { 0.0 },
+                f64::from(u8::from(slides)),
+            ];
             let names = ["disc.x", "disc.vx", "disc.omega", "lane.fn", "lane.ft", "lane.sliding"];
             let found = names.map(|name| value(&mut run, name));
-            assert!((0..6).all(|index| (found[index] - expected[index]).abs() < 1e-8), "{engine:?} {time} {found:?} {expected:?}");
+            assert!(
+                (0..6).all(|index| (found[index] - expected[index]).abs() < 1e-8),
+                "{engine:?} {time} {found:?} {expected:?}"
+            );
         }
     }
 }
@@ -462,11 +486,15 @@ fn an_impact_rubs() {
         let slip: f64 = 3.0 + r * omega;
         let stops: f64 = slip / (1.0 / mass + r * r / inertia);
         let along = -stops.clamp(-mu * impulse, mu * impulse);
-        let expected = [3.0 + along / mass, 0.7 * came - 9.81 * (0.5 - (2.0 / 9.81_f64).sqrt()), omega + r * along / inertia];
+        let expected =
+            [3.0 + along / mass, 0.7 * came - 9.81 * (0.5 - (2.0 / 9.81_f64).sqrt()), omega + r * along / inertia];
         let mut run = started(&model(&spinning(mu, omega)), None, 0.6, 1e-10);
         run.step_to(0.5).unwrap();
         let found = ["ball.vx", "ball.vy", "ball.omega"].map(|name| value(&mut run, name));
-        assert!((0..3).all(|index| (found[index] - expected[index]).abs() < 1e-9), "{mu} {omega}: {found:?} {expected:?}");
+        assert!(
+            (0..3).all(|index| (found[index] - expected[index]).abs() < 1e-9),
+            "{mu} {omega}: {found:?} {expected:?}"
+        );
         assert!((value(&mut run, "lane.impulse") - impulse).abs() < 1e-9);
     }
 }
@@ -527,13 +555,18 @@ fn a_mesh_rubs_and_locks_itself() {
         };
         [1.0, -1.0].into_iter().map(of).find(|(_, fits)| *fits).unwrap().0
     };
-    for (mu, motor, load, direction) in [(0.1, 2.0, -10.0, 1.0), (0.1, 0.0, -10.0, -1.0), (1.5, 3.0, -10.0, 1.0), (1.5, -0.6, -10.0, -1.0)] {
+    for (mu, motor, load, direction) in
+        [(0.1, 2.0, -10.0, 1.0), (0.1, 0.0, -10.0, -1.0), (1.5, 3.0, -10.0, 1.0), (1.5, -0.6, -10.0, -1.0)]
+    {
         let mut run = started(&model(&worm(mu, motor, load)), None, 1.0, 1e-10);
         run.step_to(0.5).unwrap();
         let expected = alpha(mu, motor, load, direction);
         assert!(expected * direction > 0.0, "{expected}");
         let found = value(&mut run, "worm.omega");
-        assert!((found - 0.5 * expected).abs() < 1e-9 * (1.0 + expected.abs()), "{mu} {motor} {load}: {found} {expected}");
+        assert!(
+            (found - 0.5 * expected).abs() < 1e-9 * (1.0 + expected.abs()),
+            "{mu} {motor} {load}: {found} {expected}"
+        );
     }
     // The load alone cannot drive it.
     for load in [-10.0, 10.0, 1e4] {
@@ -588,7 +621,11 @@ tolerance = 1e-10
         let advance = lead / std::f64::consts::TAU;
         let alpha = if lever > 0.0 { -mass * g * lever / (inertia + mass * advance * lever) } else { 0.0 };
         let found = value(&mut run, "spindle.omega");
-        assert!((found - 0.4 * alpha).abs() < 1e-9 * (1.0 + alpha.abs()), "{mu} (slope {slope}): {found} {}", 0.4 * alpha);
+        assert!(
+            (found - 0.4 * alpha).abs() < 1e-9 * (1.0 + alpha.abs()),
+            "{mu} (slope {slope}): {found} {}",
+            0.4 * alpha
+        );
     }
 }
 
@@ -629,13 +666,9 @@ tolerance = 1e-8
     };
     // For a rod of this inertia: 1 + 3 cos^2 - 3 mu sin cos > 0 of the angle, here mu < 1.347...
     let limit = (1.0 + 3.0 * cos * cos) / (3.0 * sin * cos);
-    for (mu, omega, begins) in [
-        (0.5, 0.0, true),
-        (limit - 1e-6, 0.0, true),
-        (limit + 1e-6, 0.0, false),
-        (2.0, 0.0, false),
-        (2.0, -4.0, false),
-    ] {
+    for (mu, omega, begins) in
+        [(0.5, 0.0, true), (limit - 1e-6, 0.0, true), (limit + 1e-6, 0.0, false), (2.0, 0.0, false), (2.0, -4.0, false)]
+    {
         let mut run = cotree_fmu::instance::Instance::new(model(&rod(mu, omega)));
         let begun = run.initialise();
         assert_eq!(begun.is_ok(), begins, "{mu} {omega} {begun:?}");

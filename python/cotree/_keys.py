@@ -146,7 +146,7 @@ class EventKeys(TypedDict, total=False):
     description: str
     #: whether it happens once only; false, but true where it removes something if absent
     once: bool
-    #: names of loads that are there no longer
+    #: names of joints, drivers and loads that are there no longer
     remove: Sequence[str]
     #: new values of sampled values, expressions of everything just before the event
     set: Mapping[str, Quantity]
@@ -228,7 +228,7 @@ class SolverKeys(TypedDict, total=False):
 
 
 #: The kinds of joints.
-JointType = Literal["revolute", "prismatic", "weld", "slot", "rolling", "distance", "gear", "rack", "belt", "screw", "cam"]
+JointType = Literal["revolute", "prismatic", "weld", "slot", "rolling", "distance", "contact", "rope", "brake", "clutch", "gear", "rack", "belt", "screw", "cam"]
 
 
 class JointKeys(TypedDict, total=False):
@@ -252,20 +252,26 @@ class JointKeys(TypedDict, total=False):
     face: Vector
     #: the radius of the first pulley [m]
     first_radius: Quantity
-    #: dry friction [N.m, rad/s]; dry friction [N, m/s]
-    friction: Mapping[str, Any]
+    #: dry friction [N.m, rad/s]; dry friction [N, m/s]; the friction against which the disc slides; without it, it does not [N, m/s]; dry friction along the line [N, m/s]; friction of the mesh: mu is its torque on the first wheel by that of the mesh; from 1 on it locks itself [N.m, rad/s]; the torque on the second pulley against which the belt slips; without it, it does not [N.m, rad/s]; friction of a square thread at radius, along its helix [N, m/s]
+    friction: Any
     #: the joint in which the follower moves on the carrier: prismatic, from the carrier to the follower, or revolute
     guide: str
     #: how far the follower rises, in terms of angle, the cam's from 0 to 360 deg against the carrier [m or rad]
     law: Quantity
     #: how far the nut moves in one turn; negative for a left-hand thread [m]
     lead: Quantity
-    #: the length of the rod [m]
+    #: the length of the rod [m]; the length of the rope [m]
     length: Quantity
-    #: the radius of the disc [m]; the radius of the pinion; negative if the rack goes back when the pinion turns forward [m]
+    #: the torque against which it slips [N.m]
+    level: Quantity
+    #: stops at the ends of its motion [rad]; stops at the ends of its motion [m]
+    limits: Any
+    #: the radius of the disc [m]; the radius of a disc about the second point [m]; the radius of the pinion; negative if the rack goes back when the pinion turns forward [m]
     radius: Quantity
     #: the second wheel's turns for one of the first; negative for external teeth
     ratio: Quantity
+    #: the share of the speed with which it rebounds; the share of the speed with which its ends come back
+    restitution: Quantity
     #: the radius of the follower's roller; a knife edge if absent [m]
     roller: Quantity
     #: whether the belt is open or crossed
@@ -274,8 +280,10 @@ class JointKeys(TypedDict, total=False):
     second_radius: Quantity
     #: the revolute joint in which the cam turns on the carrier
     shaft: str
-    #: on which side of the line the disc rolls, seen along the axis; where a turning follower touches, seen from the shaft towards its pivot
+    #: on which side of the line the disc rolls, seen along the axis; on which side of the line the point stays, seen along the axis; where a turning follower touches, seen from the shaft towards its pivot
     side: Literal['left', 'right']
+    #: its level at rest by that while it slips
+    static: Quantity
 
 
 class RevoluteKeys(TypedDict, total=False):
@@ -284,7 +292,9 @@ class RevoluteKeys(TypedDict, total=False):
     #: viscous friction [N.m.s]
     damping: Quantity
     #: dry friction [N.m, rad/s]
-    friction: Mapping[str, Any]
+    friction: Any
+    #: stops at the ends of its motion [rad]
+    limits: Any
 
 
 class PrismaticKeys(TypedDict, total=False):
@@ -295,7 +305,9 @@ class PrismaticKeys(TypedDict, total=False):
     #: viscous friction [N.s/m]
     damping: Quantity
     #: dry friction [N, m/s]
-    friction: Mapping[str, Any]
+    friction: Any
+    #: stops at the ends of its motion [m]
+    limits: Any
 
 
 class WeldKeys(TypedDict, total=False):

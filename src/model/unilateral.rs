@@ -167,6 +167,13 @@ impl Mechanism {
         self.unilaterals.iter().enumerate().filter(move |(_, own)| own.owner == owner && own.slip.is_none())
     }
 
+    /// The first part whose friction sticks, as a message calls it.
+    pub fn first_slip(&self) -> Option<String> {
+        let own = self.unilaterals.iter().find(|own| own.slip.is_some())?;
+        let part = self.parts().find(|part| part.owner == own.owner)?;
+        Some(format!("the dry friction of {} `{}`", part.component().words(), part.name))
+    }
+
     /// How a part rubs, with its place among all.
     pub fn slip_of(&self, owner: Owner) -> Option<(usize, &Unilateral, &Slip)> {
         let mut all = self.unilaterals.iter().enumerate();

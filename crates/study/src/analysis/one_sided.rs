@@ -53,11 +53,8 @@ pub(super) fn closures(formulated: &Formulated, point: &Point) -> Vec<Closure> {
         let constraint = &equations.constraints[row];
         let gap = constraint.one_sided.as_ref()?;
         let columns = gap.jacobian.iter();
-        let (rates, entries): (Vec<f64>, Vec<_>) = columns
-            .map(|&(column, entry)| {
-                (point.value(Symbol::Coordinate(column, Order::Velocity)), entry)
-            })
-            .unzip();
+        let (rates, entries): (Vec<f64>, Vec<_>) =
+            columns.map(|&(column, entry)| (point.value(Symbol::Coordinate(column, Order::Velocity)), entry)).unzip();
         let wanted = [[gap.value, gap.time_rate].as_slice(), &entries].concat();
         let values = equations.system.arena.evaluate(&wanted, point);
         let rate = values[2..].iter().zip(rates).fold(values[1], |sum, (entry, rate)| sum + entry * rate);
@@ -257,7 +254,8 @@ fn check_determined(formulated: &Formulated, variation: &Variation, point: &Poin
     if all[1] - always[1] == all[0] - always[0] {
         return Ok(());
     }
-    let names: Vec<String> = here.iter().filter(|own| own.closed || own.touches()).map(|own| format!("`{}`", own.name)).collect();
+    let names: Vec<String> =
+        here.iter().filter(|own| own.closed || own.touches()).map(|own| format!("`{}`", own.name)).collect();
     Err(Failure::Instants(format!(
         "it rests on {}, which together hold something twice: what each of them carries is not determined; leave one out, or let one give by a spring",
         names.join(", ")

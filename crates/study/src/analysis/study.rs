@@ -296,6 +296,12 @@ impl Study {
     }
 
     fn made_local(&mut self, mechanism: &Mechanism) -> Result<Local, StudyError> {
+        if let Some(slips) = mechanism.first_slip() {
+            return Err(Failure::Instants(format!(
+                "{slips} sticks or slips: what rests with it is one of many places, and a linear system that of one of its modes, which cannot be chosen; use `simulate`, or friction with `velocity`"
+            ))
+            .into());
+        }
         let formulated = formulate_written(mechanism, &self.outputs);
         let mut formulated = formulated.map_err(|list| Faults::new(self.source.clone(), list))?;
         self.warnings.append(&mut formulated.warnings);

@@ -129,6 +129,11 @@ impl Differentiated {
         let parameters = varied(&formulated, to)?;
         let program = &formulated.lowered.program;
         let refused = |what: String| Failure::NoDerivative { time: program.experiment.start, what };
+        if let Some(slips) = formulated.equations.system.mechanism.first_slip() {
+            return Err(refused(format!(
+                "{slips} sticks and slips, where derivatives are not followed: compare runs with other values instead, with `cotree sweep`, or give friction a `velocity`"
+            )));
+        }
         let given =
             |own: &&Varied| matches!(own.place, instance::Varied::Input(index) if driven.inputs().contains(&index));
         if let Some(own) = parameters.iter().find(given) {
@@ -408,7 +413,8 @@ fn parameter(formulated: &Formulated, name: &str) -> Result<Varied, String> {
     if let Some(why) = mechanism.why_calculated(name) {
         return Err(why);
     }
-    let names = program.parameters.iter().enumerate().filter(|(index, _)| is_open(*index)).map(|(_, own)| own.name.as_str());
+    let names =
+        program.parameters.iter().enumerate().filter(|(index, _)| is_open(*index)).map(|(_, own)| own.name.as_str());
     let names = names.chain(program.inputs[..program.open_inputs()].iter().map(|own| own.name.as_str()));
     Err(format!("the scene has no parameter, input or initial value `{name}`; {}", suggest::known(name, names)))
 }
