@@ -1,6 +1,7 @@
 //! Dry friction that sticks, against closed forms and other formulations.
 
 use crate::support::ROOT;
+use crate::support::hard::random::Random;
 use crate::support::run::{model, scene_of, started, value};
 
 use cotree_fmu::program::Engine;
@@ -725,4 +726,205 @@ tolerance = 1e-10
     run.step_to(2.0).unwrap();
     assert!((value(&mut run, "guide.s") - 0.3).abs() < 1e-12);
     assert_eq!(["guide.v", "guide.mode", "guide.sliding"].map(|name| value(&mut run, name)), [0.0, 1.0, 0.0]);
+}
+
+/// A chain of blocks on a line, each on the one before with friction, a spring to the wall and a load that swings.
+struct Chain {
+    masses: Vec<f64>,
+    levels: Vec<[f64; 2]>,
+    springs: Vec<f64>,
+    loads: Vec<[f64; 2]>,
+}
+
+impl Chain {
+    fn random(seed: u64) -> Self {
+        let mut random = Random(seed + 1);
+        let count = 1 + (seed % 4) as usize;
+        let mut list = |least: f64, most: f64| (0..count).map(|_| random.between(least, most)).collect::<Vec<f64>>();
+        let (masses, levels, ratios) = (list(0.3, 5.0), list(0.2, 6.0), list(0.6, 2.0));
+        let (springs, sizes, rates) = (list(0.0, 60.0), list(0.5, 12.0), list(1.0, 9.0));
+        let levels = levels.iter().zip(&ratios).map(|(&level, &ratio)| [level, ratio.max(1.0)]).collect();
+        let loads = sizes.iter().zip(&rates).map(|(&size, &rate)| [size, rate]).collect();
+        Self { masses, levels, springs, loads }
+    }
+
+    fn scene(&self) -> String {
+        let mut text = String::from("name = \"chain\"\n[ground.points]\nwall = [-50, 0]\n");
+        let (mut initial, mut before) = (String::from("[initial]\n"), "ground".to_owned());
+        for (index, mass) in self.masses.iter().enumerate() {
+            let [level, ratio] = self.levels[index];
+            let [size, rate] = self.loads[index];
+            let spring = self.springs[index];
+            text += &format!(
+                r#"
+[bodies.b{index}]
+mass = {mass:?}
+[joints.j{index}]
+type = "prismatic"
+between = ["{before}", "b{index}"]
+axis = [1, 0]
+friction = {{ coulomb = {level:?}, static = {ratio:?} }}
+[loads.s{index}]
+type = "spring"
+between = ["ground.wall", "b{index}"]
+stiffness = {spring:?}
+length = 50
+[loads.l{index}]
+type = "force"
+on = "b{index}"
+vector = ["{size:?}*sin({rate:?}*t + {index})", 0]
+"#
+            );
+            initial += &format!("\"j{index}.s\" = 0.0\n\"j{index}.v\" = 0.0\n");
+            before = format!("b{index}");
+        }
+        let outputs = (0..self.masses.len())
+            .map(|i| format!("\"b{i}.x\", \"b{i}.vx\", \"j{i}.v\", \"j{i}.force\", \"j{i}.sliding\""));
+        let outputs = outputs.collect::<Vec<_>>().join(", ");
+        text + &initial
+            + &format!("[outputs]\nvariables = [{outputs}]\n[experiment]\nstop = \"3 s\"\ntolerance = 1e-10\n")
+    }
+
+    /// What moves a block beside the friction at both its sides.
+    fn load(&self, block: usize, x: f64, time: f64) -> f64 {
+        let [size, rate] = self.loads[block];
+        size * (rate * time + block as f64).sin() - self.springs[block] * x
+    }
+}
+
+/// The law of friction and the balance of momentum at every millisecond determine the motion: so they prove it, whatever has found it.
+#[test]
+fn random_chains_obey_the_law_of_friction_and_newtons() {
+    for seed in 0..12 {
+        let chain = Chain::random(seed);
+        let count = chain.masses.len();
+        let mut run = started(&model(&chain.scene()), Some(METHODS[seed as usize % 2]), 3.0, 1e-10);
+        let rows = (0..=1500).map(|row| {
+            let time = 1e-3 * f64::from(row);
+            if time > 0.0 {
+                run.step_to(time).unwrap();
+            }
+            let of = |run: &mut cotree_fmu::instance::Instance, block: usize| {
+                [
+                    format!("b{block}.x"),
+                    format!("b{block}.vx"),
+                    format!("j{block}.v"),
+                    format!("j{block}.force"),
+                    format!("j{block}.sliding"),
+                ]
+                .map(|name| value(run, &name))
+            };
+            (0..count).map(|block| of(&mut run, block)).collect::<Vec<[f64; 5]>>()
+        });
+        let rows: Vec<Vec<[f64; 5]>> = rows.collect();
+        let (mut slides, mut sticks) = (0, 0);
+        for (row, now) in rows.iter().enumerate() {
+            for (block, &[_, _, rate, force, sliding]) in now.iter().enumerate() {
+                let [level, ratio] = chain.levels[block];
+                if sliding == 0.0 {
+                    sticks += 1;
+                    assert!(
+                        rate.abs() < 1e-12 && force.abs() <= level * ratio * (1.0 + 1e-9),
+                        "{seed} {row} {rate} {force}"
+                    );
+                } else {
+                    slides += 1;
+                    assert!(
+                        rate * sliding >= -1e-9 && (force + level * sliding).abs() < 1e-9,
+                        "{seed} {row} {rate} {force}"
+                    );
+                }
+            }
+        }
+        assert!(slides > 0 && (sticks > 0 || seed % 3 > 0), "{seed}: {slides} {sticks}");
+        for (row, three) in rows.windows(3).enumerate() {
+            let steady = (0..count).all(|block| three.iter().all(|now| now[block][4] == three[0][block][4]));
+            for block in (0..count).filter(|_| steady) {
+                let total = |place: usize| {
+                    let time = 1e-3 * (row + place) as f64;
+                    let next = three[place].get(block + 1).map_or(0.0, |next| next[3]);
+                    chain.load(block, three[place][block][0], time) + three[place][block][3] - next
+                };
+                let pushed = 1e-3 / 3.0 * (total(0) + 4.0 * total(1) + total(2));
+                let gained = chain.masses[block] * (three[2][block][1] - three[0][block][1]);
+                // A mode may change and change back within two milliseconds.
+                assert!((pushed - gained).abs() < 1e-8, "{seed} {row} {block}: {pushed} {gained}");
+            }
+        }
+    }
+}
+
+/// Two links with friction in both pins by the force that they carry: coordinates, trees and methods are different ways to the same motion.
+#[test]
+fn trees_and_methods_agree_on_pins_that_rub() {
+    let text = |preset: &str, mu: f64| {
+        format!(
+            r#"
+name = "links"
+gravity = [0, -9.81]
+[bodies.upper]
+mass = 1.2
+inertia = 0.02
+points = {{ a = [-0.2, 0], b = [0.25, 0] }}
+[bodies.lower]
+mass = 0.7
+inertia = 0.01
+points = {{ a = [-0.15, 0] }}
+[joints.first]
+type = "revolute"
+between = ["ground", "upper.a"]
+friction = {{ mu = {mu}, radius = "30 mm" }}
+[joints.second]
+type = "revolute"
+between = ["upper.b", "lower.a"]
+friction = {{ mu = {mu}, radius = "20 mm", static = 1.2 }}
+[initial]
+"upper.angle" = "20 deg"
+"upper.omega" = 2.0
+"lower.angle" = "-40 deg"
+"lower.omega" = -3.0
+[coordinates]
+preset = "{preset}"
+[outputs]
+variables = ["upper.angle", "lower.angle", "first.fx", "second.fy", "first.torque", "second.sliding", "energy.total"]
+[experiment]
+stop = "5 s"
+tolerance = 1e-11
+"#
+        )
+    };
+    for mu in [0.2, 0.6] {
+        let mut runs: Vec<_> = ["recommended", "absolute", "joint"]
+            .into_iter()
+            .flat_map(|preset| METHODS.map(|engine| started(&model(&text(preset, mu)), Some(engine), 5.0, 1e-11)))
+            .collect();
+        let mut energy = f64::INFINITY;
+        for time in [0.2, 0.5, 0.9, 1.4, 2.0, 5.0] {
+            let rows = runs.iter_mut().map(|run| {
+                run.step_to(time).unwrap();
+                let names = [
+                    "upper.angle",
+                    "lower.angle",
+                    "first.fx",
+                    "second.fy",
+                    "first.torque",
+                    "second.sliding",
+                    "energy.total",
+                ];
+                names.map(|name| value(run, name))
+            });
+            let rows: Vec<[f64; 7]> = rows.collect();
+            for row in &rows[1..] {
+                assert!(
+                    (0..7).all(|index| (row[index] - rows[0][index]).abs() < 1e-6),
+                    "{mu} {time} {row:?} {:?}",
+                    rows[0]
+                );
+            }
+            assert!(rows[0][6] <= energy + 1e-9, "friction takes energy");
+            energy = rows[0][6];
+        }
+        // At last everything sticks where it is.
+        assert_eq!(runs.iter_mut().map(|run| value(run, "second.sliding")).sum::<f64>(), 0.0);
+    }
 }
