@@ -59,11 +59,19 @@ fn a_ball_follows_its_closed_form() {
             let (up, down) = (at(step), at(-step));
             std::array::from_fn::<f64, 3, _>(|place| (up[place] - down[place]) / (2.0 * step))
         };
-        let exact = [slope(&|by| height(e + by, 1.0, 0.0)), slope(&|by| height(e, 1.0 + by, 0.0)), [0.0, 0.0, own[2] / m], slope(&|by| height(e, 1.0, by))];
+        let exact = [
+            slope(&|by| height(e + by, 1.0, 0.0)),
+            slope(&|by| height(e, 1.0 + by, 0.0)),
+            [0.0, 0.0, own[2] / m],
+            slope(&|by| height(e, 1.0, by)),
+        ];
         for (column, exact) in exact.iter().enumerate() {
             for (place, output) in [0, 1, 3].into_iter().enumerate() {
                 let value = found.derivatives[row][(output, column)];
-                assert!((value - exact[place]).abs() < 2e-8 * exact[place].abs().max(1.0), "{row} {output} {column}: {value} {exact:?}");
+                assert!(
+                    (value - exact[place]).abs() < 2e-8 * exact[place].abs().max(1.0),
+                    "{row} {output} {column}: {value} {exact:?}"
+                );
             }
         }
     }
@@ -342,19 +350,28 @@ fn what_has_no_derivatives_is_refused_by_name() {
         .replace("[ground.points]", "[bodies.other]\nmass = 1.0\n[joints.second_rail]\ntype = \"prismatic\"\nbetween = [\"ground\", \"other\"]\naxis = [0, 1]\n[joints.second_pad]\ntype = \"contact\"\nbetween = [\"ground.pad\", \"other\"]\naxis = [1, 0]\n[ground.points]")
         .replace("\"rail.v\" = 0.0", "\"rail.v\" = 0.0\n\"second_rail.s\" = \"drop\"\n\"second_rail.v\" = 0.0");
     let message = refused(&twins, "share", 1.0);
-    assert!(message.contains("`pad`") && message.contains("`second_pad`") && message.contains("at the same time"), "{message}");
+    assert!(
+        message.contains("`pad`") && message.contains("`second_pad`") && message.contains("at the same time"),
+        "{message}"
+    );
     // A tick at the instant of an impact.
     let ticking = BALL.replace(
         "[initial]",
         "[sampled.eye]\nperiod = \"sqrt(2*drop*1[m]/9.81[m/s2])\"\noffset = \"sqrt(2*drop*1[m]/9.81[m/s2])\"\nvalues.seen = { start = \"0 m\", next = \"ball.y\", unit = \"m\" }\n[initial]",
     );
     let message = refused(&ticking, "share", 1.0);
-    assert!(message.contains("`pad`") && message.contains("a tick of `eye`") && message.contains("at the same time"), "{message}");
+    assert!(
+        message.contains("`pad`") && message.contains("a tick of `eye`") && message.contains("at the same time"),
+        "{message}"
+    );
     // Beside drivers that determine the motion.
     let driven = SERVO
         .replace("mass = 1.5", "mass = 1.5\npoints = { hook = [0, 0.2] }")
         .replace("\"rail.s\" = 0.05\n\"rail.v\" = 0.0\n", "")
-        .replace("[loads.drive]", "[drivers.move]\njoint = \"rail\"\ndisplacement = \"0.1[m]*sin(t*1[rad/s])\"\n[loads.drive]");
+        .replace(
+            "[loads.drive]",
+            "[drivers.move]\njoint = \"rail\"\ndisplacement = \"0.1[m]*sin(t*1[rad/s])\"\n[loads.drive]",
+        );
     let message = refused(&driven, "gain", 0.1);
     assert!(message.contains("drivers determine the motion"), "{message}");
     // It begins with an impact.
@@ -363,7 +380,10 @@ fn what_has_no_derivatives_is_refused_by_name() {
     assert!(message.contains("begins with an impact of `pad`"), "{message}");
     // A ball that is thrown up just to a ceiling touches it.
     let ceiling = BALL
-        .replace("type = \"contact\"\nbetween = [\"ground.pad\", \"ball\"]\naxis = [1, 0]", "type = \"contact\"\nbetween = [\"ground.pad\", \"ball\"]\naxis = [-1, 0]")
+        .replace(
+            "type = \"contact\"\nbetween = [\"ground.pad\", \"ball\"]\naxis = [1, 0]",
+            "type = \"contact\"\nbetween = [\"ground.pad\", \"ball\"]\naxis = [-1, 0]",
+        )
         .replace("level = 0.0", "level = 1.25")
         .replace("drop = 1.0", "drop = 0.0")
         .replace("\"rail.v\" = 0.0", "\"rail.v\" = \"sqrt(2*9.81[m/s2]*1.25[m])*(1 + 1e-13)\"");

@@ -3,8 +3,8 @@
 use super::run::scene_of;
 use super::support::{PENDULUM, close};
 use cotree::scene::Scene;
-use cotree_study::analysis::{At, Stability, StateSpace, Study};
 use cotree_study::analysis::report::Statics;
+use cotree_study::analysis::{At, Stability, StateSpace, Study};
 use nalgebra::{Complex, DMatrix};
 
 fn study(text: &str, modes: &[(&str, bool)]) -> Study {
@@ -168,7 +168,10 @@ length = 1.3
 fn a_pendulum_rests_on_its_stop_or_hangs_free() {
     let pendulum = |limits: &str, guess: &str| {
         PENDULUM
-            .replace("between = [\"ground\", \"arm.pivot\"]", &format!("between = [\"ground\", \"arm.pivot\"]\nlimits = {limits}"))
+            .replace(
+                "between = [\"ground\", \"arm.pivot\"]",
+                &format!("between = [\"ground\", \"arm.pivot\"]\nlimits = {limits}"),
+            )
             .replace("GUESS", guess)
     };
     // m g d cos 60 deg on the stop; sin of what is left of it is the stiffness that does not count.
@@ -249,7 +252,8 @@ fn a_block_stands_on_two_feet_or_on_one() {
 
 #[test]
 fn what_carries_must_be_determined_and_something_must_carry() {
-    let third = "[joints.third_foot]\ntype = \"contact\"\nbetween = [\"ground\", \"block.third\"]\naxis = [1, 0]\n[loads.hand]";
+    let third =
+        "[joints.third_foot]\ntype = \"contact\"\nbetween = [\"ground\", \"block.third\"]\naxis = [1, 0]\n[loads.hand]";
     let message = refused(&BLOCK.replace("LIFT", "0.0").replace("[loads.hand]", third), &[]);
     assert!(message.contains("what each of them carries is not determined"), "{message}");
     assert!(message.contains("`third_foot`"), "{message}");

@@ -11,8 +11,8 @@ mod error;
 mod exchange;
 mod inputs;
 mod instants;
-mod passage;
 mod limits;
+mod passage;
 mod snapshot;
 mod variational;
 

@@ -91,7 +91,8 @@ impl Variational {
 
     /// How held values change at the start of a motion, with these q_p and v_p.
     pub fn begin_held(&mut self, motion: &Instance, state: [&[f64]; 2]) {
-        let mut columns = Columns::new(motion.model.coordinates(), self.held.len(), [state[0], state[1], &self.held_values]);
+        let mut columns =
+            Columns::new(motion.model.coordinates(), self.held.len(), [state[0], state[1], &self.held_values]);
         self.passage(&motion.model, 0.0).begin(&motion.now.state, &mut columns);
         self.held_values = columns.held_values;
     }
@@ -223,7 +224,9 @@ impl Variational {
             self.tangents.fill(ZERO);
             let columns = first..self.registers.len().min(first + WIDTH);
             for (place, column) in columns.clone().enumerate() {
-                for (register, tangent) in direction(&motion.model, self.registers[column], column, state).chain(held_of((&self.held, &self.held_values), column)) {
+                for (register, tangent) in direction(&motion.model, self.registers[column], column, state)
+                    .chain(held_of((&self.held, &self.held_values), column))
+                {
                     self.tangents[register][place] = tangent;
                 }
             }
@@ -274,13 +277,7 @@ impl Variational {
 
 impl Group {
     /// The directions, with the coefficients of the series where they do not have them yet.
-    fn load(
-        &mut self,
-        motion: &mut Instance,
-        registers: &[usize],
-        state: [&[f64]; 2],
-        held: (&[usize], &[f64]),
-    ) {
+    fn load(&mut self, motion: &mut Instance, registers: &[usize], state: [&[f64]; 2], held: (&[usize], &[f64])) {
         for (direction, column) in self.places.clone().enumerate() {
             let (half, place) = (&mut self.tangents[direction / WIDTH], direction % WIDTH);
             let changes = self::direction(&motion.model, registers[column], column, state);
@@ -299,7 +296,10 @@ impl Group {
 }
 
 /// Held values that change with a parameter, and by how much.
-fn held_of<'a>((held, values): (&'a [usize], &'a [f64]), column: usize) -> impl Iterator<Item = (usize, f64)> + use<'a> {
+fn held_of<'a>(
+    (held, values): (&'a [usize], &'a [f64]),
+    column: usize,
+) -> impl Iterator<Item = (usize, f64)> + use<'a> {
     held.iter().copied().zip(values[column * held.len()..][..held.len()].iter().copied())
 }
 

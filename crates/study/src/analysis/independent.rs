@@ -51,11 +51,12 @@ impl Partition {
 
     /// Is this choice still a good one in another pose?
     pub fn serves(&self, jacobian: &DMatrix<f64>) -> bool {
-        self.dependent.len() == jacobian.nrows() && (jacobian.is_empty() || {
-            let least = |matrix: DMatrix<f64>| svd(matrix, false, false).map(|svd| svd.singular_values.min());
-            let (chosen, all) = (least(jacobian.select_columns(&self.dependent)), least(jacobian.clone()));
-            chosen.is_ok_and(|chosen| all.is_ok_and(|all| chosen > POOR * all))
-        })
+        self.dependent.len() == jacobian.nrows()
+            && (jacobian.is_empty() || {
+                let least = |matrix: DMatrix<f64>| svd(matrix, false, false).map(|svd| svd.singular_values.min());
+                let (chosen, all) = (least(jacobian.select_columns(&self.dependent)), least(jacobian.clone()));
+                chosen.is_ok_and(|chosen| all.is_ok_and(|all| chosen > POOR * all))
+            })
     }
 }
 

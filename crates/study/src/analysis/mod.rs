@@ -29,7 +29,7 @@ use thiserror::Error;
 pub use equilibrium::{Equilibrium, Stability};
 pub use matrix::{dense, saddle};
 pub use modes::{Mode, modes};
-pub use one_sided::Closure;
+pub use one_sided::{Closure, at_start};
 pub use point::Point;
 pub use rest::at_rest;
 pub use sensitivity::{
@@ -62,11 +62,10 @@ pub enum Failure {
     #[error("no equilibrium was found from the guess: where the loads balance, {why}")]
     Unfit { why: String },
     /// Of what is held on one side only.
-    #[error("{cause} (this is so in the mode of the start; there is no rest in any of the {tried} modes of what is open or closed)")]
-    NoModeRests {
-        tried: usize,
-        cause: Box<Failure>,
-    },
+    #[error(
+        "{cause} (this is so in the mode of the start; there is no rest in any of the {tried} modes of what is open or closed)"
+    )]
+    NoModeRests { tried: usize, cause: Box<Failure> },
     /// The loop equations depend on each other in this pose only.
     #[error(
         "at t = {time} s the pose is singular: the loops leave more freedom than elsewhere and `{coordinate}` is not \

@@ -135,11 +135,7 @@ impl StateSpace {
 }
 
 /// Independent coordinates of a pose: those of another point if they serve here.
-fn partition(
-    formulated: &Formulated,
-    numbers: &Numbers,
-    like: Option<&Partition>,
-) -> Result<Partition, Undetermined> {
+fn partition(formulated: &Formulated, numbers: &Numbers, like: Option<&Partition>) -> Result<Partition, Undetermined> {
     let constraints = &formulated.lowered.program.constraints;
     let scales = scales(formulated);
     let mut jacobian = numbers.block(RowBlock::Loops, Column::Positions);

@@ -44,9 +44,8 @@ fn closures_of(closures: &[Closure], word: &str) -> Vec<(String, f64, String)> {
 fn closure_tables(closures: &[Closure]) -> impl Iterator<Item = Table> + '_ {
     let table = |word| {
         let rows = closures_of(closures, word);
-        (!rows.is_empty()).then(|| {
-            Table::list(word, rows.iter().map(|(name, value, si)| row![name, number(*value, si), unit(si)]))
-        })
+        (!rows.is_empty())
+            .then(|| Table::list(word, rows.iter().map(|(name, value, si)| row![name, number(*value, si), unit(si)])))
     };
     MODES.into_iter().filter_map(table)
 }

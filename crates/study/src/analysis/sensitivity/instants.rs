@@ -6,8 +6,8 @@
 use cotree_fmu::instance::Happening;
 use nalgebra::DMatrix;
 
-use super::super::variation::{Column, Numbers, RowBlock};
 use super::super::Failure;
+use super::super::variation::{Column, Numbers, RowBlock};
 use super::corner::Switched;
 use super::step::{At, Course, sides, switches};
 

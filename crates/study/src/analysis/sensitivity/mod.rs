@@ -408,7 +408,8 @@ fn parameter(formulated: &Formulated, name: &str) -> Result<Varied, String> {
     if let Some(why) = mechanism.why_calculated(name) {
         return Err(why);
     }
-    let names = program.parameters.iter().enumerate().filter(|(index, _)| is_open(*index)).map(|(_, own)| own.name.as_str());
+    let names =
+        program.parameters.iter().enumerate().filter(|(index, _)| is_open(*index)).map(|(_, own)| own.name.as_str());
     let names = names.chain(program.inputs[..program.open_inputs()].iter().map(|own| own.name.as_str()));
     Err(format!("the scene has no parameter, input or initial value `{name}`; {}", suggest::known(name, names)))
 }
