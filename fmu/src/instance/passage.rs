@@ -91,7 +91,7 @@ impl Columns {
     }
 
     /// The changes at fixed time, of which the last column is taken: the instant moves by so much with each parameter, and what comes after it moves on like this.
-    fn settle(&mut self, moves: &[f64], [rates, accelerations]: [&[f64]; 2]) {
+    fn move_on(&mut self, moves: &[f64], [rates, accelerations]: [&[f64]; 2]) {
         let rest = vec![0.0; self.held];
         let of = |columns: &mut Vec<f64>, size: usize, after: &[f64]| {
             let time = columns.split_off(columns.len() - size);
@@ -123,7 +123,7 @@ impl Passage<'_> {
         for own in happened {
             self.jump(own, columns)?;
         }
-        columns.settle(&moves, [last.after.rates(), &after[..n]]);
+        columns.move_on(&moves, [last.after.rates(), &after[..n]]);
         let all = [&columns.positions, &columns.rates, &columns.held_values];
         match all.iter().flat_map(|all| all.iter()).all(|value| value.is_finite()) {
             true => Ok(moves),

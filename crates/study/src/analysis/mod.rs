@@ -29,7 +29,7 @@ use thiserror::Error;
 pub use equilibrium::{Equilibrium, Stability};
 pub use matrix::{dense, saddle};
 pub use modes::{Mode, modes};
-pub use one_sided::Closure;
+pub use one_sided::{Closure, at_start};
 pub use point::Point;
 pub use rest::at_rest;
 pub use sensitivity::{

@@ -8,6 +8,7 @@ use cotree::formulate::Formulated;
 use cotree::model::Mechanism;
 use cotree::network::Held;
 use cotree::report::data::shown;
+use cotree_fmu::model::Model;
 use nalgebra::DMatrix;
 
 use super::decompose::svd;
@@ -71,7 +72,35 @@ pub(super) fn closures(formulated: &Formulated, point: &Point) -> Vec<Closure> {
     .collect()
 }
 
+/// What is held on one side only, as the motion begins with it; nothing if it does not begin.
+pub fn at_start(formulated: &Formulated) -> Vec<Closure> {
+    if formulated.equations.system.mechanism.unilaterals.is_empty() {
+        return Vec::new();
+    }
+    let start = formulated.lowered.program.experiment.start;
+    let found = super::state_at(formulated, start).and_then(|state| {
+        let model = Model::new(formulated.lowered.program.clone())?;
+        Point::moving(&model, &state)
+    });
+    found.map_or_else(|_| Vec::new(), |point| closures(formulated, &point))
+}
+
 impl Closure {
+    /// What it is at the start, and what may come of it.
+    pub fn told(&self, mechanism: &Mechanism) -> String {
+        let ([length, force], name) = (self.units(), &self.name);
+        match self.closed {
+            true => format!(
+                "`{name}` is closed at the start and presses with {}: it opens where that falls to zero",
+                told(mechanism, self.force, force)
+            ),
+            false => format!(
+                "`{name}` is open by {} at the start: it strikes where that falls to zero",
+                told(mechanism, self.gap, length)
+            ),
+        }
+    }
+
     pub fn word(&self) -> &'static str {
         if self.closed { "closed" } else { "open" }
     }
