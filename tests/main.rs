@@ -58,6 +58,7 @@ mod instants;
 mod latex;
 mod laws;
 mod laws_without_value;
+mod logs;
 mod measured_accuracy;
 mod methods_by_name;
 mod model_exchange;

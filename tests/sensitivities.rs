@@ -230,18 +230,20 @@ fn every_model_and_everything_that_can_be_set() {
         let parameters = program.parameters.iter().enumerate().filter(|(index, _)| is_open(*index));
         let inputs = program.inputs[..program.open_inputs()].iter().map(|own| own.name.clone());
         let names: Vec<String> = parameters.map(|(_, own)| own.name.clone()).chain(inputs).collect();
+        // Its valve begins closed, at the corner of its law: oil comes in on one side and goes out on the other.
+        if name == "excavator_arm" {
+            let message = Study::new(&scene).unwrap().sensitivities(&names, &[stop]).unwrap_err().to_string();
+            assert!(message.contains("stays at its corner"), "{message}");
+            continue;
+        }
         let together = Study::new(&scene).unwrap().sensitivities(&names, &[stop]).unwrap();
         for (column, own) in names.iter().enumerate() {
             let exact = difference(&compiled, own, stop, 1e-4);
             let largest = exact.iter().fold(1.0, |largest: f64, value| largest.max(value.abs()));
             for (output, exact) in exact.iter().enumerate() {
                 let error = (together.derivatives[0][(output, column)] - exact).abs() / largest;
-                // Forces of thousands of newtons and pressures of millions of pascals leave that much noise in a difference.
-                let limit = match name.as_str() {
-                    "double_wishbone" => 1e-6,
-                    "excavator_arm" => 1e-4,
-                    _ => 1e-8,
-                };
+                // Forces of thousands of newtons leave that much noise in a difference.
+                let limit = if name == "double_wishbone" { 1e-6 } else { 1e-8 };
                 assert!(error < limit, "{name}: {} by {own}: {error:.1e}", together.outputs[output].0);
             }
             checked += 1;

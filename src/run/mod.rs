@@ -1,6 +1,7 @@
 //! A simulation from the outside: parameters, inputs over time, results at regular times.
 
 mod gaps;
+mod log;
 mod many;
 mod measure;
 mod members;
@@ -17,6 +18,7 @@ use crate::export::description::Description;
 use crate::model::Experiment;
 use crate::report::csv::Table;
 pub use gaps::Gaps;
+pub use log::{Logged, What};
 pub use many::{Ended, Ensemble, Settings};
 pub use measure::{Measure, Statistic};
 pub use results::{Column, Results, SimulateError};
@@ -42,6 +44,8 @@ pub struct Finish {
     pub inaccuracy: Option<Inaccuracy>,
     /// Events of the scene, and how often each has happened.
     pub events: Vec<(String, u32)>,
+    /// Everything that has happened, in order: events, and what limits, contacts and ropes have done.
+    pub log: Vec<Logged>,
     /// The event that has ended the run before its stop time, and when \[s\].
     pub ended: Option<(String, f64)>,
 }
@@ -99,6 +103,7 @@ impl Run<'_> {
         let Experiment { start, stop, .. } = self.experiment;
         let knots = self.inputs.iter().flat_map(|(table, _)| knots(table, [start, stop]));
         let (mut knots, mut values) = (knots.peekable(), vec![0.0; self.reported.len()]);
+        let mut log = logged(instance);
         for time in times {
             let mut ended = None;
             while ended.is_none()
@@ -110,16 +115,17 @@ impl Run<'_> {
             if ended.is_none() {
                 ended = reach(instance, time)?;
             }
+            log.extend(logged(instance));
             let time = ended.as_ref().map_or(time, |(_, time)| *time);
             for (value, &variable) in values.iter_mut().zip(&self.reported) {
                 *value = instance.reading(variable)?;
             }
             report(time, &values)?;
             if ended.is_some() {
-                return Ok(finish(instance, ended));
+                return Ok(finish(instance, (log, ended)));
             }
         }
-        Ok(finish(instance, None))
+        Ok(finish(instance, (log, None)))
     }
 
     /// The initial state.
@@ -131,6 +137,7 @@ impl Run<'_> {
             instance.set(variable, value)?;
         }
         self.set_inputs(instance, start)?;
+        instance.record_instants();
         Ok(instance.initialise()?)
     }
 
@@ -153,9 +160,15 @@ fn reach(instance: &mut Instance, time: f64) -> Result<Option<(String, f64)>, In
     }
 }
 
-fn finish(instance: &mut Instance, ended: Option<(String, f64)>) -> Finish {
+/// What has happened since this was last asked.
+fn logged(instance: &mut Instance) -> Vec<Logged> {
+    let record = instance.take_record();
+    record.iter().flat_map(|own| Logged::all(instance.model(), own)).collect()
+}
+
+fn finish(instance: &mut Instance, (log, ended): (Vec<Logged>, Option<(String, f64)>)) -> Finish {
     let events = instance.events().map(|(name, count)| (name.to_owned(), count)).collect();
-    Finish { inaccuracy: instance.take_inaccuracy(), events, ended }
+    Finish { inaccuracy: instance.take_inaccuracy(), events, log, ended }
 }
 
 /// Sets inputs and their rates to the table's: of each column one variable. They are constant until the next row, so this is done at the rows only

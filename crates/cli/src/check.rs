@@ -11,6 +11,7 @@ use cotree::run::Gaps;
 use cotree::scene::{Fault, Scene};
 use cotree::typeset::counted;
 use cotree_draw::pose::{draw, draw_attempt};
+use cotree_study::analysis::at_start;
 use cotree_study::contact;
 use cotree_text::assumptions::assumptions;
 
@@ -75,6 +76,8 @@ impl Check {
             output::picture(path, &draw(&mut formulated).svg(), "the drawing", format)?;
         }
         let (summary, mut assumptions) = (summarise(&formulated), assumptions(&mut formulated, &scene));
+        let mechanism = &formulated.equations.system.mechanism;
+        let modes: Vec<String> = at_start(&formulated).iter().map(|own| own.told(mechanism)).collect();
         let contacts = contact::of_experiment(&scene);
         assumptions.extend(contacts.needed);
         assumptions.extend(contacts.unseen);
@@ -84,9 +87,9 @@ impl Check {
         match format {
             MessageFormat::Human => {
                 output::warn(compiled.warnings.as_ref(), format);
-                output::print(&verdict(path, &summary, &assumptions))
+                output::print(&verdict(path, &summary, (&modes, &assumptions)))
             }
-            MessageFormat::Json => output::print(&format!("{:#}\n", json(path, &compiled, assumptions))),
+            MessageFormat::Json => output::print(&format!("{:#}\n", json(path, &compiled, (modes, assumptions)))),
         }
     }
 
@@ -102,7 +105,7 @@ impl Check {
     }
 }
 
-fn verdict(path: &Path, summary: &Summary, assumptions: &[String]) -> String {
+fn verdict(path: &Path, summary: &Summary, (modes, assumptions): (&[String], &[String])) -> String {
     let mut text = format!(
         "{}: no errors: {}, {}, mobility {}\n",
         path.display(),
@@ -113,18 +116,24 @@ fn verdict(path: &Path, summary: &Summary, assumptions: &[String]) -> String {
     if summary.mobility == 0 && summary.drivers.is_empty() {
         text += "  nothing can move: the joints alone hold every body\n";
     }
+    for mode in modes {
+        text += &format!("  {mode}\n");
+    }
     for assumption in assumptions {
         text += &format!("  assumed: {assumption}\n");
     }
     text
 }
 
-fn json(path: &Path, compiled: &Compiled, assumptions: Vec<String>) -> serde_json::Value {
+fn json(path: &Path, compiled: &Compiled, (modes, assumptions): (Vec<String>, Vec<String>)) -> serde_json::Value {
     let mut json = compiled.warnings.as_ref().map_or_else(
         || serde_json::json!({ "file": path.display().to_string(), "faults": [], "omitted": 0 }),
         |warnings| warnings.to_json(),
     );
     json["assumptions"] = assumptions.into();
+    if !modes.is_empty() {
+        json["one_sided"] = modes.into();
+    }
     json
 }
 

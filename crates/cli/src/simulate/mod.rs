@@ -2,6 +2,7 @@
 
 mod asked;
 mod contacts;
+mod happened;
 mod progress;
 mod record;
 mod request;
@@ -38,6 +39,7 @@ use record::Record;
 #[command(after_help = "Examples:\n  cotree simulate slider_crank.toml -o result.csv --plot result.png\n  \
                   cotree simulate slider_crank.toml --set rod_length=\"1.2 m\" --stop \"2 s\" --step \"1 ms\"\n  \
                   cotree simulate slider_crank.toml --summary --units deg,mm,kN\n  \
+                  cotree simulate end_stop.toml --summary --log impacts.csv\n  \
                   cotree simulate four_bar.toml --x coupler.tip.x --y coupler.tip.y --plot curve.svg -o curve.csv\n  \
                   cotree simulate slider_crank.toml --sensitivity rod_length --step \"10 ms\"\n  \
                   cotree simulate slider_crank.toml --sensitivity rod_length --summary --crossing cylinder.s=\"1.8 m\"\n  \
@@ -56,6 +58,9 @@ pub struct Simulate {
     /// Print each variable's smallest and largest value and when, its mean, effective and last value, instead of the table
     #[arg(long)]
     summary: bool,
+    /// Write everything that has happened, and when: events of the scene, and what limits, contacts and ropes have done, with the impulses of impacts; a CSV file, `-` is standard output
+    #[arg(long, value_name = "FILE")]
+    log: Option<PathBuf>,
     /// The summary as JSON, for scripts
     #[arg(long, requires = "summary")]
     json: bool,
@@ -91,7 +96,7 @@ pub struct Simulate {
     #[arg(long = "set", value_name = "NAME=VALUE")]
     settings: Vec<String>,
     /// Add the derivatives of all variables with respect to a parameter, constant input or initial value, at fixed time; may be given several times
-    #[arg(long, value_name = "NAME", conflicts_with_all = ["plot", "units", "every", "wrap", "overlay", "input", "from_equilibrium"])]
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["plot", "log", "units", "every", "wrap", "overlay", "input", "from_equilibrium"])]
     sensitivity: Vec<String>,
     /// With --sensitivity and --summary, also the times at which a variable crosses a value, such as cylinder.s="1.2 m"; may be given several times
     #[arg(long, value_name = "NAME=VALUE", requires = "sensitivity", requires = "summary")]
@@ -132,9 +137,12 @@ impl Simulate {
             output::tell_end(&compiled, finish, format);
         }
         self.draw(&run, &record, overlay.as_ref(), &shown, format)?;
-        self.conclude(&record, rows, format)?;
+        self.conclude((&record, ended.as_ref().ok()), rows, format)?;
+        if let Ok(finish) = &ended {
+            self.write_log(finish)?;
+        }
         if let (Ok(finish), true, false) = (&ended, self.summary, self.json) {
-            self.say_events(finish)?;
+            self.say_happened(finish, &shown)?;
         }
         if self.summary {
             self.say_contacts(&scene, input.as_ref(), &shown, format)?;
@@ -218,9 +226,18 @@ impl Simulate {
     }
 
     /// Prints the figures; says what was written and what can be done next.
-    fn conclude(&self, record: &Record, rows: u64, format: MessageFormat) -> Result<(), Failure> {
+    fn conclude(
+        &self,
+        (record, finish): (&Record, Option<&Finish>),
+        rows: u64,
+        format: MessageFormat,
+    ) -> Result<(), Failure> {
         if self.summary && self.json {
-            output::json(&record.statistics())?;
+            let mut figures = serde_json::to_value(record.statistics()).map_err(std::io::Error::from)?;
+            if let Some(finish) = finish.filter(|finish| !finish.events.is_empty()) {
+                figures["happened"] = happened::data(finish);
+            }
+            output::json(&figures)?;
         } else if self.summary {
             output::print(&record.statistics().report().text(&Units::default()))?;
         }
@@ -234,12 +251,6 @@ impl Simulate {
             ));
         }
         Ok(())
-    }
-
-    /// How often each event has happened.
-    fn say_events(&self, finish: &Finish) -> Result<(), Failure> {
-        let one = |(name, count): &(String, u32)| format!("event {name}: {}\n", counted(*count as usize, "time"));
-        output::print(&finish.events.iter().map(one).collect::<String>())
     }
 
     fn file(&self) -> Option<&Path> {

@@ -3,11 +3,12 @@
 //! Between them the motion is smooth, in the mode and with the held values of the moment. One run of the motion goes ahead and says what happens, and when; the derivatives follow it up to
 //! there, and jump with it.
 
+use cotree::expr::Order;
 use cotree_fmu::instance::Happening;
 use nalgebra::DMatrix;
 
-use super::super::Failure;
 use super::super::variation::{Column, Numbers, RowBlock};
+use super::super::{Failure, Point};
 use super::corner::Switched;
 use super::step::{At, Course, sides, switches};
 
@@ -103,7 +104,34 @@ impl Course<'_> {
         let moves = moves.map_err(|what| Failure::NoDerivative { time, what })?;
         self.go_on_anew()?;
         self.reach();
+        self.check_corners(time)?;
         Ok(moves)
+    }
+
+    /// Refuses to go on from the very corner of a law that the motion does not leave, but a changed value would: derivatives differ on both sides.
+    fn check_corners(&self, time: f64) -> Result<(), Failure> {
+        if self.sides.iter().all(Option::is_some) {
+            return Ok(());
+        }
+        let point = Point::moving(&self.model, &self.motion.state())?;
+        let numbers = self.variation.at(&self.formulated.equations, &point)?;
+        let (rates, accelerations) = (self.values(&point, Order::Velocity), self.values(&point, Order::Acceleration));
+        let of = |column: Column| numbers.block(RowBlock::Switches, column);
+        let changes = of(Column::Positions) * &self.positions
+            + of(Column::Rates) * &self.rates
+            + self.by_parameters(&of(Column::Signals));
+        let speeds = of(Column::Positions) * rates + of(Column::Rates) * accelerations;
+        let by_time = of(Column::Signals).columns(self.parameters, 1 + self.driven.inputs().len()).into_owned();
+        let stays = |switch: &usize| {
+            let moves = changes.row(*switch).iter().any(|change| *change != 0.0);
+            let still = speeds[*switch] == 0.0 && by_time.row(*switch).iter().all(|by| *by == 0.0);
+            self.sides[*switch].is_none() && still && moves
+        };
+        if (0..self.sides.len()).any(|switch| stays(&switch)) {
+            let what = "a law stays at its corner, where derivatives differ on both sides; begin beside it".to_owned();
+            return Err(Failure::NoDerivative { time, what });
+        }
+        Ok(())
     }
 
     /// Laws may be others from here on.

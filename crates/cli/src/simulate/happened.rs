@@ -1,0 +1,108 @@
+//! What has happened in a run: each thing with its time in a file, and counted below a summary.
+
+use std::collections::BTreeMap;
+
+use cotree::report::data::composed;
+use cotree::run::{Finish, Logged, What};
+use cotree::typeset::{counted, short};
+use serde_json::{Value, json};
+
+use super::super::failure::Failure;
+use super::super::output;
+use super::super::units::Shown;
+use super::Simulate;
+
+/// Everything of one name.
+#[derive(Default)]
+struct Told {
+    events: Vec<f64>,
+    /// Times and impulses.
+    impacts: Vec<(f64, f64)>,
+    angular: bool,
+    /// When it has closed or opened, and whether it was closed then.
+    changes: Vec<(f64, bool)>,
+}
+
+impl Simulate {
+    /// A line for everything that has happened: CSV with the impulses of impacts.
+    pub(super) fn write_log(&self, finish: &Finish) -> Result<(), Failure> {
+        let Some(path) = &self.log else { return Ok(()) };
+        let mut text = "time,name,what,impulse\n".to_owned();
+        for Logged { time, name, what } in &finish.log {
+            let impulse = if let What::Impact { impulse, .. } = what { format!("{impulse:?}") } else { String::new() };
+            text += &format!("{time:?},{name},{},{impulse}\n", what.word());
+        }
+        output::put(output::file(Some(path)), &text)
+    }
+
+    /// How often each event has happened, and what each limit, contact or rope has done.
+    pub(super) fn say_happened(&self, finish: &Finish, shown: &Shown) -> Result<(), Failure> {
+        let told = told(finish);
+        let of = |(name, count): &(String, u32)| match told.get(name.as_str()) {
+            Some(own) if own.events.is_empty() => format!("{name}: {}\n", own.sentence(shown)),
+            Some(own) => format!("event {name}: {}{}\n", counted(*count as usize, "time"), own.last()),
+            None => format!("{name}: nothing has happened\n"),
+        };
+        output::print(&finish.events.iter().map(of).collect::<String>())
+    }
+}
+
+fn told(finish: &Finish) -> BTreeMap<&str, Told> {
+    let mut all: BTreeMap<&str, Told> = BTreeMap::new();
+    for Logged { time, name, what } in &finish.log {
+        let own = all.entry(name).or_default();
+        match *what {
+            What::Event => own.events.push(*time),
+            What::Impact { impulse, angular } => {
+                own.impacts.push((*time, impulse));
+                own.angular = angular;
+            }
+            What::Closes => own.changes.push((*time, true)),
+            What::Opens => own.changes.push((*time, false)),
+        }
+    }
+    all
+}
+
+impl Told {
+    /// When an event has happened last.
+    fn last(&self) -> String {
+        self.events.last().map(|time| format!(", the last at t = {} s", short(*time))).unwrap_or_default()
+    }
+
+    fn sentence(&self, shown: &Shown) -> String {
+        let mut parts = Vec::new();
+        let largest = self.impacts.iter().copied().max_by(|one, other| one.1.total_cmp(&other.1));
+        if let (Some((when, most)), Some((last, _))) = (largest, self.impacts.last()) {
+            let unit = composed(&shown.units, if self.angular { "N.m.s" } else { "N.s" });
+            let (most, when, last) = (short(most / unit.factor), short(when), short(*last));
+            parts.push(format!(
+                "{}, the largest of {most} {} at t = {when} s, the last at t = {last} s",
+                counted(self.impacts.len(), "impact"),
+                unit.name
+            ));
+        }
+        let opened = self.changes.iter().filter(|(_, closed)| !closed).count();
+        if opened > 0 {
+            parts.push(format!("opens {}", counted(opened, "time")));
+        }
+        match self.changes.last() {
+            Some((time, true)) => parts.push(format!("stays closed from t = {} s on", short(*time))),
+            Some((time, false)) => parts.push(format!("is open from t = {} s on", short(*time))),
+            None => {}
+        }
+        parts.join("; ")
+    }
+}
+
+/// Everything that has happened, for scripts.
+pub(super) fn data(finish: &Finish) -> Value {
+    let one = |own: &Logged| {
+        let mut value = json!({"time": own.time, "name": own.name, "what": own.what.word()});
+        if let What::Impact { impulse, .. } = own.what {
+            value["impulse"] = json!(impulse);
+        }
+        value
+    };
+    finish.log.iter().map(one).collect()
+}
