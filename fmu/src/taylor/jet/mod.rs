@@ -19,6 +19,8 @@ mod step;
 mod terms;
 mod variation;
 
+use std::sync::Arc;
+
 use crate::linalg::columns::{Columns, Entry};
 use crate::linalg::inverse::LEFT;
 use crate::linalg::lane::{Lane, WIDTH, lanes, splat};
@@ -161,7 +163,7 @@ impl Loads {
 pub struct Jet<N: Coefficient = f64, const L: usize = WIDTH> {
     /// Lanes of frames and of all equations, if there is nothing but frames.
     frames: [usize; 2],
-    form: ArmForm,
+    form: Arc<ArmForm>,
     shape: Shape,
     /// Coordinates, what carries an angle before what it carries.
     chain: Vec<usize>,
@@ -249,7 +251,7 @@ pub struct Singular;
 impl<N: Coefficient, const L: usize> Jet<N, L> {
     /// Storage for an arm form of a model, whose coefficients are still to be taken over.
     fn with_storage(model: &Model, form: &ArmForm) -> Self {
-        let form = form.clone();
+        let form = Arc::new(form.clone());
         let shape = Shape::new(&form, L);
         let all = shape.all();
         let turned_by = turned_by(&form);
