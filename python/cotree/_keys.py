@@ -146,7 +146,7 @@ class EventKeys(TypedDict, total=False):
     description: str
     #: whether it happens once only; false, but true where it removes something if absent
     once: bool
-    #: names of loads that are there no longer
+    #: names of joints, drivers and loads that are there no longer
     remove: Sequence[str]
     #: new values of sampled values, expressions of everything just before the event
     set: Mapping[str, Quantity]
@@ -228,7 +228,7 @@ class SolverKeys(TypedDict, total=False):
 
 
 #: The kinds of joints.
-JointType = Literal["revolute", "prismatic", "weld", "slot", "rolling", "distance", "gear", "rack", "belt", "screw", "cam"]
+JointType = Literal["revolute", "prismatic", "weld", "slot", "rolling", "distance", "contact", "rope", "one_way", "gear", "rack", "belt", "screw", "cam"]
 
 
 class JointKeys(TypedDict, total=False):
@@ -236,16 +236,22 @@ class JointKeys(TypedDict, total=False):
 
     #: the second body's angle minus the first's [rad]; the second wheel's angle where the first's is zero [rad]; the second pulley's angle where the first's is zero [rad]
     angle: Quantity
-    #: the direction in the first body's frame; the direction in the carrier's frame
+    #: the direction in the first body's frame; axis = [1.0, 0.0] is the direction of a line through the first point; the direction in the carrier's frame
     axis: Vector
+    #: the play of the second wheel against the first, and how flanks rebound [rad]; the play of the displacement, and how flanks rebound [m]
+    backlash: Mapping[str, Any]
     #: the radius of the base circle, on which the follower is where the law is zero [m]
     base: Quantity
     #: the body in which the wheels have their bearings; the ground if absent; the point from which the displacement counts; the ground's origin if absent
     carrier: str
+    #: circle = "0.5 m" is the radius of a circle about the first point [m]
+    circle: Quantity
     #: what keeps the follower on the cam: a force, or the form of a groove or of a conjugate cam, which also pulls
     closure: Literal['force', 'form']
     #: viscous friction [N.m.s]; viscous friction [N.s/m]
     damping: Quantity
+    #: the way in which the second body may turn against the first
+    direction: Literal['counterclockwise', 'clockwise']
     #: the displacement where the angle is zero [m]
     displacement: Quantity
     #: the direction of a flat follower's face in its frame; the follower is on its left
@@ -260,12 +266,16 @@ class JointKeys(TypedDict, total=False):
     law: Quantity
     #: how far the nut moves in one turn; negative for a left-hand thread [m]
     lead: Quantity
-    #: the length of the rod [m]
+    #: the length of the rod [m]; the length of the rope [m]
     length: Quantity
-    #: the radius of the disc [m]; the radius of the pinion; negative if the rack goes back when the pinion turns forward [m]
+    #: stops at the ends of its motion [rad]; stops at the ends of its motion [m]
+    limits: Any
+    #: the radius of the disc [m]; the radius of a disc about the second point [m]; the radius of the pinion; negative if the rack goes back when the pinion turns forward [m]
     radius: Quantity
     #: the second wheel's turns for one of the first; negative for external teeth
     ratio: Quantity
+    #: the share of the speed with which it rebounds; the share of the speed with which its ends come back
+    restitution: Quantity
     #: the radius of the follower's roller; a knife edge if absent [m]
     roller: Quantity
     #: whether the belt is open or crossed
@@ -274,8 +284,10 @@ class JointKeys(TypedDict, total=False):
     second_radius: Quantity
     #: the revolute joint in which the cam turns on the carrier
     shaft: str
-    #: on which side of the line the disc rolls, seen along the axis; where a turning follower touches, seen from the shaft towards its pivot
-    side: Literal['left', 'right']
+    #: on which side of the line the disc rolls, seen along the axis; on which side of the line the point stays, seen along the axis, or of the circle, outside by default; where a turning follower touches, seen from the shaft towards its pivot
+    side: Literal['left', 'right'] | Literal['left', 'right', 'outside', 'inside']
+    #: lets the follower lift off where it would have to be pulled; it rebounds with the share restitution of its speed
+    unilateral: Mapping[str, Any]
 
 
 class RevoluteKeys(TypedDict, total=False):
@@ -285,6 +297,8 @@ class RevoluteKeys(TypedDict, total=False):
     damping: Quantity
     #: dry friction [N.m, rad/s]
     friction: Mapping[str, Any]
+    #: stops at the ends of its motion [rad]
+    limits: Any
 
 
 class PrismaticKeys(TypedDict, total=False):
@@ -296,6 +310,8 @@ class PrismaticKeys(TypedDict, total=False):
     damping: Quantity
     #: dry friction [N, m/s]
     friction: Mapping[str, Any]
+    #: stops at the ends of its motion [m]
+    limits: Any
 
 
 class WeldKeys(TypedDict, total=False):

@@ -28,7 +28,7 @@ use crate::diagnostic::{Fault, Span};
 use crate::model::{
     Dimension, Formula, Mechanism, OneSided, Owner, Part, Place, Quantity, State, Unit, Value, Variable,
 };
-use crate::network::{Rows, System, Term};
+use crate::network::{Coupling, Rows, System};
 use crate::scene::constant;
 use crate::scene::key::Key;
 
@@ -112,9 +112,9 @@ pub struct Component {
     /// The states that it brings.
     pub states: fn(&Part) -> Vec<OwnState>,
     /// What it holds on one side only.
-    pub one_sided: fn(&Part) -> Vec<OneSided>,
-    /// The across variable of that.
-    pub across: fn(&Part, &mut System) -> Vec<Term>,
+    pub one_sided: fn(&Part, &Mechanism) -> Vec<OneSided>,
+    /// The relation that may be off as far as those say.
+    pub relation: fn(&Part, &mut System) -> Option<Coupling>,
     /// Its share of a linear vibrating system; none if its law is to be taken as it is, an error if it can never be linear.
     pub linear: fn(&Part) -> Result<Option<Linear>, String>,
     /// What is wrong with it that only the whole mechanism shows.
@@ -152,8 +152,8 @@ impl Component {
             energy: |_| None,
             stored: "",
             states: |_| Vec::new(),
-            one_sided: |_| Vec::new(),
-            across: |_, _| Vec::new(),
+            one_sided: |_, _| Vec::new(),
+            relation: |_, _| None,
             linear: |_| Ok(None),
             check: |_, _| Vec::new(),
             profile: |_, _, _| None,
@@ -254,7 +254,7 @@ impl System {
     /// The elements of a mechanism and both graphs.
     pub fn new(mechanism: &Mechanism) -> Self {
         let rows = |part: &Part, system: &mut System| (part.component().rows)(part, system);
-        Self::of(Arc::new(mechanism.clone()), rows, |part, system| (part.component().across)(part, system))
+        Self::of(Arc::new(mechanism.clone()), rows, |part, system| (part.component().relation)(part, system))
     }
 }
 

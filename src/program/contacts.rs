@@ -48,7 +48,8 @@ impl ContactKernels {
     ) -> Option<Contacts> {
         let all = equations.system.mechanism.unilaterals.iter().enumerate().filter_map(|(index, own)| {
             let constraint = equations.row_of_unilateral(index)? as u32;
-            Some(Contact { name: own.name.clone(), constraint, closed: own.closed.0 as u32 })
+            let caught = own.caught.map(|caught| caught.0 as u32);
+            Some(Contact { name: own.name.clone(), constraint, closed: own.closed.0 as u32, caught })
         });
         let all: Vec<Contact> = all.collect();
         let contacts = Contacts { all, gaps, rates, accelerations, restitutions, impact };

@@ -2,6 +2,10 @@
 //!
 //! Every mode is the same symmetric matrix: the parameter that is 1 while a contact is closed multiplies its loop equation (see [`crate::program::Contacts`]). So the tapes of the program serve
 //! all modes, and opening or closing is a number in the state. Nothing here remembers anything but storage.
+//!
+//! A freewheel is a contact of rates: what must not be negative is the rate of its gap. Open it has no gap (it touches wherever it is), and its rate is its indicator; closed it is held where it
+//! stands, for which its gap counts from a held value that is set anew at every instant at which it is open. So a closed freewheel is a closed contact, which drifts no more than others, an
+//! open one counts in no projection, and being caught is an impact without a rebound.
 
 use crate::failure::Failure;
 use crate::machine::Machine;
@@ -72,12 +76,38 @@ impl Contacts {
         }
     }
 
-    /// Gaps and their rates.
+    /// Gaps and their rates; an open freewheel has no gap.
     pub fn measure(&mut self, model: &Model, machine: &mut Machine, state: &State) {
         let Some(data) = &model.program().instants.contacts else { return };
         machine.load(model, state);
         machine.evaluate(&data.gaps, &mut self.gaps);
         machine.evaluate(&data.rates, &mut self.rates);
+        open_freewheels(data, state).for_each(|index| self.gaps[index] = 0.0);
+    }
+
+    /// What must not be negative of everything that is open, and its rate: gaps, or the rates of freewheels. Reads the state in the registers, and its accelerations if there are freewheels.
+    pub fn watch(&mut self, data: &Data, machine: &mut Machine, state: &State) {
+        machine.evaluate(&data.gaps, &mut self.gaps);
+        machine.evaluate(&data.rates, &mut self.rates);
+        if data.all.iter().any(|contact| contact.caught.is_some()) {
+            machine.evaluate(&data.accelerations, &mut self.accelerations);
+        }
+        for index in open_freewheels(data, state) {
+            (self.gaps[index], self.rates[index]) = (self.rates[index], self.accelerations[index]);
+        }
+    }
+
+    /// Open freewheels would be held where they stand now.
+    fn follow(&mut self, model: &Model, machine: &mut Machine, state: &mut State) {
+        let Some(data) = &model.program().instants.contacts else { return };
+        machine.load(model, state);
+        machine.evaluate(&data.gaps, &mut self.gaps);
+        for (index, contact) in data.all.iter().enumerate() {
+            let caught = contact.caught.filter(|_| !is_closed(data, state, index));
+            if let Some(caught) = caught {
+                state.parameters_mut()[caught as usize] += self.gaps[index];
+            }
+        }
     }
 
     /// Lets what touches collide, and decides what is closed afterwards. `turns` says which have been found to change here: open ones touch, wherever the method has taken them to within its
@@ -93,6 +123,7 @@ impl Contacts {
         turns: impl Fn(usize) -> bool,
     ) -> Result<(), Failure> {
         let Some(data) = &model.program().instants.contacts else { return Ok(()) };
+        self.follow(model, machine, state);
         self.measure(model, machine, state);
         machine.evaluate(&data.restitutions, &mut self.restitutions);
         self.hit.fill(false);
@@ -230,26 +261,31 @@ impl Contacts {
         if count > MOST_AT_ONCE {
             return Err(context.failure(&self.concerned, TOO_MANY));
         }
-        for trial in 0..1_usize << count {
-            for (place, &index) in self.concerned.iter().enumerate() {
-                context.close(index, (trial >> place & 1 == 1) == self.leaves[index]);
-            }
-            self.accelerate(context);
-            if self.is_mode(context) {
-                return Ok(());
+        // Where something begins to push or to move, it is less than rounding errors of what is usual.
+        for begins in [true, false] {
+            for trial in 0..1_usize << count {
+                for (place, &index) in self.concerned.iter().enumerate() {
+                    context.close(index, (trial >> place & 1 == 1) == self.leaves[index]);
+                }
+                self.accelerate(context);
+                if self.is_mode(context, begins) {
+                    return Ok(());
+                }
             }
         }
         Err(context.failure(&self.concerned, NO_MODE))
     }
 
-    fn is_mode(&self, context: &Place) -> bool {
+    /// True if what is open does not go in, and what is closed presses, within rounding errors: of the accelerations that there are if something may only begin to move, else of usual ones.
+    fn is_mode(&self, context: &Place, begins: bool) -> bool {
         let reactions = &self.solved[context.model.coordinates()..];
         let reaction = |index: usize| reactions[context.data.all[index].constraint as usize];
         let largest = self.concerned.iter().fold(0.0, |most, &index| maximum(most, reaction(index).abs()));
+        let fastest = self.concerned.iter().fold(0.0, |most, &index| maximum(most, self.accelerations[index].abs()));
         self.solved.iter().all(|value| value.is_finite())
             && self.concerned.iter().all(|&index| match context.is_closed(index) {
                 true => reaction(index) <= ROUNDING * largest,
-                false => self.accelerations[index] >= -ROUNDING * context.scale(index),
+                false => self.accelerations[index] >= -ROUNDING * if begins { fastest } else { context.scale(index) },
             })
     }
 
@@ -302,6 +338,11 @@ impl Place<'_> {
         let names = concerned.iter().map(|&index| self.data.all[index].name.clone()).collect();
         Failure::Contact { time: self.state.time(), names, why }
     }
+}
+
+/// Freewheels that are open in a state.
+fn open_freewheels(data: &Data, state: &State) -> impl Iterator<Item = usize> {
+    (0..data.all.len()).filter(|&index| data.all[index].caught.is_some() && !is_closed(data, state, index))
 }
 
 /// True while a contact is closed in a state.

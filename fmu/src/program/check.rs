@@ -209,6 +209,7 @@ impl Program {
         for contact in self.instants.contacts() {
             let row = self.constraints.get(contact.constraint as usize);
             let is_held = (contact.closed as usize) + 1 < self.parameters.len();
+            let is_held = is_held && contact.caught.is_none_or(is_parameter);
             if row.is_none_or(|row| row.role != Role::OneSided) || !is_held {
                 return Err(Fault::Reference { name: contact.name.clone() });
             }

@@ -112,6 +112,8 @@ pub struct Contact {
     pub constraint: u32,
     /// The parameter that is 1 while it is closed, else 0; the next one is the impulse of the last impact.
     pub closed: u32,
+    /// For a freewheel, whose rate is what is never negative: the parameter that its gap counts from. It is caught where it stands.
+    pub caught: Option<u32>,
 }
 
 /// Held values that change together at offset + k period, k = 0, 1, ...

@@ -4,10 +4,10 @@
 use super::gear;
 use crate::component::frame::Placed;
 use crate::component::key::{BETWEEN_WHEELS, CARRIER_BODY, Form, Key};
-use crate::component::{Component, Icon};
+use crate::component::{Component, Icon, limits};
 use crate::model::measure::{ANGLE, LENGTH};
 use crate::model::{Part, Quantity as Q, Range};
-use crate::network::{Rows, System};
+use crate::network::{Coupling, Rows, System};
 use crate::scene::{Joint, Quantity};
 
 pub(crate) const BELT: Component = Component {
@@ -41,9 +41,12 @@ pub(crate) const BELT: Component = Component {
             Form::Constant(ANGLE, Range::Any),
             "the second pulley's angle where the first's is zero",
         ),
+        limits::PLAY_OF_ANGLE,
     ],
-    variables: &[Q::Torque],
+    variables: &[Q::Torque, Q::AngularImpulse, Q::Mode],
     reactions: &[Q::Torque],
+    one_sided: limits::one_sided,
+    relation,
     undriven: ["a belt", "name the joint in which a pulley turns"],
     ..Component::joint("belt", rows, placed, icon)
 };
@@ -56,11 +59,14 @@ fn placed(placed: &mut Placed<'_>) {
 }
 
 fn rows(part: &Part, system: &mut System) -> Rows {
+    Rows { letter: "b", coupling: limits::always(part, || relation(part, system)), ..Rows::default() }
+}
+
+fn relation(part: &Part, system: &mut System) -> Option<Coupling> {
     let radii = ["first_radius", "second_radius"].map(|key| system.value(part.formula(key)));
     let open = system.arena.divide(radii[0], radii[1]);
     let ratio = if is_crossed(part) { system.arena.negate(open) } else { open };
-    let coupling = gear::wheels(system, part, ratio, part.formula("angle"));
-    Rows { letter: "b", coupling: Some(coupling), ..Rows::default() }
+    Some(gear::wheels(system, part, ratio, part.formula("angle")))
 }
 
 fn icon(part: &Part) -> Icon {

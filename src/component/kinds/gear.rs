@@ -1,9 +1,9 @@
 //! Gear pair (g): theta_b = ratio theta_a + angle, both angles relative to the carrier. The reaction is the torque on b; a gets
-//! -ratio times as much and the carrier the rest.
+//! -ratio times as much and the carrier the rest. With `backlash` the relation may be off by half of the play either way.
 
 use crate::component::frame::{Placed, minus, sum, times};
 use crate::component::key::{BETWEEN_WHEELS, CARRIER_BODY, Form, Key};
-use crate::component::{Component, Icon};
+use crate::component::{Component, Icon, limits};
 use crate::expr::Expr;
 use crate::model::measure::{ANGLE, NUMBER};
 use crate::model::{Formula, Part, Quantity as Q, Range};
@@ -23,9 +23,12 @@ pub(crate) const GEAR: Component = Component {
             "give the second wheel's turns for one of the first: `ratio = -0.5`, negative for external teeth",
         ),
         Key::optional("angle", Form::Constant(ANGLE, Range::Any), "the second wheel's angle where the first's is zero"),
+        limits::PLAY_OF_ANGLE,
     ],
-    variables: &[Q::Torque],
+    variables: &[Q::Torque, Q::AngularImpulse, Q::Mode],
     reactions: &[Q::Torque],
+    one_sided: limits::one_sided,
+    relation,
     undriven: ["a gear pair or rack", "name the joint in which a wheel turns or the rack slides"],
     ..Component::joint("gear", rows, placed, |part| Icon::Gears {
         ratio: part.formula("ratio").clone(),
@@ -46,9 +49,12 @@ pub(crate) fn place_wheels(placed: &mut Placed<'_>, ratio: Formula) {
 }
 
 fn rows(part: &Part, system: &mut System) -> Rows {
+    Rows { letter: "g", coupling: limits::always(part, || relation(part, system)), ..Rows::default() }
+}
+
+fn relation(part: &Part, system: &mut System) -> Option<Coupling> {
     let ratio = system.value(part.formula("ratio"));
-    let offset = part.formula("angle").clone();
-    Rows { letter: "g", coupling: Some(wheels(system, part, ratio, &offset)), ..Rows::default() }
+    Some(wheels(system, part, ratio, part.formula("angle")))
 }
 
 /// theta_b - ratio theta_a = offset, both angles relative to the carrier.

@@ -15,6 +15,7 @@ mod distance;
 mod force;
 mod gas_spring;
 mod gear;
+mod one_way;
 mod position_driver;
 mod prismatic;
 mod rack;
@@ -44,6 +45,7 @@ pub(crate) const ALL: &[&Component] = &[
     &distance::DISTANCE,
     &contact::CONTACT,
     &rope::ROPE,
+    &one_way::ONE_WAY,
     &gear::GEAR,
     &rack::RACK,
     &belt::BELT,

@@ -4,10 +4,10 @@
 use super::rack;
 use crate::component::frame::Placed;
 use crate::component::key::{AXIS_OF_CARRIER, BODY_AND_POINT, CARRIER_POINT, DISPLACEMENT, Form, Key};
-use crate::component::{Component, Icon, Stroke};
+use crate::component::{Component, Icon, Stroke, limits};
 use crate::model::measure::LENGTH;
 use crate::model::{Formula, Part, Quantity as Q, Range};
-use crate::network::{Rows, System};
+use crate::network::{Coupling, Rows, System};
 use crate::scene::{Joint, Quantity, Vector};
 
 pub(crate) const SCREW: Component = Component {
@@ -24,9 +24,12 @@ pub(crate) const SCREW: Component = Component {
             "give how far the nut moves in one turn: `lead = \"5 mm\"`",
         ),
         DISPLACEMENT,
+        limits::PLAY_OF_SLIDE,
     ],
-    variables: &[Q::Force, Q::Torque],
+    variables: &[Q::Force, Q::Torque, Q::Impulse, Q::Mode],
     reactions: &[Q::Force, Q::Torque],
+    one_sided: limits::one_sided,
+    relation,
     undriven: ["a screw", "name the joint in which the spindle turns or the nut slides"],
     ..Component::joint("screw", rows, placed, |_| Icon::Line(thread))
 };
@@ -37,12 +40,16 @@ fn placed(placed: &mut Placed<'_>) {
 }
 
 fn rows(part: &Part, system: &mut System) -> Rows {
+    Rows { letter: "c", coupling: limits::always(part, || relation(part, system)), ..Rows::default() }
+}
+
+fn relation(part: &Part, system: &mut System) -> Option<Coupling> {
     let per_radian = |system: &mut System| {
         let lead = system.value(part.formula("lead"));
         let turn = system.arena.constant(std::f64::consts::TAU);
         system.arena.divide(lead, turn)
     };
-    Rows { letter: "c", coupling: Some(rack::slide_by_turn(system, part, per_radian)), ..Rows::default() }
+    Some(rack::slide_by_turn(system, part, per_radian))
 }
 
 /// A spindle with its thread, from its bearing to the nut.
