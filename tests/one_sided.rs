@@ -558,7 +558,7 @@ fn importer_step(instance: &mut Instance, start: &[f64], time: f64, h: f64) {
 }
 
 /// An importer that ends a step where an indicator passes zero, as far as numbers tell, lets impacts happen there.
-fn integrate_to_events(instance: &mut Instance, stop: f64, h: f64) -> usize {
+pub fn integrate_to_events(instance: &mut Instance, stop: f64, h: f64) -> usize {
     instance.initialise_exchange().unwrap();
     let (mut states, mut events) = (vec![0.0; instance.state_count()], 0);
     let count = instance.model().program().indicators();
@@ -705,6 +705,167 @@ fn what_is_wrong_with_limits_is_said() {
     }
     let unknown = fault(&ball(0.5).replace("\"pad.mode\"", "\"rail.mode\""));
     assert!(unknown.contains("`rail.mode`"), "{unknown}");
+}
+
+/// A disc inside of a circle does what its centre does on a rope; where it would leave a hill it does: at two thirds of the height of its start over the middle.
+#[test]
+fn discs_touch_circles_inside_and_outside() {
+    let ball = |joint: &str, [x, y]: [f64; 2]| {
+        format!(
+            "name = \"ball\"\ngravity = [0, -9.81]\n[bodies.ball]\nmass = 0.5\ninertia = 0.01\n[joints.own]\nbetween = [\"ground\", \"ball\"]\n{joint}\n[initial]\n\"ball.x\" = {x:?}\n\"ball.y\" = {y:?}\n\"ball.angle\" = 0\n\"ball.vx\" = 0\n\"ball.vy\" = 0\n\"ball.omega\" = 0\n[outputs]\nvariables = [\"ball.x\", \"ball.y\", \"ball.vx\", \"ball.vy\", \"own.gap\", \"own.impulse\", \"own.mode\"]\n[experiment]\nstop = 2\ntolerance = 1e-11\n"
+        )
+    };
+    let bowl = ball("type = \"contact\"\ncircle = 1.2\nradius = 0.2\nside = \"inside\"\nrestitution = 0.4", [0.6, 0.0]);
+    let bowl = bowl.replace("\"own.gap\"", "\"own.fn\", \"own.gap\"");
+    let rope = ball("type = \"rope\"\nlength = 1.0\nrestitution = 0.4", [0.6, 0.0])
+        .replace("\"own.gap\"", "\"own.stop\", \"own.gap\"");
+    let [mut inside, mut held] = [&bowl, &rope].map(|text| started(&model(text), None, 2.0, 1e-11));
+    for step in 1..=8 {
+        inside.step_to(0.25 * f64::from(step)).unwrap();
+        held.step_to(0.25 * f64::from(step)).unwrap();
+        for name in ["ball.x", "ball.y", "ball.vx", "ball.vy", "own.gap", "own.mode"] {
+            let (found, expected) = (value(&mut inside, name), value(&mut held, name));
+            assert!((found - expected).abs() < 1e-9, "{name}: {found} {expected}");
+        }
+        assert!((value(&mut inside, "own.fn") + value(&mut held, "own.stop")).abs() < 1e-7);
+        assert!(value(&mut inside, "own.impulse") >= 0.0 && value(&mut inside, "own.fn") >= 0.0);
+    }
+    let (sine, cosine) = 0.3_f64.sin_cos();
+    let hill = ball("type = \"contact\"\ncircle = 0.8\nradius = 0.2", [sine, cosine]);
+    let mut run = started(&model(&hill), None, 2.0, 1e-11);
+    let mut last = 1.0;
+    for step in 1..2000 {
+        run.step_to(1e-3 * f64::from(step)).unwrap();
+        if value(&mut run, "own.mode") == 0.0 {
+            break;
+        }
+        last = value(&mut run, "ball.y");
+    }
+    let left = 2.0 / 3.0 * cosine;
+    let [y, vy] = ["ball.y", "ball.vy"].map(|name| value(&mut run, name));
+    assert!(y < left && last > left && last - y < -2e-3 * vy, "{last} {y} {left}");
+    // It flies with the speed of its fall.
+    let [vx, vy] = ["ball.vx", "ball.vy"].map(|name| value(&mut run, name));
+    assert!((vx * vx + vy * vy - 2.0 * 9.81 * (cosine - y)).abs() < 1e-8);
+    assert!((vx - left.sqrt() * 9.81_f64.sqrt() * left).abs() < 1e-8, "{vx}");
+}
+
+/// Two free discs: momentum stays, the speed along the line of their centres comes back with its share.
+#[test]
+fn two_moving_discs_collide() {
+    let scene = r#"
+name = "discs"
+[bodies]
+first = { mass = 2.0, inertia = 0.1 }
+second = { mass = 0.5, inertia = 0.02 }
+[joints.own]
+type = "contact"
+between = ["first", "second"]
+circle = 0.3
+radius = 0.2
+restitution = 0.6
+[initial]
+"first.x" = 0
+"first.y" = 0
+"first.angle" = 0
+"first.vx" = 1
+"first.vy" = 0.2
+"first.omega" = 3
+"second.x" = 2
+"second.y" = 0.1
+"second.angle" = 0
+"second.vx" = -1
+"second.vy" = 0.2
+"second.omega" = -2
+[outputs]
+variables = ["first.x", "first.y", "first.vx", "first.vy", "second.x", "second.y", "second.vx", "second.vy", "first.omega", "second.omega", "own.impulse"]
+[experiment]
+stop = 2
+tolerance = 1e-11
+"#;
+    // They approach at 2 m/s along x with 0.1 m between their lines.
+    let along = (0.25_f64 - 0.01).sqrt();
+    let time = (2.0 - along) / 2.0;
+    let normal = [along / 0.5, 0.1 / 0.5];
+    let impulse = 1.6 * 2.0 * normal[0] / (1.0 / 2.0 + 1.0 / 0.5);
+    let mut run = started(&model(scene), None, 2.0, 1e-11);
+    run.step_to(2.0).unwrap();
+    for (name, expected) in [
+        ("first.vx", 1.0 - impulse * normal[0] / 2.0),
+        ("first.vy", 0.2 - impulse * normal[1] / 2.0),
+        ("second.vx", -1.0 + impulse * normal[0] / 0.5),
+        ("second.vy", 0.2 + impulse * normal[1] / 0.5),
+        ("second.x", 2.0 - time + (-1.0 + impulse * normal[0] / 0.5) * (2.0 - time)),
+        ("first.omega", 3.0),
+        ("second.omega", -2.0),
+        ("own.impulse", impulse),
+    ] {
+        let found = value(&mut run, name);
+        assert!((found - expected).abs() < 1e-9, "{name}: {found} {expected}");
+    }
+}
+
+#[test]
+fn what_is_wrong_with_a_circle_is_said() {
+    let touching = |keys: &str| ball(0.5).replace("axis = [1, 0]\nrestitution = 0.5", keys);
+    for (keys, expected) in [
+        ("axis = [1, 0]\ncircle = 2", "circle"),
+        ("restitution = 0.5", "axis"),
+        ("circle = 2\nside = \"left\"", "it touches a circle"),
+        ("axis = [1, 0]\nside = \"inside\"", "it touches a line"),
+        ("circle = 0.2\nradius = 0.3\nside = \"inside\"", "does not fit"),
+    ] {
+        let found = fault(&touching(keys));
+        assert!(found.contains(expected), "{keys}: {found}");
+    }
+}
+
+/// A block at rest at a stop, under a force that is zero at the start: what follows says whether it leaves the stop.
+#[test]
+fn a_force_that_begins_at_zero_leaves_a_stop_or_presses_it() {
+    let block = |force: &str, limits: &str| {
+        format!(
+            "name = \"block\"\n[bodies.block]\nmass = 2.0\n[joints.rail]\ntype = \"prismatic\"\nbetween = [\"ground\", \"block\"]\naxis = [1, 0]\n{limits}\n[loads.push]\ntype = \"force\"\non = \"block\"\nvector = [\"{force}\", 0]\n[initial]\n\"rail.s\" = 0\n\"rail.v\" = 0\n[outputs]\nvariables = [\"rail.s\", \"rail.v\", \"rail.stop\", \"rail.mode\"]\n[experiment]\nstop = \"2 s\"\ntolerance = 1e-10\n"
+        )
+    };
+    for (force, sign) in [("3*sin(2*t)", 1.0), ("-3*sin(2*t)", -1.0)] {
+        for (limits, side) in [("limits = { min = 0 }", 1.0), ("limits = { max = 0 }", -1.0)] {
+            for engine in [Engine::Taylor, Engine::Dop853] {
+                let mut run = started(&model(&block(force, limits)), Some(engine), 2.0, 1e-10);
+                run.step_to(1.0).unwrap();
+                let leaves = sign * side > 0.0;
+                let free = [1.5 * (0.5 - 2.0_f64.sin() / 4.0), 0.75 * (1.0 - 2.0_f64.cos())].map(|own| sign * own);
+                let [s, v] = if leaves { free } else { [0.0, 0.0] };
+                let stop = if leaves { 0.0 } else { -sign * 3.0 * 2.0_f64.sin() };
+                for (name, expected) in [("rail.s", s), ("rail.v", v), ("rail.stop", stop)] {
+                    let found = value(&mut run, name);
+                    assert!((found - expected).abs() < 1e-9, "{force} {limits} {engine:?} {name}: {found} {expected}");
+                }
+            }
+        }
+    }
+}
+
+/// A start that goes into what it touches is an impact.
+#[test]
+fn a_start_into_a_stop_is_an_impact() {
+    let scene = ball(0.5).replace("\"rail.s\" = 1.0\n\"rail.v\" = 0.0", "\"rail.s\" = 0.0\n\"rail.v\" = -2.0");
+    let mut run = started(&model(&scene), None, 8.0, 1e-10);
+    assert_eq!(value(&mut run, "ball.vy"), 1.0);
+    run.step_to(0.1).unwrap();
+    assert!((value(&mut run, "ball.y") - (0.1 - 0.5 * 9.81 * 0.01)).abs() < 1e-12);
+}
+
+/// What drivers move cannot be stopped: a limit of the joint that they move, too.
+#[test]
+fn limits_of_a_driven_joint_are_refused_as_what_they_are() {
+    let links = links([-1.0, -0.8, 0.0, 0.0], [-0.5, 0.9], 0.7, "recommended");
+    let driven = links
+        .replace("\"lower.angle\" = -0.8\n", "")
+        .replace("\"lower.omega\" = 0.0\n", "")
+        .replace("[initial]", "[drivers.motor]\njoint = \"elbow\"\nangle = \"0.2*t\"\n[initial]");
+    let found = fault(&driven);
+    assert!(found.contains("would stop what drivers move") && !found.contains("conflicts"), "{found}");
 }
 
 /// The crank of `end_stop` in its angle alone, theta'' = (T - J' omega^2 / 2) / J, by Runge-Kutta steps that end at impacts.

@@ -1,28 +1,38 @@
-//! Limits of what a joint leaves free: stops at either end, with a restitution.
+//! Limits of what a joint leaves free, or of what its relation may be off by: stops at either end, with a restitution.
 
 use super::key::{Form, Key};
-use crate::expr::Expr;
 use crate::model::measure::{ANGLE, LENGTH};
-use crate::model::{OneSided, Part};
-use crate::network::{Direction, Port, System, Term};
+use crate::model::{Mechanism, OneSided, Part};
+use crate::network::{Coupling, Direction, Port, System};
 
 pub(super) const OF_ANGLE: Key = Key::optional("limits", Form::Limits(ANGLE), "stops at the ends of its motion");
 pub(super) const OF_SLIDE: Key = Key::optional("limits", Form::Limits(LENGTH), "stops at the ends of its motion");
+pub(super) const PLAY_OF_ANGLE: Key = Key::optional(
+    "backlash",
+    Form::Play(ANGLE),
+    "the play of the second wheel against the first, and how flanks rebound",
+);
+pub(super) const PLAY_OF_SLIDE: Key =
+    Key::optional("backlash", Form::Play(LENGTH), "the play of the displacement, and how flanks rebound");
 
 /// What the limits of a joint hold.
-pub(super) fn one_sided(part: &Part) -> Vec<OneSided> {
+pub(super) fn one_sided(part: &Part, _: &Mechanism) -> Vec<OneSided> {
     part.limits().map(|limits| limits.one_sided()).unwrap_or_default()
 }
 
+/// The relation of a joint that imposes it always; one that has limits may be off as far as those say.
+pub(super) fn always(part: &Part, relation: impl FnOnce() -> Option<Coupling>) -> Option<Coupling> {
+    if part.limits().is_some() { None } else { relation() }
+}
+
 /// The angle of a joint.
-pub(super) fn angle(part: &Part, system: &mut System) -> Vec<Term> {
-    let ends = part.bodies().map(|body| system.r_node(body));
-    vec![Term { factor: Expr::ONE, port: Port::Angle(ends) }]
+pub(super) fn angle(part: &Part, system: &mut System) -> Option<Coupling> {
+    Some(Coupling::of(Port::Angle(part.bodies().map(|body| system.r_node(body)))))
 }
 
 /// The displacement of a joint along its axis.
-pub(super) fn slide(part: &Part, system: &mut System) -> Vec<Term> {
+pub(super) fn slide(part: &Part, system: &mut System) -> Option<Coupling> {
     let along = Direction::Fixed(part.between[0].body(), system.values(&part.vector("axis")));
     let ends = part.between.map(|place| system.t_node(place));
-    vec![Term { factor: Expr::ONE, port: Port::Along(ends, along) }]
+    Some(Coupling::of(Port::Along(ends, along)))
 }

@@ -29,7 +29,7 @@ use crate::model::{
     Dimension, Formula, Friction, Mechanism, OneSided, Owner, Part, Place, Pressed, Quantity, State, Unit, Value,
     Variable,
 };
-use crate::network::{Rows, System, Term};
+use crate::network::{Coupling, Rows, System};
 use crate::scene::constant;
 use crate::scene::key::Key;
 
@@ -113,9 +113,9 @@ pub struct Component {
     /// The states that it brings.
     pub states: fn(&Part) -> Vec<OwnState>,
     /// What it holds on one side only.
-    pub one_sided: fn(&Part) -> Vec<OneSided>,
-    /// The across variable of that.
-    pub across: fn(&Part, &mut System) -> Vec<Term>,
+    pub one_sided: fn(&Part, &Mechanism) -> Vec<OneSided>,
+    /// The relation that may be off as far as those say.
+    pub relation: fn(&Part, &mut System) -> Option<Coupling>,
     /// How its dry friction acts, if it can have any.
     pub rubs: Option<Rubs>,
     /// Its share of a linear vibrating system; none if its law is to be taken as it is, an error if it can never be linear.
@@ -133,15 +133,15 @@ pub struct Component {
 /// How dry friction acts.
 #[derive(Clone, Copy, Debug)]
 pub struct Rubs {
-    /// The across variable along which it slides.
-    pub along: fn(&Part, &mut System) -> Vec<Term>,
+    /// The relation along which it slides.
+    pub along: fn(&Part, &mut System) -> Option<Coupling>,
     pub pressed: Pressed,
     pub law: fn(&Part) -> Option<Friction>,
 }
 
 impl Rubs {
     /// Of a joint with the key `friction`.
-    const fn joint(pressed: Pressed, along: fn(&Part, &mut System) -> Vec<Term>) -> Option<Rubs> {
+    const fn joint(pressed: Pressed, along: fn(&Part, &mut System) -> Option<Coupling>) -> Option<Rubs> {
         Some(Rubs { along, pressed, law: |part| part.friction().filter(|own| own.sticks()).cloned() })
     }
 }
@@ -171,8 +171,8 @@ impl Component {
             energy: |_| None,
             stored: "",
             states: |_| Vec::new(),
-            one_sided: |_| Vec::new(),
-            across: |_, _| Vec::new(),
+            one_sided: |_, _| Vec::new(),
+            relation: |_, _| None,
             rubs: None,
             linear: |_| Ok(None),
             check: |_, _| Vec::new(),
@@ -274,14 +274,14 @@ impl System {
     /// The elements of a mechanism and both graphs.
     pub fn new(mechanism: &Mechanism) -> Self {
         let rows = |part: &Part, system: &mut System| (part.component().rows)(part, system);
-        let across = |part: &Part, slips: bool, system: &mut System| {
+        let relation = |part: &Part, slips: bool, system: &mut System| {
             let component = part.component();
             match component.rubs.filter(|_| slips) {
                 Some(rubs) => (rubs.along)(part, system),
-                None => (component.across)(part, system),
+                None => (component.relation)(part, system),
             }
         };
-        Self::of(Arc::new(mechanism.clone()), rows, across)
+        Self::of(Arc::new(mechanism.clone()), rows, relation)
     }
 }
 

@@ -183,6 +183,17 @@ fn form(key: &Key) -> Value {
             "anyOf": [{ "required": ["min"] }, { "required": ["max"] }],
             "additionalProperties": false,
         }),
+        Form::Play(_) => json!({
+            "type": "object",
+            "properties": { "play": constant(Range::Positive), "restitution": constant(Range::Share) },
+            "required": ["play"],
+            "additionalProperties": false,
+        }),
+        Form::Rebound => json!({
+            "type": "object",
+            "properties": { "restitution": constant(Range::Share) },
+            "additionalProperties": false,
+        }),
         Form::Motion(_) => json!({
             "anyOf": [reference("quantity"), {
                 "type": "object",

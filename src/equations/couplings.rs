@@ -78,8 +78,9 @@ impl Constraint {
     /// open: its factors L D L^T exist in any order in which a row comes after its unknowns.
     pub(super) fn while_closed(self, arena: &mut Arena, closed: Expr, slip: Option<Expr>) -> Constraint {
         let Constraint { value, time_rate, gamma, .. } = self;
+        let open = self.gap(arena);
         let slip = slip.map(|direction| Slipping { direction, coupled: self.coupled.clone() });
-        let gap = Gap { closed, value, jacobian: self.jacobian.clone(), time_rate, gamma, slip };
+        let gap = Gap { closed, value: open, jacobian: self.jacobian.clone(), time_rate, gamma, slip };
         let chord = |arena: &mut Arena, chord| match chord {
             CoupledChord::Force(ends, vector, carrier) => {
                 CoupledChord::Force(ends, vector.scaled(arena, closed), carrier)

@@ -107,7 +107,11 @@ impl Dynamics {
                 continue;
             };
             let angle = kinematics.angle_across(&mut system.arena, ends).position.total(&mut system.arena);
+            // The first term of a relation has the factor one, and the sign of its side where it holds on one side only.
+            let coupling = system.element(constraint.element).coupling.as_ref();
+            let side = coupling.and_then(|coupling| coupling.terms.first()).map_or(Expr::ONE, |term| term.factor);
             let reaction = system.arena.symbol(Symbol::Reaction(index));
+            let reaction = system.arena.multiply(side, reaction);
             for bearing in curve.bearings {
                 let Some(id) = system.find(Origin::Joint(bearing.joint)) else { continue };
                 let force = bearing.force.map(|load| Curve::at(&mut system.arena, load, angle));

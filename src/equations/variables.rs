@@ -12,7 +12,7 @@ use crate::model::{
     Whole,
 };
 use crate::network::{
-    Angle, Curve, Direction, ElementId, Force, Origin, Port, RNode, RotationalRow, System, TNode, Torque,
+    Angle, Coupling, Curve, Direction, ElementId, Force, Origin, Port, RNode, RotationalRow, System, TNode, Torque,
     TranslationalRow,
 };
 
@@ -114,8 +114,10 @@ impl Equations {
 
     fn of_joint(&mut self, joint: JointId, quantity: Quantity) -> Expr {
         let Some(id) = self.system.find(Origin::Joint(joint)) else { return Expr::ZERO };
-        if let Some((ends, curve)) = self.system.curve(id) {
-            return self.of_curve(id, (ends, curve), quantity);
+        let is_contact = matches!(quantity.aspect(), Aspect::OneSided(_));
+        let relation = self.system.relation(id).filter(|coupling| coupling.curve().is_some() && !is_contact);
+        if let Some(coupling) = relation {
+            return self.of_curve(id, &coupling, quantity);
         }
         match quantity.aspect() {
             Aspect::Angle(order) if self.system.element(id).rotation.is_none() => self.slip(joint, order),
@@ -125,9 +127,7 @@ impl Equations {
             Aspect::Effort(effort) => match effort {
                 Effort::X => self.force_along(id, Direction::X),
                 Effort::Y => self.force_along(id, Direction::Y),
-                Effort::Normal if self.system.element(id).translation.is_none() => {
-                    self.one_sided(Owner::Joint(joint), Contact::Reaction)
-                }
+                Effort::Normal if self.system.element(id).translation.is_none() => self.pressure(Owner::Joint(joint)),
                 Effort::Normal => self.normal_force(joint, id),
                 Effort::Tangential if self.rubs(joint) || self.system.element(id).translation.is_none() => {
                     self.rubbing(Origin::Joint(joint))
@@ -144,7 +144,8 @@ impl Equations {
     }
 
     /// What is said of a coupling by a function of an angle: the angle within its turn, the contact, and the loads.
-    fn of_curve(&mut self, id: ElementId, (ends, curve): ([RNode; 2], Curve), quantity: Quantity) -> Expr {
+    fn of_curve(&mut self, id: ElementId, coupling: &Coupling, quantity: Quantity) -> Expr {
+        let Some((ends, curve)) = coupling.curve() else { return Expr::ZERO };
         let within = self.system.arena.symbol(Symbol::Argument);
         match quantity.aspect() {
             Aspect::Angle(Order::Position) => self.at_angle(ends, within),
@@ -157,9 +158,9 @@ impl Equations {
             }
             Aspect::Effort(Effort::Torque) => {
                 let slope = self.at_angle(ends, curve.value[1]);
-                let terms = self.system.element(id).coupling.iter().flat_map(|coupling| &coupling.terms);
-                let factor = terms
-                    .copied()
+                let factor = coupling
+                    .terms
+                    .iter()
                     .find(|term| matches!(term.port, Port::Curve(..)))
                     .map_or(Expr::ZERO, |term| term.factor);
                 let reaction = self.coupling_reaction(id);
@@ -205,11 +206,12 @@ impl Equations {
 
     /// The force along a joint's free or coupled direction.
     fn joint_force(&mut self, id: ElementId) -> Expr {
-        let element = self.system.element(id).clone();
-        match element.coupling {
+        match self.system.relation(id) {
             None => {
-                let resisting = self.resisting_force(element.translation.as_ref());
-                let rubbing = self.rubbing(element.origin);
+                let element = self.system.element(id);
+                let (row, origin) = (element.translation.clone(), element.origin);
+                let resisting = self.resisting_force(row.as_ref());
+                let rubbing = self.rubbing(origin);
                 self.system.arena.add(resisting, rubbing)
             }
             Some(_) => self.coupling_reaction(id),
@@ -241,7 +243,7 @@ impl Equations {
     fn joint_torque(&mut self, id: ElementId) -> Expr {
         let element = self.system.element(id).clone();
         let row = element.rotation.as_ref();
-        match element.coupling {
+        match self.system.relation(id) {
             None if row.is_some_and(|row| matches!(row.angle, Angle::Constant(_))) => self.torque_of(id),
             None => {
                 let resisting = self.resisting_torque(row);
@@ -275,9 +277,10 @@ impl Equations {
 
     fn coupling_reaction(&mut self, id: ElementId) -> Expr {
         let of_coupling = |row: &Constraint| row.element == id && !row.coupled.is_empty() && !row.is_trivial();
-        match self.constraints.iter().position(of_coupling) {
-            Some(index) => self.system.arena.symbol(Symbol::Reaction(index)),
-            None => Expr::ZERO,
+        match (self.constraints.iter().position(of_coupling), self.system.element(id).origin) {
+            (Some(index), _) => self.system.arena.symbol(Symbol::Reaction(index)),
+            (None, Origin::Joint(joint)) => self.one_sided(Owner::Joint(joint), Contact::Reaction),
+            (None, _) => Expr::ZERO,
         }
     }
 
@@ -308,6 +311,9 @@ impl Equations {
                 }),
                 Contact::Sliding => Expr::ZERO,
                 Contact::Impulse => {
+                    // A contact presses, whichever side it is on.
+                    let presses = own.held.word.is_empty() && !own.held.of_rate;
+                    let sign = if presses { 1.0 } else { sign };
                     let (factor, impulse) = (arena.constant(sign), arena.symbol(Symbol::Parameter(own.impulse.0)));
                     arena.multiply(factor, impulse)
                 }
@@ -326,13 +332,31 @@ impl Equations {
         let mechanism = self.system.mechanism.clone();
         let part = &mechanism.joints[joint.0];
         let Some(rubs) = part.component().rubs else { return Expr::ZERO };
-        let terms = (rubs.along)(part, &mut self.system);
+        let Some(Coupling { terms, .. }) = (rubs.along)(part, &mut self.system) else { return Expr::ZERO };
         couplings::along(&mut self.system, &self.kinematics, &terms, order)
+    }
+
+    /// The force with which something presses, whichever side it is on.
+    fn pressure(&mut self, owner: Owner) -> Expr {
+        let row = self.system.mechanism.unilaterals_of(owner).next().map(|(index, _)| index);
+        let row = row.and_then(|index| self.row_of_unilateral(index));
+        let arena = &mut self.system.arena;
+        row.map_or(Expr::ZERO, |row| {
+            let reaction = arena.symbol(Symbol::Reaction(row));
+            arena.negate(reaction)
+        })
     }
 
     /// True for a loop equation of something that only presses.
     pub(crate) fn presses(&self, row: &Constraint) -> bool {
         matches!(self.system.element(row.element).origin, Origin::Unilateral(_))
+    }
+
+    /// True if what is held on one side moves, as drivers say.
+    pub(crate) fn drivers_move_unilateral(&self, index: usize) -> bool {
+        let id = self.system.find(Origin::Unilateral(index));
+        let row = self.constraints.iter().find(|row| Some(row.element) == id);
+        row.is_some_and(|row| !row.time_rate.is_zero() || !row.followers.is_empty())
     }
 
     /// The loop equation of something that is held on one side; none if nothing that moves is.

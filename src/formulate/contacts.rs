@@ -5,29 +5,46 @@ use cotree_fmu::model::State;
 use crate::diagnostic::Fault;
 use crate::equations::Equations;
 use crate::formulate::explain::assembly::show;
+use crate::model::Unilateral;
 use crate::network::Held;
 
 /// What is open by less than nothing, by no more than this share of its scale, touches: starts are solved for to rounding errors.
 const TOUCHING: f64 = 1e-11;
 
-/// What is wrong with what parts hold on one side, at the start.
-pub(super) fn check_contacts(equations: &mut Equations, state: &State, length: f64, driven: bool) -> Vec<Fault> {
+/// What is held on one side, but moves by drivers alone or not at all.
+pub(super) fn check_moved(equations: &Equations) -> Vec<Fault> {
+    let all = equations.system.mechanism.unilaterals.iter().enumerate();
+    let unmoved = all.filter(|(index, _)| equations.row_of_unilateral(*index).is_none());
+    let fault = |(index, own): (usize, &Unilateral)| {
+        if equations.drivers_move_unilateral(index) {
+            return driven(own);
+        }
+        let message = format!("nothing moves `{}`: what it would stop cannot move", own.name);
+        Fault::new("scene::limits", message, own.span).label("holds nothing").help("leave it out")
+    };
+    unmoved.map(fault).collect()
+}
+
+fn driven(own: &Unilateral) -> Fault {
+    let message = format!(
+        "`{}` would stop what drivers move: a stop gives way or is given way to, and they do neither",
+        own.name
+    );
+    Fault::new("scene::limits", message, own.span)
+        .label("stops a driven motion")
+        .help("leave it out, or let a force or a torque move the mechanism instead of a driver")
+}
+
+/// What is wrong with what parts hold on one side, at the start; `is_driven` says that drivers move all of the mechanism.
+pub(super) fn check_contacts(equations: &mut Equations, state: &State, length: f64, is_driven: bool) -> Vec<Fault> {
     let mechanism = equations.system.mechanism.clone();
+    if is_driven {
+        return mechanism.unilaterals.iter().map(driven).collect();
+    }
     let mut faults = Vec::new();
     for (index, own) in mechanism.unilaterals.iter().enumerate() {
-        let fault = |code, message: String, label| Fault::new(code, message, own.span).label(label);
-        let Some(row) = equations.row_of_unilateral(index) else {
-            let message = format!("nothing moves `{}`: what it would stop cannot move", own.name);
-            faults.push(fault("scene::limits", message, "holds nothing").help("leave it out"));
-            continue;
-        };
-        if driven {
-            let message = format!(
-                "`{}` would stop what drivers move: a stop gives way or is given way to, and they do neither",
-                own.name
-            );
-            let help = "leave it out, or let a force or a torque move the mechanism instead of a driver";
-            faults.push(fault("scene::limits", message, "stops a driven motion").help(help));
+        let Some(row) = equations.row_of_unilateral(index) else { continue };
+        if own.held.of_rate {
             continue;
         }
         if own.slip.is_some() {
@@ -44,7 +61,8 @@ pub(super) fn check_contacts(equations: &mut Equations, state: &State, length: f
             let [value, limit, by] = [bound + own.held.sign * gap, bound, -gap].map(signed);
             let message = format!("the start is beyond `{}`: it begins at {value}, the limit is {limit}", own.name);
             let help = format!("begin within the limit, or move the limit by {by}");
-            faults.push(fault("assembly::beyond_limit", message, "the start is beyond it").help(help));
+            let fault = Fault::new("assembly::beyond_limit", message, own.span);
+            faults.push(fault.label("the start is beyond it").help(help));
         }
     }
     faults

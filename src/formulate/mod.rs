@@ -98,6 +98,10 @@ pub fn formulate_written(mechanism: &Mechanism, outputs: &[Output]) -> Result<Fo
 /// Contradictions, loops that cannot be closed, masses that are missing where motion needs them.
 pub fn formulate_with(mut equations: Equations, outputs: &[Output]) -> Result<Formulated, Vec<Fault>> {
     let length = typical_length(&mut equations);
+    let unmoved = contacts::check_moved(&equations);
+    if !unmoved.is_empty() {
+        return Err(unmoved);
+    }
     let mut faults = check_trivial(&mut equations, length);
     faults.extend(without_rate(&equations.system.mechanism));
     let start = own_start(&equations, length);

@@ -5,11 +5,11 @@
 
 use std::collections::BTreeSet;
 
-use super::{Formula, Mechanism, Owner, Parameter, ParameterId, Pressed, Slip, Unit};
+use super::{Formula, Mechanism, Owner, Parameter, ParameterId, Pressed, Quantity, Slip, Unit, Value};
 use crate::diagnostic::Span;
 use crate::model::measure::{ANGLE, ANGULAR_IMPULSE, IMPULSE, LENGTH};
 
-/// The limits of what a joint leaves free; at least one is there.
+/// The limits of what a joint leaves free, or of what its relation may be off by; at least one is there.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Limits {
     /// The least and the largest value.
@@ -18,7 +18,7 @@ pub struct Limits {
     pub restitution: Formula,
 }
 
-/// What a component holds on one side: sign x (across - bound) is never negative.
+/// What a component holds on one side: sign x (what its relation is off by - bound) is never negative.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OneSided {
     /// What distinguishes it from others of its part; may be empty.
@@ -28,6 +28,8 @@ pub struct OneSided {
     pub bound: Formula,
     /// Share of the speed with which it rebounds, from 0 to 1.
     pub restitution: Formula,
+    /// True for a freewheel: its rate is what is never negative, and the bound is where it was caught.
+    pub of_rate: bool,
 }
 
 /// What a part holds on one side only, in its mechanism.
@@ -43,6 +45,8 @@ pub struct Unilateral {
     pub impulse: ParameterId,
     /// If it is no stop but sticks: how it slips. Then it is held on both sides, at `held.bound`.
     pub slip: Option<Slip>,
+    /// Sign x the value at which it was caught, if it holds a rate.
+    pub caught: Option<ParameterId>,
     /// Where its part stands in the file.
     pub span: Span,
 }
@@ -61,7 +65,7 @@ impl Limits {
         let ends = self.ends.iter().zip([("min", 1.0), ("max", -1.0)]);
         let of = |(end, (word, sign)): (&Option<Formula>, _)| {
             let (bound, restitution) = (end.clone()?, self.restitution.clone());
-            Some(OneSided { word, sign, bound, restitution })
+            Some(OneSided { word, sign, bound, restitution, of_rate: false })
         };
         ends.filter_map(of).collect()
     }
@@ -86,20 +90,26 @@ impl Mechanism {
     pub(crate) fn add_unilaterals(&mut self) {
         let mut all = Vec::new();
         for part in self.parts() {
-            for held in (part.component().one_sided)(part) {
+            for held in (part.component().one_sided)(part, self) {
                 let name =
                     if held.word.is_empty() { part.name.clone() } else { format!("{}.{}", part.name, held.word) };
-                let measure = if part.is_angular() { ANGULAR_IMPULSE } else { IMPULSE };
+                let is_angular = part.component().variables.contains(&Quantity::AngularImpulse);
+                let measure = if is_angular { ANGULAR_IMPULSE } else { IMPULSE };
                 all.push((part.owner, name, held, Unit::of(&measure, None), part.span));
             }
         }
-        for (owner, name, held, unit, span) in all {
-            let [closed, impulse] = [("closed", Unit::default()), ("impulse", unit)].map(|(word, unit)| {
+        for (owner, name, mut held, unit, span) in all {
+            let mut add = |word: &str, unit: Unit| {
                 let name = format!("{name}.{word}");
                 self.parameters.push(Parameter { name, unit, span, held: true, ..Parameter::default() });
                 ParameterId(self.parameters.len() - 1)
-            });
-            self.unilaterals.push(Unilateral { owner, name, held, closed, impulse, slip: None, span });
+            };
+            let (closed, impulse) = (add("closed", Unit::default()), add("impulse", unit));
+            let caught = held.of_rate.then(|| add("caught", Unit::of(&ANGLE, None)));
+            if let Some(caught) = caught {
+                held.bound = Formula::Number(held.sign) * Formula::Parameter(caught);
+            }
+            self.unilaterals.push(Unilateral { owner, name, held, closed, impulse, caught, slip: None, span });
         }
         self.add_slips();
     }
@@ -134,9 +144,9 @@ impl Mechanism {
             };
             let signs = (0..signs).map(|side| held(&format!("sign_{side}"), 1.0, Unit::default())).collect();
             let (bound, restitution) = (Formula::Parameter(place), Formula::Number(0.0));
-            let held = OneSided { word: "", sign: 1.0, bound, restitution };
+            let held = OneSided { word: "", sign: 1.0, bound, restitution, of_rate: false };
             let slip = Some(Slip { law, pressed, direction, signs, on });
-            self.unilaterals.push(Unilateral { owner, name, held, closed, impulse, slip, span });
+            self.unilaterals.push(Unilateral { owner, name, held, closed, impulse, caught: None, slip, span });
         }
     }
 
@@ -155,9 +165,10 @@ impl Mechanism {
     pub fn first_unilateral(&self) -> Option<String> {
         let own = self.unilaterals.first()?;
         let part = self.parts().find(|part| part.owner == own.owner)?;
-        Some(match part.limits() {
+        let key = part.values.iter().find(|(_, value)| matches!(value, Value::Limits(_))).map(|(key, _)| *key);
+        Some(match key {
             _ if own.slip.is_some() => format!("the dry friction of {} `{}`", part.component().words(), part.name),
-            Some(_) => format!("the limits of joint `{}`", part.name),
+            Some(key) => format!("the {key} of joint `{}`", part.name),
             None => format!("{} `{}`", part.component().name, part.name),
         })
     }

@@ -2,7 +2,7 @@
 //! edge (a rolling disc) is that edge.
 
 use super::graph::{ElementId, Node, RNode, Rotation, Translation};
-use super::{Curve, Element, Port, System};
+use super::{Coupling, Curve, Element, Port, System};
 
 /// A term of a coupling as an edge of one graph.
 #[derive(Clone, Debug)]
@@ -19,10 +19,7 @@ pub struct CoupledEdge<D> {
 impl System {
     /// The function that an element couples by, and between which bodies.
     pub fn curve(&self, id: ElementId) -> Option<([RNode; 2], Curve)> {
-        let terms = self.element(id).coupling.iter().flat_map(|coupling| &coupling.terms);
-        terms
-            .copied()
-            .find_map(|term| if let Port::Curve(ends, curve) = term.port { Some((ends, curve)) } else { None })
+        self.element(id).coupling.as_ref().and_then(Coupling::curve)
     }
 
     /// The edges of couplings between points.

@@ -99,6 +99,18 @@ pub struct Coupling {
 }
 
 impl Coupling {
+    /// An across variable alone: it is zero.
+    pub(crate) fn of(port: Port) -> Coupling {
+        Coupling { terms: vec![Term { factor: Expr::ONE, port }], offset: Expr::ZERO }
+    }
+
+    /// The function by which it couples, and between which bodies.
+    pub fn curve(&self) -> Option<([RNode; 2], Curve)> {
+        self.terms
+            .iter()
+            .find_map(|term| if let Port::Curve(ends, curve) = term.port { Some((ends, curve)) } else { None })
+    }
+
     /// Does it hold for angles that are whole turns away, too? A curve repeats every turn, and the angle that it gives to another body is that of a direction.
     pub fn repeats_every_turn(&self) -> bool {
         let is_angle = |term: &Term| matches!(term.port, Port::Angle(_));

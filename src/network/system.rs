@@ -17,8 +17,8 @@ use crate::model::{Body, BodyId, DriverId, Formula, InputId, Mechanism, Motion, 
 
 /// The rows of an element of the scene: its component gives them.
 type RowsOf = fn(&Part, &mut System) -> Rows;
-/// The across variable of what it holds on one side, or along which it slips.
-type AcrossOf = fn(&Part, bool, &mut System) -> Vec<Term>;
+/// The relation of what it holds on one side, or along which it slips.
+type RelationOf = fn(&Part, bool, &mut System) -> Option<Coupling>;
 
 /// The elements of a mechanism, its translational and its rotational graph, and the expressions in their terminal equations.
 #[derive(Clone, Debug)]
@@ -47,12 +47,12 @@ pub struct System {
     names: HashSet<String>,
     labels: HashSet<String>,
     rows: RowsOf,
-    across: AcrossOf,
+    relation: RelationOf,
 }
 
 impl System {
     /// Both graphs of a mechanism whose elements have these rows.
-    pub(crate) fn of(mechanism: Arc<Mechanism>, rows: RowsOf, across: AcrossOf) -> Self {
+    pub(crate) fn of(mechanism: Arc<Mechanism>, rows: RowsOf, relation: RelationOf) -> Self {
         let mut system = System {
             arena: Arena::default(),
             elements: Vec::new(),
@@ -68,7 +68,7 @@ impl System {
             names: names(&mechanism),
             labels: HashSet::new(),
             rows,
-            across,
+            relation,
             mechanism,
         };
         system.add_nodes();
@@ -109,7 +109,7 @@ impl System {
     /// The same with expressions of its own.
     #[must_use]
     pub fn anew(&self) -> Self {
-        Self::of(Arc::clone(&self.mechanism), self.rows, self.across).implying(&self.implied)
+        Self::of(Arc::clone(&self.mechanism), self.rows, self.relation).implying(&self.implied)
     }
 
     pub fn element(&self, id: ElementId) -> &Element {
@@ -262,17 +262,37 @@ impl System {
         self.push(Element { label, name, origin, translation, rotation, coupling, closed, slip: None });
     }
 
-    /// gap = sign x (across - bound), each a chord of its own.
+    /// What an element couples, or does within what it holds on one side only.
+    pub(crate) fn relation(&mut self, id: ElementId) -> Option<Coupling> {
+        let Element { coupling, origin, translation, rotation, .. } = self.element(id);
+        let couples_only = coupling.is_none() && translation.is_none() && rotation.is_none();
+        if let (true, Origin::Joint(joint)) = (couples_only, *origin) {
+            let mechanism = Arc::clone(&self.mechanism);
+            let owner = Owner::Joint(joint);
+            if mechanism.slip_of(owner).is_some() && mechanism.unilaterals_of(owner).next().is_none() {
+                // What slips is held by nothing but its friction.
+                return None;
+            }
+            return (self.relation)(&mechanism.joints[joint.0], false, self);
+        }
+        coupling.clone()
+    }
+
+    /// gap = sign x (sum of factor x across - offset - bound), each a chord of its own.
     fn add_unilaterals(&mut self) {
         let mechanism = Arc::clone(&self.mechanism);
         for (index, own) in mechanism.unilaterals.iter().enumerate() {
             let Some(part) = mechanism.parts().find(|part| part.owner == own.owner) else { continue };
             let minus = self.arena.constant(-own.held.sign);
             let bound = self.value(&own.held.bound);
-            let terms = (self.across)(part, own.slip.is_some(), self)
+            let Some(relation) = (self.relation)(part, own.slip.is_some(), self) else { continue };
+            let terms = relation
+                .terms
                 .into_iter()
                 .map(|term| Term { factor: self.arena.multiply(minus, term.factor), port: term.port });
-            let (terms, offset) = (terms.collect(), self.arena.multiply(minus, bound));
+            let terms = terms.collect();
+            let bound = self.arena.add(relation.offset, bound);
+            let offset = self.arena.multiply(minus, bound);
             let closed = Some(self.arena.symbol(Symbol::Parameter(own.closed.0)));
             let coupling = Some(Coupling { terms, offset });
             let label = self.label("k", &own.name);

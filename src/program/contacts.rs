@@ -77,7 +77,9 @@ impl ContactKernels {
                     follows: slip.law.mu != Formula::Number(0.0),
                 }
             });
-            all.push(Contact { name: own.name.clone(), constraint: row as u32, closed: own.closed.0 as u32, slip });
+            let caught = own.caught.map(|caught| caught.0 as u32);
+            let (name, closed) = (own.name.clone(), own.closed.0 as u32);
+            all.push(Contact { name, constraint: row as u32, closed, caught, slip });
         }
         let contacts = Contacts { all, gaps, rates, accelerations, restitutions, impact, pressing, locks };
         (contacts.gaps.results.len() == contacts.all.len() && !contacts.all.is_empty()).then_some(contacts)

@@ -9,11 +9,12 @@ use crate::diagnostic::span::{Span, Text};
 use crate::diagnostic::suggest;
 use crate::expr::{Binary, Function, Unary};
 use crate::model::measure::{ANYTHING, LENGTH, NUMBER, Wanted};
-use crate::model::{Formula, Friction, InputId, Limits, Motion, Pressed, Quantity, Range};
+use crate::model::{Formula, Friction, InputId, Limits, Motion, Pressed, Range};
 use crate::scene::constant;
 use crate::scene::decode::Fields;
 use crate::scene::document::{Content, Node};
 use crate::scene::model::{InputAs, Vector};
+use crate::scene::quantity::Quantity;
 use crate::scene::unit::from_exponents;
 
 impl Resolver<'_> {
@@ -98,7 +99,7 @@ impl Resolver<'_> {
     fn check_friction_keys(&mut self, fields: &Fields<'_>, pressed: Pressed, span: Span, example: &str) -> bool {
         let has = |key: &str| fields.get(key).is_some();
         let is_long = pressed == Pressed::Guide { holds_angle: true };
-        let is_round = matches!(pressed, Pressed::Pin | Pressed::Reaction(Quantity::Force));
+        let is_round = matches!(pressed, Pressed::Pin | Pressed::Reaction(crate::model::Quantity::Force));
         let fades = matches!(pressed, Pressed::Pin | Pressed::Guide { .. });
         let wrong: Option<(&str, &str)> = match pressed {
             _ if has("velocity") && !fades => Some(("velocity", "it sticks at rest: leave `velocity` out")),
@@ -141,10 +142,44 @@ impl Resolver<'_> {
         let (min, max, restitution) = (quantity("min"), quantity("max"), quantity("restitution"));
         let [min, max] =
             [("min", min?), ("max", max?)].map(|(key, end)| end.map(|end| self.constant(&end, &of(key), wanted)));
-        let restitution = restitution?
-            .map_or(Formula::Number(0.0), |share| self.constant_in(Range::Share, &share, &of("restitution"), &NUMBER));
+        let restitution = self.share(restitution?, &of("restitution"));
         self.check_limits([min.as_ref(), max.as_ref()], what, user, node.span)?;
         Some(Limits { ends: [min, max], restitution })
+    }
+
+    /// `{ play = "0.5 deg", restitution = 0.4 }`: a relation that may be off by half of the play either way.
+    pub(super) fn play(&mut self, node: &Node, what: &str, user: &str, wanted: &Wanted) -> Option<Limits> {
+        let fields = Fields::open(node, what, node.span, &["play", "restitution"], self.faults)?;
+        let of = |key: &str| format!("`{key}` of the backlash of {user}");
+        let play = self.faults.required_quantity(
+            &fields,
+            "play",
+            "give the way from one flank to the other: `backlash = { play = \"0.5 deg\", restitution = 0.4 }`, a length if it moves a slide",
+        );
+        let restitution = match fields.get("restitution") {
+            Some(node) => Some(self.faults.quantity(node, &of("restitution"))?),
+            None => None,
+        };
+        let half = self.constant_in(Range::Positive, &play?, &of("play"), wanted) / Formula::Number(2.0);
+        let restitution = self.share(restitution, &of("restitution"));
+        Some(Limits { ends: [Some(-half.clone()), Some(half)], restitution })
+    }
+
+    /// `{ restitution = 0.4 }`: a relation that presses only.
+    pub(super) fn rebound(&mut self, node: &Node, what: &str, user: &str) -> Option<Limits> {
+        let fields = Fields::open(node, what, node.span, &["restitution"], self.faults)?;
+        let of = format!("`restitution` of {user}");
+        let restitution = match fields.get("restitution") {
+            Some(node) => Some(self.faults.quantity(node, &of)?),
+            None => None,
+        };
+        let restitution = self.share(restitution, &of);
+        Some(Limits { ends: [Some(Formula::Number(0.0)), None], restitution })
+    }
+
+    /// A share of a speed with which something rebounds; none if it is not given.
+    fn share(&mut self, given: Option<Quantity>, what: &str) -> Formula {
+        given.map_or(Formula::Number(0.0), |share| self.constant_in(Range::Share, &share, what, &NUMBER))
     }
 
     /// There must be one, and the lower one below the upper one.

@@ -326,6 +326,8 @@ impl<'s> Resolver<'s> {
                 self.friction(node, &written, user, (&wanted, pressed)).map(Value::Friction)
             }
             Form::Limits(wanted) => self.stops(node, &written, user, &wanted).map(Value::Limits),
+            Form::Play(wanted) => self.play(node, &written, user, &wanted).map(Value::Limits),
+            Form::Rebound => self.rebound(node, &written, user).map(Value::Limits),
             Form::Motion(wanted) => self.motion(node, key.name, &what, &wanted).map(Value::Motion),
             Form::Choice(words, help) => self.choice(node, fields, key.name, words, help),
             Form::CarrierBody | Form::CarrierPoint => {

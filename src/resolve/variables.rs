@@ -17,7 +17,7 @@ use crate::scene::part::Part;
 pub(super) fn of_part(part: &Part, section: Section) -> Option<(String, Vec<Quantity>)> {
     let component = part.component(section)?;
     // Limits that are not there are never reached.
-    let limits = component.keys.iter().find(|key| matches!(key.form, Form::Limits(_)));
+    let limits = component.keys.iter().find(|key| key.form.is_one_sided());
     // A key that is misspelt may be meant for them: that fault is enough.
     let is_known = |key: &Text| key.text == "type" || component.keys.iter().any(|known| known.name == key.text);
     let is_understood = match &part.node.kind {

@@ -64,6 +64,10 @@ pub enum Form {
     Friction([Wanted; 2], Pressed),
     /// Where a motion of this measure ends, and how it rebounds there.
     Limits(Wanted),
+    /// By how much a relation of this measure gives way, and how it rebounds at either end.
+    Play(Wanted),
+    /// That a relation presses only, and how it rebounds.
+    Rebound,
     /// A prescribed motion, its rate and its acceleration.
     Motion([Wanted; 3]),
     /// One of several words, the first by default; what to say of them, and what one of them is called.
@@ -93,6 +97,11 @@ impl Form {
     pub fn is_end(self) -> bool {
         use Form::{Bodies, Body, BodyAndPoint, Joint, Point, Points};
         matches!(self, Points | Bodies | BodyAndPoint | Point | Body | Joint)
+    }
+
+    /// Does it make a joint hold something on one side only?
+    pub fn is_one_sided(self) -> bool {
+        matches!(self, Form::Limits(_) | Form::Play(_) | Form::Rebound)
     }
 
     /// Does it name a third body?

@@ -37,6 +37,8 @@ LIMITS = {
     "balancing_cart": 1e-6,
     "end_stop": 1e-5,
     "stick_slip": 1e-5,
+    "play_train": 1e-5,
+    "valve_train": 1e-5,
     "screw_lift": 1e-7,
     "metronome": 1e-7,
     "cam_follower": 1e-6,

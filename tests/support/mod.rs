@@ -12,6 +12,7 @@ pub mod large_scenes;
 pub mod loads;
 pub mod motion;
 pub mod one_freedom;
+pub mod one_sided;
 pub mod parts;
 pub mod point;
 pub mod random;

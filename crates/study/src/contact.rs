@@ -142,7 +142,8 @@ pub fn over(
 /// The variables that say how a contact is loaded; none of other joints.
 fn forces(joint: &Part) -> impl Iterator<Item = String> {
     let own: &[Quantity] = match joint.component().name {
-        "cam" if joint.choice("closure") == Some("form") => &[],
+        // What is held on one side only lifts off in the motion itself.
+        "cam" if joint.choice("closure") == Some("form") || joint.limits().is_some() => &[],
         "cam" => &[Quantity::Fn, Quantity::PressureAngle],
         "rolling" => &[Quantity::Fn, Quantity::Ft],
         _ => &[],

@@ -2,6 +2,10 @@
 //!
 //! Every mode is the same symmetric matrix: the parameter that is 1 while a contact is closed, or something sticks, multiplies its loop equation (see [`crate::program::Contacts`]). So the tapes of
 //! the program serve all modes, and a change of mode is a number in the state. Nothing here remembers anything but storage.
+//!
+//! A freewheel is a contact of rates: what must not be negative is the rate of its gap. Open it has no gap (it touches wherever it is), and its rate is its indicator; closed it is held where it
+//! stands, for which its gap counts from a held value that is set anew at every instant at which it is open. So a closed freewheel is a closed contact, which drifts no more than others, an
+//! open one counts in no projection, and being caught is an impact without a rebound.
 
 use super::modes::{Choices, MOST_TRIALS};
 use crate::failure::Failure;
@@ -87,12 +91,38 @@ impl Contacts {
         }
     }
 
-    /// Gaps and their rates.
+    /// Gaps and their rates; an open freewheel has no gap.
     pub fn measure(&mut self, model: &Model, machine: &mut Machine, state: &State) {
         let Some(data) = &model.program().instants.contacts else { return };
         machine.load(model, state);
         machine.evaluate(&data.gaps, &mut self.gaps);
         machine.evaluate(&data.rates, &mut self.rates);
+        open_freewheels(data, state).for_each(|index| self.gaps[index] = 0.0);
+    }
+
+    /// What must not be negative of everything that is open, and its rate: gaps, or the rates of freewheels. Reads the state in the registers, and its accelerations if there are freewheels.
+    pub fn watch(&mut self, data: &Data, machine: &mut Machine, state: &State) {
+        machine.evaluate(&data.gaps, &mut self.gaps);
+        machine.evaluate(&data.rates, &mut self.rates);
+        if data.all.iter().any(|contact| contact.caught.is_some()) {
+            machine.evaluate(&data.accelerations, &mut self.accelerations);
+        }
+        for index in open_freewheels(data, state) {
+            (self.gaps[index], self.rates[index]) = (self.rates[index], self.accelerations[index]);
+        }
+    }
+
+    /// Open freewheels would be held where they stand now.
+    fn follow(&mut self, model: &Model, machine: &mut Machine, state: &mut State) {
+        let Some(data) = &model.program().instants.contacts else { return };
+        machine.load(model, state);
+        machine.evaluate(&data.gaps, &mut self.gaps);
+        for (index, contact) in data.all.iter().enumerate() {
+            let caught = contact.caught.filter(|_| !is_closed(data, state, index));
+            if let Some(caught) = caught {
+                state.parameters_mut()[caught as usize] += self.gaps[index];
+            }
+        }
     }
 
     /// Lets what touches collide, and decides what is closed and what sticks afterwards. `turns` says which have been found to change here: open ones touch, wherever the method has taken them to
@@ -108,6 +138,7 @@ impl Contacts {
         turns: impl Fn(usize) -> bool,
     ) -> Result<(), Failure> {
         let Some(data) = &model.program().instants.contacts else { return Ok(()) };
+        self.follow(model, machine, state);
         self.began.copy_from_slice(state.parameters());
         self.measure(model, machine, state);
         machine.evaluate(&data.restitutions, &mut self.restitutions);
@@ -300,12 +331,15 @@ impl Contacts {
             return Err(context.failure(&self.choices, TOO_MANY));
         }
         let mut locked = false;
-        for trial in 0..trials {
+        // Where something begins to push or to move, it is less than rounding errors of what is usual.
+        for (begins, trial) in
+            [true, false].into_iter().flat_map(|begins| (0..trials).map(move |trial| (begins, trial)))
+        {
             if !self.choices.set(trial, context.data, context.state.parameters_mut()) {
                 continue;
             }
             self.accelerate(context);
-            if !self.is_mode(context) {
+            if !self.is_mode(context, begins) {
                 continue;
             }
             if self.is_locked() {
@@ -319,7 +353,7 @@ impl Contacts {
             for other in 0..trials {
                 let is_new = self.choices.set(other, context.data, context.state.parameters_mut());
                 self.accelerate(context);
-                locked |= is_new && self.is_locked() && self.is_mode(context);
+                locked |= is_new && self.is_locked() && self.is_mode(context, begins);
             }
             self.choices.set(trial, context.data, context.state.parameters_mut());
             self.accelerate(context);
@@ -367,13 +401,17 @@ impl Contacts {
         }
     }
 
-    fn is_mode(&self, context: &Place) -> bool {
+    /// True if what is open does not go in, what is closed presses, and friction obeys its law, within rounding errors: of the accelerations that there are if something may only begin to move, else
+    /// of usual ones.
+    fn is_mode(&self, context: &Place, begins: bool) -> bool {
         let multipliers = &self.solved[context.model.coordinates()..];
         let concerned = || self.choices.concerned();
         let largest = concerned().fold(0.0, |most, index| maximum(most, context.force(index, multipliers).abs()));
+        let fastest = concerned().fold(0.0, |most, index| maximum(most, self.accelerations[index].abs()));
         let holds = concerned().any(|index| context.is_closed(index));
         let fits = |index: usize| {
-            let (force, least) = (context.force(index, multipliers), -ROUNDING * context.scale(index));
+            let usual = if begins { fastest } else { context.scale(index) };
+            let (force, least) = (context.force(index, multipliers), -ROUNDING * usual);
             match (context.slip(index), context.is_closed(index)) {
                 (None, true) => force >= -ROUNDING * largest,
                 (None, false) => self.accelerations[index] >= least,
@@ -479,6 +517,11 @@ impl Place<'_> {
         let names = choices.concerned().map(|index| self.data.all[index].name.clone()).collect();
         Failure::Contact { time: self.state.time(), names, why }
     }
+}
+
+/// Freewheels that are open in a state.
+fn open_freewheels(data: &Data, state: &State) -> impl Iterator<Item = usize> {
+    (0..data.all.len()).filter(|&index| data.all[index].caught.is_some() && !is_closed(data, state, index))
 }
 
 /// True while a contact is closed in a state, or something sticks.

@@ -45,6 +45,12 @@ pub(crate) fn stays_away(values: &[f64; PARTS + 1], share: f64, found: f64) -> b
     (interpolated(values, share) - found).abs() <= AWAY * -most
 }
 
+/// True if the excess begins to rise from zero where the piece begins: it is nothing there beside what it is in the next places, and grows from each to the next.
+pub(crate) fn begins_at_once(values: &[f64; PARTS + 1]) -> bool {
+    let [begin, first, second, third, ..] = *values;
+    begin.abs() <= TELLING * first && first < second && second < third
+}
+
 /// What the values in the six places about a share say of it.
 fn interpolated(values: &[f64; PARTS + 1], share: f64) -> f64 {
     const NEIGHBOURS: usize = 6;
@@ -163,6 +169,15 @@ mod tests {
             assert!(!fit(&|t| (fast * t).sin()), "{fast}");
         }
         assert!(!fit(&|t| if t < 0.55 { 1.0 } else { -1.0 }));
+    }
+
+    #[test]
+    fn what_rises_from_zero_begins_at_once() {
+        let begins = |excess: &dyn Fn(f64) -> f64| {
+            begins_at_once(&std::array::from_fn(|place| excess(place as f64 / PARTS as f64)))
+        };
+        assert!(begins(&|t| t) && begins(&|t| 1e-9 * t * t * t) && begins(&|t| (3.0 * t).sin()));
+        assert!(!begins(&|t| -t) && !begins(&|_| 0.0) && !begins(&|t| 0.1 + t) && !begins(&|t| f64::NAN * t));
     }
 
     #[test]

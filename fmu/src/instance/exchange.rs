@@ -149,6 +149,10 @@ impl Instance {
         let closed = self.close_loops()?;
         self.shown.copy_from(&self.now.state);
         self.handle_instants()?;
+        if self.instants.is_some() {
+            // What has opened or closed makes other poses singular.
+            self.watch.resume(&self.model, &self.now.state);
+        }
         let [before, after] = [&self.shown, &self.now.state].map(|state| (state.positions(), state.rates()));
         let moved = closed || before != after;
         Ok(Handled { moved, next: self.next_event_time()?, ended: self.is_ended() })

@@ -216,7 +216,7 @@ impl Program {
                     && slip.on.is_none_or(|on| (on as usize) < self.instants.contacts().len())
                     && self.instants.contacts.as_ref().is_some_and(|all| sums <= all.pressing.results.len())
             });
-            let is_held = last < self.parameters.len() && slips;
+            let is_held = last < self.parameters.len() && slips && contact.caught.is_none_or(is_parameter);
             if row.is_none_or(|row| row.role != Role::OneSided) || !is_held {
                 return Err(Fault::Reference { name: contact.name.clone() });
             }

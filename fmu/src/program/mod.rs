@@ -116,6 +116,8 @@ pub struct Contact {
     pub constraint: u32,
     /// The parameter that is 1 while it is closed, else 0; the next one is the impulse of the last impact.
     pub closed: u32,
+    /// For a freewheel, whose rate is what is never negative: the parameter that its gap counts from. It is caught where it stands.
+    pub caught: Option<u32>,
     /// If it is held on both sides while it is closed, and rubs while it is open. Then two more parameters follow: where it is held, and 1 or -1 while it slips that way, else 0; and the signs of
     /// what presses.
     pub slip: Option<Slip>,

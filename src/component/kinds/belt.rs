@@ -4,7 +4,7 @@
 use super::gear;
 use crate::component::frame::Placed;
 use crate::component::key::{BETWEEN_WHEELS, CARRIER_BODY, Form, Key};
-use crate::component::{Component, Icon, Rubs};
+use crate::component::{Component, Icon, Rubs, limits};
 use crate::model::measure::{ANGLE, ANGULAR_VELOCITY, LENGTH, TORQUE};
 use crate::model::{Part, Pressed, Quantity as Q, Range};
 use crate::network::{Coupling, Rows, System};
@@ -46,10 +46,13 @@ pub(crate) const BELT: Component = Component {
             Form::Friction([TORQUE, ANGULAR_VELOCITY], Pressed::Nothing),
             "the torque on the second pulley against which the belt slips; without it, it does not",
         ),
+        limits::PLAY_OF_ANGLE,
     ],
-    variables: &[Q::Torque, Q::Mode, Q::Sliding],
-    rubs: Rubs::joint(Pressed::Nothing, |part, system| relation(part, system).terms),
+    variables: &[Q::Torque, Q::AngularImpulse, Q::Mode, Q::Sliding],
+    rubs: Rubs::joint(Pressed::Nothing, relation),
     reactions: &[Q::Torque],
+    one_sided: limits::one_sided,
+    relation,
     undriven: ["a belt", "name the joint in which a pulley turns"],
     ..Component::joint("belt", rows, placed, icon)
 };
@@ -62,16 +65,16 @@ fn placed(placed: &mut Placed<'_>) {
 }
 
 fn rows(part: &Part, system: &mut System) -> Rows {
-    let coupling = part.friction().is_none().then(|| relation(part, system));
+    let coupling = limits::always(part, || relation(part, system)).filter(|_| part.friction().is_none());
     Rows { letter: "b", coupling, ..Rows::default() }
 }
 
 /// theta_b -+ (first_radius / second_radius) theta_a = angle: what a belt that slips does not hold.
-fn relation(part: &Part, system: &mut System) -> Coupling {
+fn relation(part: &Part, system: &mut System) -> Option<Coupling> {
     let radii = ["first_radius", "second_radius"].map(|key| system.value(part.formula(key)));
     let open = system.arena.divide(radii[0], radii[1]);
     let ratio = if is_crossed(part) { system.arena.negate(open) } else { open };
-    gear::wheels(system, part, ratio, part.formula("angle"))
+    Some(gear::wheels(system, part, ratio, part.formula("angle")))
 }
 
 fn icon(part: &Part) -> Icon {

@@ -1,7 +1,7 @@
 //! Cam (j): the guide of a follower is moved by a law of the cam's angle theta against the carrier, s = start + law(theta) for a sliding
 //! follower, psi = start -+ law(theta) for a turning one. The reaction is the force or torque on the follower; the cam gets law'(theta)
 //! times as much, and the contact a normal force that is never a pull only as long as the follower does not lift off; a groove or a conjugate cam
-//! (`closure = "form"`) also pulls.
+//! (`closure = "form"`) also pulls. With `unilateral` the relation holds on one side only: the follower lifts off where it would have to be pulled.
 
 mod breaks;
 mod check;
@@ -14,10 +14,10 @@ pub use profile::Profile;
 
 use crate::component::frame::Placed;
 use crate::component::key::{BODY_AND_POINT, Form, Key};
-use crate::component::{Component, Icon};
+use crate::component::{Component, Icon, limits};
 use crate::expr::Expr;
 use crate::model::measure::{ANGLE, LENGTH};
-use crate::model::{JointId, Part, Quantity as Q, Range};
+use crate::model::{Formula, JointId, Mechanism, OneSided, Part, Quantity as Q, Range};
 use crate::network::{Bearing, Coupling, Curve, Direction, Port, Rows, System, Term};
 use crate::scene::{Joint, Quantity, Vector};
 use geometry::{Contact, Geometry};
@@ -77,6 +77,11 @@ pub(crate) const CAM: Component = Component {
             Form::Choice(&CLOSURES, "`closure` is \"force\" (the default) or \"form\""),
             "what keeps the follower on the cam: a `force`, or the `form` of a groove or of a conjugate cam, which also pulls",
         ),
+        Key::optional(
+            "unilateral",
+            Form::Rebound,
+            "lets the follower lift off where it would have to be pulled; it rebounds with the share `restitution` of its speed",
+        ),
         Key::required(
             "law",
             Form::Curve("guide", [LENGTH, ANGLE]),
@@ -84,11 +89,13 @@ pub(crate) const CAM: Component = Component {
             "give the rise by the cam's angle: `law = \"0.01*(1 - cos(angle))\"`",
         ),
     ],
-    variables: &[Q::Angle, Q::Fn, Q::Torque, Q::PressureAngle, Q::Curvature],
+    variables: &[Q::Angle, Q::Fn, Q::Torque, Q::PressureAngle, Q::Curvature, Q::Mode],
     own: &[Q::Angle],
     reactions: &[Q::Fn, Q::Torque],
     pose: &[Q::Angle, Q::PressureAngle],
     undriven: ["a cam", "name the joint in which the cam turns"],
+    one_sided,
+    relation,
     check: check::check,
     profile: |part, mechanism, parameters| Profile::of(part, mechanism, parameters).ok(),
     ..Component::joint("cam", rows, placed, |_| Icon::Cam)
@@ -105,12 +112,29 @@ fn placed(placed: &mut Placed<'_>) {
 }
 
 fn rows(part: &Part, system: &mut System) -> Rows {
+    Rows { letter: "j", coupling: limits::always(part, || relation(part, system)), ..Rows::default() }
+}
+
+fn relation(part: &Part, system: &mut System) -> Option<Coupling> {
     let mechanism = &*system.mechanism.clone();
     // The check has refused other joints.
-    let Ok(mounting) = Mounting::of(part, mechanism) else { return Rows { letter: "j", ..Rows::default() } };
+    let mounting = Mounting::of(part, mechanism).ok()?;
     let base = system.value(part.formula("base"));
     let geometry = Geometry::of(&mut system.arena, mechanism, part, &mounting, base);
-    Rows { letter: "j", coupling: Some(coupling(part, &mounting, &geometry, system)), ..Rows::default() }
+    Some(coupling(part, &mounting, &geometry, system))
+}
+
+/// A follower that is only pressed lifts off the way that it rises.
+fn one_sided(part: &Part, mechanism: &Mechanism) -> Vec<OneSided> {
+    let (Some(limits), Ok(mounting)) = (part.limits(), Mounting::of(part, mechanism)) else { return Vec::new() };
+    let sign = geometry::sense(part, &mounting);
+    vec![OneSided {
+        word: "",
+        sign,
+        bound: Formula::Number(0.0),
+        restitution: limits.restitution.clone(),
+        of_rate: false,
+    }]
 }
 
 /// The guide's coordinate less sense x law(theta) is where it starts.

@@ -1,24 +1,33 @@
-//! Contact (k): a point, or a disc about it, on the left of a line of the first body: n.r >= radius, with n = k x u across the line. It presses and never pulls:
-//! fn >= 0, and fn = 0 while it is open. Impacts follow Newton's law: it leaves with the share `restitution` of the speed with which it came.
+//! Contact (k): a point, or a disc about it, on the left of a line of the first body: n.r >= radius, with n = k x u across the line; or outside or inside of a circle about the first point. It presses and
+//! never pulls: fn >= 0, and fn = 0 while it is open. Impacts follow Newton's law: it leaves with the share `restitution` of the speed with which it came.
 
-use crate::component::frame::Placed;
-use crate::component::key::{AXIS, BETWEEN_POINTS, Form, Key};
-use crate::component::{Component, Icon, Rubs};
+use crate::component::frame::{Placed, minus, sum};
+use crate::component::key::{BETWEEN_POINTS, Form, Key};
+use crate::component::{Component, Icon, Rubs, Stroke};
+use crate::diagnostic::Fault;
 use crate::expr::Expr;
 use crate::model::measure::{FORCE, LENGTH, NUMBER, VELOCITY};
-use crate::model::{OneSided, Part, Pressed, Quantity as Q, Range};
-use crate::network::{Direction, Port, Rows, System, Term};
-use crate::scene::{Joint, Vector};
+use crate::model::{Mechanism, OneSided, Part, Pressed, Quantity as Q, Range};
+use crate::network::{Coupling, Direction, Port, Rows, System, Term};
+use crate::scene::{Joint, Quantity, Vector, constant};
 
 /// Where the point can be, seen along the line; the first by default.
 const SIDES: [&str; 2] = ["left", "right"];
+/// Where it can be of a circle; the first by default.
+const OF_CIRCLE: [&str; 2] = ["outside", "inside"];
+const ALL_SIDES: [&str; 4] = [SIDES[0], SIDES[1], OF_CIRCLE[0], OF_CIRCLE[1]];
 
 pub(crate) const CONTACT: Component = Component {
-    about: "a point, or a disc about it, that stays on one side of a line of the first body",
-    equations: "n.r >= radius, fn >= 0",
+    about: "a point, or a disc about it, that stays on one side of a line or a circle of the first body",
+    equations: "n.r >= radius, or |r| >= circle + radius, or |r| <= circle - radius; fn >= 0",
     keys: &[
         BETWEEN_POINTS,
-        AXIS,
+        Key::one_of("axis", Form::Axis, "`axis = [1.0, 0.0]` is the direction of a line through the first point"),
+        Key::one_of(
+            "circle",
+            Form::Constant(LENGTH, Range::Positive),
+            "`circle = \"0.5 m\"` is the radius of a circle about the first point",
+        ),
         Key::optional(
             "radius",
             Form::Constant(LENGTH, Range::NotNegative),
@@ -32,61 +41,119 @@ pub(crate) const CONTACT: Component = Component {
         ),
         Key::optional(
             "side",
-            Form::Choice(&SIDES, "a point stays on the `left` or the `right` of its line"),
-            "on which side of the line the point stays, seen along the axis",
+            Form::Choice(
+                &ALL_SIDES,
+                "a point stays on the `left` or the `right` of its line, `outside` or `inside` of its circle",
+            ),
+            "on which side of the line the point stays, seen along the axis, or of the circle, `outside` by default",
         ),
     ],
     variables: &[Q::Gap, Q::S, Q::V, Q::A, Q::Fn, Q::Ft, Q::Impulse, Q::Mode, Q::Sliding],
     reactions: &[],
     undriven: ["a contact", "a driver moves a joint that guides"],
     one_sided,
-    across,
+    relation,
     rubs: Rubs::joint(Pressed::Contact, slip),
-    ..Component::joint("contact", rows, placed, |part| Icon::Rolling {
-        axis: part.vector("axis"),
-        radius: part.formula("radius").clone(),
-    })
+    check,
+    ..Component::joint("contact", rows, placed, icon)
 };
 
 /// In a mirror the point is on the other side of its line.
 fn placed(placed: &mut Placed<'_>) {
     placed.axis("axis", placed.part.between[0]);
-    placed.side("side", SIDES);
+    if !is_circle(placed.part) {
+        placed.side("side", SIDES);
+    }
 }
 
 fn rows(_: &Part, _: &mut System) -> Rows {
     Rows { letter: "k", ..Rows::default() }
 }
 
-fn one_sided(part: &Part) -> Vec<OneSided> {
-    let (bound, restitution) = (part.key("radius"), part.key("restitution"));
-    vec![OneSided { word: "", sign: 1.0, bound, restitution }]
+fn is_circle(part: &Part) -> bool {
+    part.value("circle").is_some()
 }
 
-/// n.r
-fn across(part: &Part, system: &mut System) -> Vec<Term> {
+fn is_inside(part: &Part) -> bool {
+    part.choice("side") == Some(OF_CIRCLE[1])
+}
+
+/// Its side must be one of a line, or of a circle, that has room for the disc.
+fn check(part: &Part, mechanism: &Mechanism) -> Vec<Fault> {
+    let (words, what) = if is_circle(part) { (OF_CIRCLE, "circle") } else { (SIDES, "line") };
+    let fault = |message: String| Fault::new("scene::wrong_value", message, part.span);
+    if let Some(side) = part.choice("side").filter(|side| !words.contains(side)) {
+        let message = format!("`side` of joint `{}` is `{side}`, but it touches a {what}", part.name);
+        let help = format!("write `side = \"{}\"` or `side = \"{}\"`", words[0], words[1]);
+        return vec![fault(message).label(format!("no side of a {what}")).help(help)];
+    }
+    if is_circle(part) && part.friction().is_some() {
+        let message = format!("joint `{}` touches a circle, where friction is not known", part.name);
+        let fault = Fault::new("scene::friction", message, part.span).label("not on a circle");
+        return vec![fault.help("leave `friction` out, or let the point touch a line")];
+    }
+    let parameters = mechanism.parameter_values();
+    let [circle, radius] = ["circle", "radius"].map(|key| constant::evaluate(part.formula(key), &parameters));
+    if is_circle(part) && is_inside(part) && radius >= circle {
+        let message = format!("the disc of joint `{}` does not fit into its circle", part.name);
+        return vec![fault(message).label("too large").help("let `radius` be less than `circle`")];
+    }
+    Vec::new()
+}
+
+fn icon(part: &Part) -> Icon {
+    if is_circle(part) {
+        return Icon::Line(|length| vec![Stroke::open(vec![[0.0, 0.0], [length, 0.0]])]);
+    }
+    Icon::Rolling { axis: part.vector("axis"), radius: part.formula("radius").clone() }
+}
+
+fn one_sided(part: &Part, _: &Mechanism) -> Vec<OneSided> {
+    let (radius, circle, restitution) = (part.key("radius"), part.key("circle"), part.key("restitution"));
+    let (sign, bound) = match (is_circle(part), is_inside(part)) {
+        (false, _) => (1.0, radius),
+        (true, false) => (1.0, sum(radius, circle)),
+        (true, true) => (-1.0, minus(circle, radius)),
+    };
+    vec![OneSided { word: "", sign, bound, restitution, of_rate: false }]
+}
+
+/// n.r, or |r|
+fn relation(part: &Part, system: &mut System) -> Option<Coupling> {
+    if is_circle(part) {
+        return Some(Coupling::of(Port::Length(part.between.map(|place| system.t_node(place)))));
+    }
     let [ux, uy] = system.values(&part.vector("axis"));
     let normal = match part.choice("side") == Some(SIDES[1]) {
         true => [uy, system.arena.negate(ux)],
         false => [system.arena.negate(uy), ux],
     };
     let ends = part.between.map(|place| system.t_node(place));
-    vec![Term { factor: Expr::ONE, port: Port::Along(ends, Direction::Fixed(part.between[0].body(), normal)) }]
+    Some(Coupling::of(Port::Along(ends, Direction::Fixed(part.between[0].body(), normal))))
 }
 
 /// s + radius theta: where the disc touches, as [`super::rolling`] has it. On the right of the line radius theta has the other sign.
-fn slip(part: &Part, system: &mut System) -> Vec<Term> {
-    let along = Direction::Fixed(part.between[0].body(), system.values(&part.vector("axis")));
-    let slide = Term { factor: Expr::ONE, port: Port::Along(part.between.map(|place| system.t_node(place)), along) };
-    let radius = system.value(part.formula("radius"));
-    if radius == Expr::ZERO {
-        return vec![slide];
+fn slip(part: &Part, system: &mut System) -> Option<Coupling> {
+    if is_circle(part) {
+        return None;
     }
-    let factor = if part.choice("side") == Some(SIDES[1]) { system.arena.negate(radius) } else { radius };
-    vec![slide, Term { factor, port: Port::Angle(part.bodies().map(|body| system.r_node(body))) }]
+    let along = Direction::Fixed(part.between[0].body(), system.values(&part.vector("axis")));
+    let mut relation = Coupling::of(Port::Along(part.between.map(|place| system.t_node(place)), along));
+    let radius = system.value(part.formula("radius"));
+    if radius != Expr::ZERO {
+        let factor = if part.choice("side") == Some(SIDES[1]) { system.arena.negate(radius) } else { radius };
+        let turn = part.bodies().map(|body| system.r_node(body));
+        relation.terms.push(Term { factor, port: Port::Angle(turn) });
+    }
+    Some(relation)
 }
 
 impl Joint {
+    /// A point, the second, that stays outside of a circle about the first point.
+    pub fn contact_with_circle(first: &str, second: &str, radius: impl Into<Quantity>) -> Joint {
+        Joint::new("contact", first, second).set("circle", radius.into())
+    }
+
     /// A point, the second, that stays on the left of a line through the first point.
     pub fn contact(first: &str, second: &str, axis: impl Into<Vector>) -> Joint {
         Joint::new("contact", first, second).set("axis", axis.into())

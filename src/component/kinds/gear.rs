@@ -1,9 +1,9 @@
 //! Gear pair (g): theta_b = ratio theta_a + angle, both angles relative to the carrier. The reaction is the torque on b; a gets
-//! -ratio times as much and the carrier the rest.
+//! -ratio times as much and the carrier the rest. With `backlash` the relation may be off by half of the play either way.
 
 use crate::component::frame::{Placed, minus, sum, times};
 use crate::component::key::{BETWEEN_WHEELS, CARRIER_BODY, Form, Key};
-use crate::component::{Component, Icon, Rubs};
+use crate::component::{Component, Icon, Rubs, limits};
 use crate::expr::{Expr, Function, Unary};
 use crate::model::measure::{ANGLE, ANGULAR_VELOCITY, NUMBER, TORQUE};
 use crate::model::{Formula, Friction, Part, Pressed, Quantity as Q, Range};
@@ -28,10 +28,13 @@ pub(crate) const GEAR: Component = Component {
             Form::Friction([TORQUE, ANGULAR_VELOCITY], Pressed::Reaction(Q::Torque)),
             "friction of the mesh: `mu` is its torque on the first wheel by that of the mesh; from 1 on it locks itself",
         ),
+        limits::PLAY_OF_ANGLE,
     ],
-    variables: &[Q::Torque, Q::Mode, Q::Sliding],
+    variables: &[Q::Torque, Q::AngularImpulse, Q::Mode, Q::Sliding],
     rubs: Some(Rubs { along: first_turn, pressed: Pressed::Reaction(Q::Torque), law }),
     reactions: &[Q::Torque],
+    one_sided: limits::one_sided,
+    relation,
     undriven: ["a gear pair or rack", "name the joint in which a wheel turns or the rack slides"],
     ..Component::joint("gear", rows, placed, |part| Icon::Gears {
         ratio: part.formula("ratio").clone(),
@@ -40,9 +43,9 @@ pub(crate) const GEAR: Component = Component {
 };
 
 /// The first wheel's angle against the carrier, along which the mesh rubs.
-pub(crate) fn first_turn(part: &Part, system: &mut System) -> Vec<Term> {
+pub(crate) fn first_turn(part: &Part, system: &mut System) -> Option<Coupling> {
     let turn = [part.place("carrier").body(), part.between[0].body()].map(|body| system.r_node(body));
-    vec![Term { factor: Expr::ONE, port: Port::Angle(turn) }]
+    Some(Coupling::of(Port::Angle(turn)))
 }
 
 /// The torque of the mesh on the first wheel is ratio times that on the second, which is the reaction.
@@ -65,9 +68,12 @@ pub(crate) fn place_wheels(placed: &mut Placed<'_>, ratio: Formula) {
 }
 
 fn rows(part: &Part, system: &mut System) -> Rows {
+    Rows { letter: "g", coupling: limits::always(part, || relation(part, system)), ..Rows::default() }
+}
+
+fn relation(part: &Part, system: &mut System) -> Option<Coupling> {
     let ratio = system.value(part.formula("ratio"));
-    let offset = part.formula("angle").clone();
-    Rows { letter: "g", coupling: Some(wheels(system, part, ratio, &offset)), ..Rows::default() }
+    Some(wheels(system, part, ratio, part.formula("angle")))
 }
 
 /// theta_b - ratio theta_a = offset, both angles relative to the carrier.

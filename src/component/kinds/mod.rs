@@ -16,6 +16,7 @@ mod distance;
 mod force;
 mod gas_spring;
 mod gear;
+mod one_way;
 mod position_driver;
 mod prismatic;
 mod rack;
@@ -47,6 +48,7 @@ pub(crate) const ALL: &[&Component] = &[
     &rope::ROPE,
     &brake::BRAKE,
     &brake::CLUTCH,
+    &one_way::ONE_WAY,
     &gear::GEAR,
     &rack::RACK,
     &belt::BELT,

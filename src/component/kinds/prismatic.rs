@@ -18,7 +18,7 @@ pub(crate) const PRISMATIC: Component = Component {
     undriven: ["prismatic", "give `displacement = ...` instead of `angle`"],
     drivers: &["displacement"],
     one_sided: limits::one_sided,
-    across: limits::slide,
+    relation: limits::slide,
     rubs: Rubs::joint(Pressed::Guide { holds_angle: true }, limits::slide),
     ..Component::joint("prismatic", rows, placed, |part| Icon::Slider(part.vector("axis")))
 };

@@ -3,7 +3,7 @@
 
 use crate::component::frame::{Placed, minus, times};
 use crate::component::key::{AXIS_OF_CARRIER, BODY_AND_POINT, CARRIER_POINT, DISPLACEMENT, Form, Key};
-use crate::component::{Component, Icon};
+use crate::component::{Component, Icon, limits};
 use crate::expr::Expr;
 use crate::model::measure::LENGTH;
 use crate::model::{Formula, Part, Quantity as Q, Range};
@@ -24,9 +24,12 @@ pub(crate) const RACK: Component = Component {
             "give the radius of the pinion: `radius = \"30 mm\"`",
         ),
         DISPLACEMENT,
+        limits::PLAY_OF_SLIDE,
     ],
-    variables: &[Q::Force, Q::Torque],
+    variables: &[Q::Force, Q::Torque, Q::Impulse, Q::Mode],
     reactions: &[Q::Force, Q::Torque],
+    one_sided: limits::one_sided,
+    relation,
     undriven: ["a gear pair or rack", "name the joint in which a wheel turns or the rack slides"],
     ..Component::joint("rack", rows, placed, |part| Icon::Rack {
         carrier: part.place("carrier"),
@@ -50,9 +53,11 @@ pub(crate) fn place_slide(placed: &mut Placed<'_>, key: &'static str, factor: Fo
 }
 
 fn rows(part: &Part, system: &mut System) -> Rows {
-    let radius = part.formula("radius").clone();
-    let slides = |system: &mut System| system.value(&radius);
-    Rows { letter: "k", coupling: Some(slide_by_turn(system, part, slides)), ..Rows::default() }
+    Rows { letter: "k", coupling: limits::always(part, || relation(part, system)), ..Rows::default() }
+}
+
+fn relation(part: &Part, system: &mut System) -> Option<Coupling> {
+    Some(slide_by_turn(system, part, |system| system.value(part.formula("radius"))))
 }
 
 /// s - factor theta = displacement: the second point slides along an axis of the carrier while the first body turns against it.

@@ -35,7 +35,7 @@ pub(crate) const REVOLUTE: Component = Component {
     undriven: ["revolute", "give `angle = ...` instead of `displacement`"],
     drivers: &["angle"],
     one_sided: limits::one_sided,
-    across: limits::angle,
+    relation: limits::angle,
     rubs: Rubs::joint(Pressed::Pin, limits::angle),
     ..Component::joint("revolute", rows, placed, |_| Icon::Pin)
 };

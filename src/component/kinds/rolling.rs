@@ -42,7 +42,7 @@ pub(crate) const ROLLING: Component = Component {
         ),
     ],
     variables: &[Q::S, Q::V, Q::A, Q::Angle, Q::Omega, Q::Alpha, Q::Fn, Q::Ft, Q::Mode, Q::Sliding],
-    rubs: Rubs::joint(Pressed::Guide { holds_angle: false }, |part, system| relation(part, system).terms),
+    rubs: Rubs::joint(Pressed::Guide { holds_angle: false }, |part, system| Some(relation(part, system))),
     reactions: &[Q::Fn, Q::Ft],
     pose: &[Q::S, Q::Angle],
     undriven: ["a rolling disc", "give `angle = ...` instead of `displacement`: the disc's angle moves its centre"],

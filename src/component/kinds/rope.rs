@@ -4,10 +4,9 @@
 use crate::component::frame::anywhere;
 use crate::component::key::{BETWEEN_POINTS, Form, Key};
 use crate::component::{Component, Icon};
-use crate::expr::Expr;
 use crate::model::measure::{LENGTH, NUMBER};
-use crate::model::{OneSided, Part, Quantity as Q, Range};
-use crate::network::{Port, Rows, System, Term};
+use crate::model::{Mechanism, OneSided, Part, Quantity as Q, Range};
+use crate::network::{Coupling, Port, Rows, System};
 use crate::scene::{Joint, Quantity};
 
 pub(crate) const ROPE: Component = Component {
@@ -30,18 +29,24 @@ pub(crate) const ROPE: Component = Component {
     variables: &[Q::Gap, Q::StopForce, Q::Impulse, Q::Mode],
     undriven: ["a rope", "a driver with `position` moves a point"],
     one_sided,
-    across,
+    relation,
     ..Component::joint("rope", |_, _| Rows { letter: "y", ..Rows::default() }, anywhere, |_| Icon::Link)
 };
 
-fn one_sided(part: &Part) -> Vec<OneSided> {
-    vec![OneSided { word: "max", sign: -1.0, bound: part.key("length"), restitution: part.key("restitution") }]
+fn one_sided(part: &Part, _: &Mechanism) -> Vec<OneSided> {
+    vec![OneSided {
+        word: "max",
+        sign: -1.0,
+        bound: part.key("length"),
+        restitution: part.key("restitution"),
+        of_rate: false,
+    }]
 }
 
 /// |r|
-fn across(part: &Part, system: &mut System) -> Vec<Term> {
+fn relation(part: &Part, system: &mut System) -> Option<Coupling> {
     let ends = part.between.map(|place| system.t_node(place));
-    vec![Term { factor: Expr::ONE, port: Port::Length(ends) }]
+    Some(Coupling::of(Port::Length(ends)))
 }
 
 impl Joint {

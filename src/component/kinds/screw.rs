@@ -4,11 +4,11 @@
 use super::rack;
 use crate::component::frame::Placed;
 use crate::component::key::{AXIS_OF_CARRIER, BODY_AND_POINT, CARRIER_POINT, DISPLACEMENT, Form, Key};
-use crate::component::{Component, Icon, Rubs, Stroke};
+use crate::component::{Component, Icon, Rubs, Stroke, limits};
 use crate::expr::{Expr, Function, Unary};
 use crate::model::measure::{FORCE, LENGTH, VELOCITY};
 use crate::model::{Formula, Friction, Part, Pressed, Quantity as Q, Range};
-use crate::network::{Rows, System, Term};
+use crate::network::{Coupling, Rows, System, Term};
 use crate::scene::{Joint, Quantity, Vector, constant};
 
 pub(crate) const SCREW: Component = Component {
@@ -30,10 +30,13 @@ pub(crate) const SCREW: Component = Component {
             Form::Friction([FORCE, VELOCITY], Pressed::Reaction(Q::Force)),
             "friction of a square thread at `radius`, along its helix",
         ),
+        limits::PLAY_OF_SLIDE,
     ],
-    variables: &[Q::Force, Q::Torque, Q::Mode, Q::Sliding],
+    variables: &[Q::Force, Q::Torque, Q::Impulse, Q::Mode, Q::Sliding],
     rubs: Some(Rubs { along: thread_slide, pressed: Pressed::Reaction(Q::Force), law }),
     reactions: &[Q::Force, Q::Torque],
+    one_sided: limits::one_sided,
+    relation,
     undriven: ["a screw", "name the joint in which the spindle turns or the nut slides"],
     ..Component::joint("screw", rows, placed, |_| Icon::Line(thread))
 };
@@ -51,11 +54,12 @@ fn secant(part: &Part) -> Formula {
 }
 
 /// The way along the helix: s sin + radius theta cos of its slope.
-fn thread_slide(part: &Part, system: &mut System) -> Vec<Term> {
+fn thread_slide(part: &Part, system: &mut System) -> Option<Coupling> {
     let radius = part.friction().and_then(|own| own.radius.clone()).unwrap_or(Formula::Number(1.0));
     let factors = [slope(part) / secant(part), radius / secant(part)].map(|factor| system.value(&factor));
     let terms = rack::slide_by_turn(system, part, |_| Expr::ZERO).terms;
-    terms.into_iter().zip(factors).map(|(term, factor)| Term { factor, port: term.port }).collect()
+    let terms = terms.into_iter().zip(factors).map(|(term, factor)| Term { factor, port: term.port }).collect();
+    Some(Coupling { terms, offset: Expr::ZERO })
 }
 
 /// What presses on the thread is the force on the nut by the cosine of its slope.
@@ -70,12 +74,16 @@ fn placed(placed: &mut Placed<'_>) {
 }
 
 fn rows(part: &Part, system: &mut System) -> Rows {
+    Rows { letter: "c", coupling: limits::always(part, || relation(part, system)), ..Rows::default() }
+}
+
+fn relation(part: &Part, system: &mut System) -> Option<Coupling> {
     let per_radian = |system: &mut System| {
         let lead = system.value(part.formula("lead"));
         let turn = system.arena.constant(std::f64::consts::TAU);
         system.arena.divide(lead, turn)
     };
-    Rows { letter: "c", coupling: Some(rack::slide_by_turn(system, part, per_radian)), ..Rows::default() }
+    Some(rack::slide_by_turn(system, part, per_radian))
 }
 
 /// A spindle with its thread, from its bearing to the nut.

@@ -31,7 +31,7 @@ pub(crate) const SLOT: Component = Component {
     undriven: ["a slot", "give `displacement = ...` or `angle = ...`"],
     drivers: &["angle", "displacement"],
     one_sided: limits::one_sided,
-    across: limits::slide,
+    relation: limits::slide,
     rubs: Rubs::joint(Pressed::Guide { holds_angle: false }, limits::slide),
     ..Component::joint("slot", rows, placed, |part| Icon::Slot(part.vector("axis")))
 };

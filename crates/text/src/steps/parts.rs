@@ -206,7 +206,10 @@ pub fn kind(element: &Element) -> &'static str {
         Origin::Load(_) => "load",
         Origin::Implied(_) => "implied relation",
         Origin::Unilateral(_) => "contact",
-        Origin::Joint(_) if element.coupling.is_some() && element.translation.is_none() => "coupling",
+        Origin::Joint(_) if element.translation.is_none() && element.rotation.is_none() => match element.coupling {
+            Some(_) => "coupling",
+            None => "one-sided relation",
+        },
         Origin::Joint(_) if element.coupling.is_some() => "rolling disc",
         Origin::Joint(_) => match &element.translation {
             Some(row) if !row.motion.is_empty() && is_free(element) => "pin in slot",

@@ -1,11 +1,12 @@
 //! Contacts: when they open, close and collide.
 //!
-//! Each is something that happens, as an event does, when its indicator begins to be positive: its reaction while it is closed, minus its gap while it is open; how far the force exceeds the level
+//! Each is something that happens, as an event does, when its indicator begins to be positive: its reaction while it is closed, minus its gap (of a freewheel minus its rate) while it is open; how far the force exceeds the level
 //! while something sticks, minus its rate while it slips. After them come the sums whose signs are assumed where they press, and what must be positive lest friction locks the mechanism.
 
 use super::super::snapshot::Phase;
 use super::super::{Computed, Instance, InstanceError};
 use super::Instants;
+use super::events::LOCATED;
 use crate::failure::Failure;
 use crate::hybrid::contact::{RESTING, TOUCHING, direction, is_closed};
 use crate::program::{Constraint, Contact, Contacts, Program};
@@ -23,11 +24,14 @@ const NO_FORCE: f64 = 1e-12;
 const LEAST_FORCE: f64 = 1e-14;
 
 impl Instance {
-    /// True if the reaction of a contact counts, or anything rubs.
-    pub(super) fn is_any_closed(&self) -> bool {
+    /// True if the reaction of a contact counts, or the acceleration of a freewheel, or anything rubs.
+    pub(super) fn is_any_solved(&self) -> bool {
         let contacts = self.model.program().instants.contacts.as_ref();
-        let counts =
-            |data: &Contacts, index: usize| data.all[index].slip.is_some() || is_closed(data, &self.now.state, index);
+        let counts = |data: &Contacts, index: usize| {
+            data.all[index].caught.is_some()
+                || data.all[index].slip.is_some()
+                || is_closed(data, &self.now.state, index)
+        };
         contacts.is_some_and(|data| (0..data.all.len()).any(|index| counts(data, index)))
     }
 
@@ -43,6 +47,14 @@ impl Instance {
         contacts.zip(index).is_some_and(|(data, index)| {
             data.all.get(index).is_some_and(|own| own.slip.is_none()) && !is_closed(data, &self.now.state, index)
         })
+    }
+
+    /// In Model Exchange: true for a contact that was closed where its reaction was zero, and now would pull by more than rounding errors.
+    pub(super) fn pulls(&self, event: usize, excess: f64) -> bool {
+        let (program, happened) = (self.model.program(), &self.now.happened);
+        let is_closed = event >= program.instants.events.len() && !self.is_open(event);
+        let is_seen = excess > 0.0 && excess > LOCATED * happened.sizes[event];
+        self.now.phase == Phase::Exchange && is_closed && !happened.armed[event] && is_seen
     }
 
     /// How far a contact that rests seems to move in a step, by rounding errors.
@@ -63,7 +75,7 @@ impl Instance {
         if is_left { CLEARANCE * scale } else { 0.0 }
     }
 
-    /// The indicators at the state in the registers, whose accelerations and reactions are there, too, if any contact is closed. Within a step what has just been left is divided by the share of
+    /// The indicators at the state in the registers, whose accelerations and reactions are there, too, if any of them counts. Within a step what has just been left is divided by the share of
     /// the step since then: it begins at zero, and nothing else tells that from a rounding error.
     pub(super) fn indicate(&mut self, own: &mut Instants, step: Option<[f64; 2]>) {
         let model = self.model.clone();
@@ -72,8 +84,7 @@ impl Instance {
         for (index, contact) in data.all.iter().enumerate() {
             own.indicators[index] = self.machine.registers()[reactions + contact.constraint as usize];
         }
-        self.machine.evaluate(&data.gaps, &mut own.contacts.gaps);
-        self.machine.evaluate(&data.rates, &mut own.contacts.rates);
+        own.contacts.watch(data, &mut self.machine, &self.now.state);
         self.indicate_friction(own, data);
         let is_open = |index: usize| data.all[index].slip.is_none() && !is_closed(data, &self.now.state, index);
         for index in (0..data.all.len()).filter(|&index| is_open(index)) {
@@ -130,7 +141,7 @@ impl Instance {
         if self.model.program().instants.contacts.is_none() {
             return Ok(());
         }
-        if self.is_any_closed() {
+        if self.is_any_solved() {
             self.accelerate()?;
         }
         self.load()?;
@@ -244,8 +255,13 @@ impl Instance {
         self.check_inside(TOUCHING)?;
         self.resolve_unfound()?;
         self.now.happened.counts.fill(0);
-        if self.is_any_closed() {
-            // The run is to begin with what is closed.
+        let hit = self.instants.as_ref().is_some_and(|own| own.contacts.hit.contains(&true));
+        if hit {
+            // Rates are no longer those that were given.
+            self.now.at_start = false;
+        }
+        if self.is_any_solved() {
+            // The run is to begin with what is closed, and what slips.
             self.go_on_anew();
         }
         Ok(())
@@ -265,6 +281,13 @@ impl Instance {
         for index in data.all.len()..own.indicators.len() {
             self.now.happened.armed[first + index] |= own.indicators[index] < 0.0;
         }
+    }
+
+    /// A contact that has been turned at an instant, and would have to be turned again.
+    pub(super) fn never_fits(&self, event: usize, time: f64) -> Failure {
+        let instants = &self.model.program().instants;
+        let names = vec![instants.contacts()[event - instants.events.len()].name.clone()];
+        Failure::Contact { time, names, why: "neither open nor closed fits the motion that follows" }
     }
 
     /// A contact that is open by less than nothing at the end of a step through which it has been looked for.

@@ -12,7 +12,7 @@ const ROUNDING: f64 = 1e-12;
 /// A step is halved so often at most where places do not tell what is between them: as where a law jumps.
 const DEEPEST: i32 = 20;
 /// An importer finds where a comparison begins to hold so well, as a share of what its sides differed by before.
-const LOCATED: f64 = 1e-9;
+pub(super) const LOCATED: f64 = 1e-9;
 
 impl Instance {
     /// The first event up to a time, and when. Each step of the method is looked through as a whole.
@@ -98,7 +98,7 @@ impl Instance {
         own.seen = first.filter(|_| own.record.is_some()).map(|found| self.seen_before(own, step, found));
         if first.is_none() && !own.indicators.is_empty() {
             self.evaluate_sides(own, (step, step), 1.0);
-            own.overlooked = self.find_overlooked(own);
+            own.overlooked = own.overlooked.take().or_else(|| self.find_overlooked(own));
         }
         self.computed = Computed::default();
         Searched { step, first }
@@ -132,6 +132,14 @@ impl Instance {
             let (values, strict) = (own.excesses[event], self.is_strict(event));
             // What has just been left is seen by its distance over the time since then, which does not begin at zero.
             let armed = own.armed[event] || self.has_left(own, event) && values[0] < -self.resting(event, step);
+            // Where both modes of a contact fit at an instant, what follows says which it is.
+            if !armed && piece[0] == step[0] && own.is_contact(event) && onset::begins_at_once(&values) {
+                let turned = own.turned.replace((step[0], event));
+                if turned.is_none_or(|(time, last)| last != event || is_later(step[0], time)) {
+                    return Some((step[0], event));
+                }
+                own.overlooked = Some(self.never_fits(event, step[0]));
+            }
             let onset = onset::first(&values, armed, strict, &mut |share: f64| {
                 self.evaluate_sides(own, (step, piece), share);
                 own.excess(event)
@@ -152,7 +160,7 @@ impl Instance {
         let at = (between(piece, share), &mut own.within);
         let mut known = self.stepper.interpolate(&self.model, &mut self.machine, (run, memory), at, &settings).is_ok();
         self.machine.load(&self.model, &own.within);
-        if own.sides_solved || self.is_any_closed() {
+        if own.sides_solved || self.is_any_solved() {
             known = known && self.accelerations.evaluate(&self.model, &mut self.machine).is_ok();
             self.machine.load(&self.model, &own.within);
         }
@@ -207,7 +215,8 @@ impl Instance {
             let holds = nearly || if self.is_strict(index) { excess > 0.0 } else { excess >= 0.0 };
             // An importer may go on into what has been left for less than it can see.
             let inside = self.now.phase == Phase::Exchange && self.clearance(index) > 0.0 && excess > 0.0;
-            let begins = found == Some(index) || inside || self.now.happened.armed[index] && holds;
+            let begins =
+                found == Some(index) || inside || self.pulls(index, excess) || self.now.happened.armed[index] && holds;
             own.due[index] = begins && !self.is_over(index);
         }
         let any = own.due.contains(&true);

@@ -93,6 +93,8 @@ pub(super) struct Instants {
     indicators: Vec<f64>,
     contacts: Contacts,
     overlooked: Option<Failure>,
+    /// When a contact last changed because of what followed, and which: an instant at which both modes fit.
+    turned: Option<(f64, usize)>,
     /// The excess of each event, then of each contact, in the parts of the last step.
     excesses: Vec<[f64; PARTS + 1]>,
     searched: Option<Searched>,
@@ -157,6 +159,7 @@ impl Instants {
             contacts: Contacts::new(model),
             overlooked: None,
             seen: None,
+            turned: None,
             happened: false,
             record: None,
         }))

@@ -19,6 +19,11 @@ pub(super) fn check(part: &Part, mechanism: &Mechanism) -> Vec<Fault> {
             fault.help("keep `roller` for a round follower, or `face` for a flat one; a knife edge has neither"),
         ];
     }
+    if part.limits().is_some() && part.choice("closure") == Some("form") {
+        let message = format!("{called} is `unilateral`, but `closure = \"form\"` holds its follower both ways");
+        let fault = Fault::new("scene::cam_contact", message, part.span).label("cannot lift off");
+        return vec![fault.help("leave out one of the two")];
+    }
     let profile = match Profile::of(part, mechanism, &mechanism.parameter_values()) {
         Ok(profile) => profile,
         Err((key, why, help)) => {

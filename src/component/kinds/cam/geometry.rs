@@ -111,6 +111,12 @@ struct Line<'a> {
     p: Vector<'a>,
 }
 
+/// How the guide's coordinate grows with the law: 1 or -1.
+pub(super) fn sense(part: &Part, mounting: &Mounting) -> f64 {
+    let on_right = part.choice("side") == Some("right");
+    if matches!(mounting.guide, Guide::Slide(_)) || on_right { 1.0 } else { -1.0 }
+}
+
 impl Geometry {
     /// The geometry of a part whose base circle has this radius.
     pub fn of(arena: &mut Arena, mechanism: &Mechanism, part: &Part, mounting: &Mounting, base: Expr) -> Geometry {
@@ -119,8 +125,7 @@ impl Geometry {
         for order in 1..4 {
             law[order] = arena.derivative(law[order - 1], Symbol::Argument);
         }
-        let on_right = part.choice("side") == Some("right");
-        let sense = if matches!(mounting.guide, Guide::Slide(_)) || on_right { 1.0 } else { -1.0 };
+        let sense = sense(part, mounting);
         let (lead, touch) = (lead(arena, mechanism, part, mounting), touch(arena, part, mounting));
         let start = start(arena, lead, touch, base, sense);
         let contact = match touch {
