@@ -224,7 +224,8 @@ impl Passage<'_> {
         }
         let speed = changes.pop().unwrap_or_default();
         // Written so that what is not a number grazes, too.
-        if !(speed.abs() * length > self.tolerance.sqrt() * reached) {
+        let crosses = speed.abs() * length > self.tolerance.sqrt() * reached;
+        if !crosses {
             return Err(format!("{} is touched without being crossed", self.names(own)));
         }
         Ok(changes.into_iter().map(|change| -change / speed).collect())
