@@ -287,7 +287,7 @@ fn a_pose_is_clear_of_another_until_arms_have_turned_as_far() {
         let (regular, here) = unknowns(&mut jet, [bars.angle, coupler, rocker]);
         assert!(regular && !singular, "{seed}: {regular} {singular}");
         jet.note_openings(&mut changes);
-        let mut is_clear = |share: f64, changes: &mut Changes| {
+        let is_clear = |share: f64, changes: &mut Changes| {
             let way = here.iter().zip(&there).map(|(here, there)| share * (there - here));
             let polynomial: Vec<f64> = here.iter().copied().chain(way).collect();
             jet.stays_clear(changes, (&polynomial, 1), 1.0)

@@ -228,7 +228,7 @@ class SolverKeys(TypedDict, total=False):
 
 
 #: The kinds of joints.
-JointType = Literal["revolute", "prismatic", "weld", "slot", "rolling", "distance", "contact", "rope", "brake", "clutch", "gear", "rack", "belt", "screw", "cam"]
+JointType = Literal["revolute", "prismatic", "weld", "slot", "rolling", "distance", "contact", "rope", "brake", "clutch", "one_way", "gear", "rack", "belt", "screw", "cam"]
 
 
 class JointKeys(TypedDict, total=False):
@@ -236,16 +236,22 @@ class JointKeys(TypedDict, total=False):
 
     #: the second body's angle minus the first's [rad]; the second wheel's angle where the first's is zero [rad]; the second pulley's angle where the first's is zero [rad]
     angle: Quantity
-    #: the direction in the first body's frame; the direction in the carrier's frame
+    #: the direction in the first body's frame; axis = [1.0, 0.0] is the direction of a line through the first point; the direction in the carrier's frame
     axis: Vector
+    #: the play of the second wheel against the first, and how flanks rebound [rad]; the play of the displacement, and how flanks rebound [m]
+    backlash: Mapping[str, Any]
     #: the radius of the base circle, on which the follower is where the law is zero [m]
     base: Quantity
     #: the body in which the wheels have their bearings; the ground if absent; the point from which the displacement counts; the ground's origin if absent
     carrier: str
+    #: circle = "0.5 m" is the radius of a circle about the first point [m]
+    circle: Quantity
     #: what keeps the follower on the cam: a force, or the form of a groove or of a conjugate cam, which also pulls
     closure: Literal['force', 'form']
     #: viscous friction [N.m.s]; viscous friction [N.s/m]
     damping: Quantity
+    #: the way in which the second body may turn against the first
+    direction: Literal['counterclockwise', 'clockwise']
     #: the displacement where the angle is zero [m]
     displacement: Quantity
     #: the direction of a flat follower's face in its frame; the follower is on its left
@@ -280,10 +286,12 @@ class JointKeys(TypedDict, total=False):
     second_radius: Quantity
     #: the revolute joint in which the cam turns on the carrier
     shaft: str
-    #: on which side of the line the disc rolls, seen along the axis; on which side of the line the point stays, seen along the axis; where a turning follower touches, seen from the shaft towards its pivot
-    side: Literal['left', 'right']
+    #: on which side of the line the disc rolls, seen along the axis; on which side of the line the point stays, seen along the axis, or of the circle, outside by default; where a turning follower touches, seen from the shaft towards its pivot
+    side: Literal['left', 'right'] | Literal['left', 'right', 'outside', 'inside']
     #: its level at rest by that while it slips
     static: Quantity
+    #: lets the follower lift off where it would have to be pulled; it rebounds with the share restitution of its speed
+    unilateral: Mapping[str, Any]
 
 
 class RevoluteKeys(TypedDict, total=False):
