@@ -62,7 +62,7 @@ impl Resolver<'_> {
         for (key, why, help) in refused {
             is_refused |= self.refuse_friction_key(&fields, key, why, help);
         }
-        if is_refused || !self.check_friction_keys(&fields, pressed, node.span, &example) {
+        if is_refused || !self.check_friction_keys(&fields, pressed, node.span, example) {
             return None;
         }
         let of = |key: &str| format!("`{key}` of the friction of {user}");

@@ -260,7 +260,7 @@ impl Instance {
             // Rates are no longer those that were given.
             self.now.at_start = false;
         }
-        if self.is_any_solved() {
+        if hit || self.is_any_solved() {
             // The run is to begin with what is closed, and what slips.
             self.go_on_anew();
         }
