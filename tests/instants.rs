@@ -431,7 +431,10 @@ fn a_mass_that_only_an_event_needs_must_be_given() {
 fn scenes_without_instants_have_none() {
     for name in models() {
         let scene = scene_of(&name);
-        if ["[sampled", "[events", "\nperiod ", "\nlimits ", "backlash", "unilateral", "static"].iter().any(|own| scene.contains(own)) {
+        if ["[sampled", "[events", "\nperiod ", "\nlimits ", "backlash", "unilateral", "static"]
+            .iter()
+            .any(|own| scene.contains(own))
+        {
             continue;
         }
         let Ok(compiled) = Scene::from_toml(&scene).and_then(|scene| compile(&scene)) else { continue };
