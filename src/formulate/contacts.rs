@@ -26,6 +26,12 @@ pub(super) fn check_moved(equations: &Equations) -> Vec<Fault> {
 }
 
 fn driven(own: &Unilateral) -> Fault {
+    if own.slip.is_some() {
+        let message = format!("`{}` would rub where drivers move it: at rest its force is not determined", own.name);
+        return Fault::new("scene::friction", message, own.span)
+            .label("rubs in a driven motion")
+            .help("give friction a `velocity`, with which it is smooth, or let a force or a torque move the mechanism instead of a driver");
+    }
     let message = format!(
         "`{}` would stop what drivers move: a stop gives way or is given way to, and they do neither",
         own.name
@@ -44,11 +50,8 @@ pub(super) fn check_contacts(equations: &mut Equations, state: &State, length: f
     let mut faults = Vec::new();
     for (index, own) in mechanism.unilaterals.iter().enumerate() {
         let Some(row) = equations.row_of_unilateral(index) else { continue };
-        if own.held.of_rate {
-            continue;
-        }
-        if own.slip.is_some() {
-            // It begins to stick wherever it is.
+        if own.held.of_rate || own.slip.is_some() {
+            // It begins wherever it is.
             continue;
         }
         let bound = equations.system.value(&own.held.bound);
