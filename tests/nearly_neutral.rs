@@ -316,11 +316,8 @@ fn a_rod_without_mass_is_clear_until_it_has_turned_as_far() {
         assert!(names.len() == 2, "{names:?}");
         let mut unknowns = |angle: f64| {
             let slides = 2.0 * length * angle.cos();
-            let motion: Vec<f64> = names
-                .iter()
-                .map(|name| if name.ends_with(".angle") { angle } else { slides })
-                .chain([0.0; 2])
-                .collect();
+            let motion: Vec<f64> =
+                names.iter().map(|name| if name.ends_with(".angle") { angle } else { slides }).chain([0.0; 2]).collect();
             let regular = jet.begin(&model, machine.registers(), 2, &motion).is_ok();
             (regular, jet.polynomial(0).to_vec())
         };
