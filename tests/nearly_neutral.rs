@@ -301,59 +301,6 @@ fn a_pose_is_clear_of_another_until_arms_have_turned_as_far() {
     }
 }
 
-/// The same of a rod without mass, whose angle is an unknown of two equations and no other: a crank of the rod's length stands square to the guide where the slider's pin is at its
-/// axle.
-#[test]
-fn a_rod_without_mass_is_clear_until_it_has_turned_as_far() {
-    for start in 0..12 {
-        let (angle, length) = (0.25 + 0.09 * f64::from(start), 0.5 + 0.11 * f64::from(start));
-        let model = light_slider([length; 2], angle, 8.0).model();
-        let mut machine = Machine::new(&model);
-        machine.load(&model, &model.default_state(0.0));
-        let mut jet = Jet::new(&model).expect("an arm form");
-        let mut changes = jet.changes();
-        let names: Vec<&str> = model.program().coordinates.iter().map(|own| own.name.as_str()).collect();
-        assert!(names.len() == 2, "{names:?}");
-        let mut unknowns = |angle: f64| {
-            let slides = 2.0 * length * angle.cos();
-            let motion: Vec<f64> =
-                names.iter().map(|name| if name.ends_with(".angle") { angle } else { slides }).chain([0.0; 2]).collect();
-            let regular = jet.begin(&model, machine.registers(), 2, &motion).is_ok();
-            (regular, jet.polynomial(0).to_vec())
-        };
-        let (singular, there) = unknowns(0.25 * TAU);
-        let (regular, here) = unknowns(angle);
-        assert!(regular && !singular, "{angle}: {regular} {singular}");
-        jet.note_openings(&mut changes);
-        let mut is_clear = |share: f64| {
-            let way = here.iter().zip(&there).map(|(here, there)| share * (there - here));
-            let polynomial: Vec<f64> = here.iter().copied().chain(way).collect();
-            jet.stays_clear(&mut changes, (&polynomial, 1), 1.0)
-        };
-        assert!(!is_clear(1.0) && is_clear(0.05), "{angle}");
-    }
-}
-
-/// Near singular poses series have fewer orders, but not so few that a coarser tolerance takes more steps.
-#[test]
-fn a_coarser_tolerance_takes_no_more_steps() {
-    let parallelogram = |start: i32| {
-        let bars = FourBar { omega: 6.0, angle: 0.5 + 0.2 * f64::from(start), ..FourBar::new(1.0, 2.0, 1.0, 2.0) };
-        four_bar("parallelogram", bars)
-    };
-    for case in (0..4).map(parallelogram) {
-        let model = case.model();
-        let steps = [1e-3, 1e-4, 1e-5, 1e-6].map(|tolerance| {
-            let mut instance = Instance::new(model.clone());
-            instance.setup(0.0, Some(6.0), Some(tolerance)).expect("times");
-            instance.initialise().expect("consistent");
-            instance.step_to(6.0).expect("branches that meet");
-            instance.statistics().steps
-        });
-        assert!(steps[..3].iter().all(|coarse| *coarse <= steps[3]), "{steps:?}");
-    }
-}
-
 /// Methods that are named do not pass such places: they follow what is wide enough, and stop at the rest instead of taking the wrong branch.
 #[test]
 fn named_methods_follow_a_defect_or_stop_at_it() {

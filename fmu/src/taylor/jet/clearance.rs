@@ -62,9 +62,7 @@ impl Changes {
 impl Jet {
     /// Storage for [`Jet::stays_clear`].
     pub fn changes(&self) -> Changes {
-        let rows = self.equations.iter().flatten().count();
-        // Nothing without loops.
-        let (all, places) = if rows > 0 { (self.shape.all(), self.shape.places()) } else { (0, 0) };
+        let (all, places, rows) = (self.shape.all(), self.shape.places(), self.equations.iter().flatten().count());
         let opening = if matches!(self.matrix, Matrix::Whole(_)) { rows * all } else { 0 };
         Changes {
             openings: [vec![ZERO; opening], vec![ZERO; opening]],
