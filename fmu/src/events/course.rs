@@ -231,17 +231,12 @@ fn edge_below(value: f64, width: f64) -> Option<f64> {
 /// sides of it say.
 fn above(course: &mut impl Course, sign: f64, level: impl Fn(f64) -> f64, after: f64) -> Option<(f64, f64)> {
     let points = std::array::from_fn::<_, { PLACES.len() }, _>(|index| (PLACES[index], sign * course.sample(index)));
+    let deepest = |points: &[(f64, f64)], end: f64| points.iter().map(|point| point.1).fold(end, f64::min);
     let last = PLACES.len() - 1;
-    // Of the places up to each one, and from it on.
-    let (mut fallen, mut rising) = (points.map(|point| point.1), points.map(|point| point.1));
-    for index in 1..=last {
-        fallen[index] = fallen[index].min(fallen[index - 1]);
-        rising[last - index] = rising[last - index].min(rising[last - index + 1]);
-    }
     (0..=last).filter(|index| PLACES[index.saturating_sub(1)] >= after).find_map(|index| {
         let at = points[index];
         let [before, behind] = [points[index.saturating_sub(1)], points[last.min(index + 1)]];
-        let level_here = level(fallen[index].max(rising[index]));
+        let level_here = level(deepest(&points[..index], at.1).max(deepest(&points[index + 1..], at.1)));
         let middle = index.clamp(1, last - 1);
         let (place, top) = peak([points[middle - 1], points[middle], points[middle + 1]]);
         // Where the parabola through three places is far below, so is the argument; what is so steep at an end may have its peak next to it.
