@@ -112,10 +112,12 @@ impl Inverse {
         self.rows.as_flattened()[place * self.width * WIDTH + place]
     }
 
-    /// The sizes of the entries of an equation's row, by places.
-    pub fn sizes(&self, equation: usize, sizes: &mut [Lane]) {
+    /// Adds the sizes of the entries of an equation's row, times a factor, to sums by places.
+    pub fn add_sizes(&self, equation: usize, factor: f64, sums: &mut [Lane]) {
         let row = &self.rows[self.places[equation] * self.width..][..self.width];
-        sizes.iter_mut().zip(row).for_each(|(size, entries)| *size = entries.map(f64::abs));
+        for (sum, entries) in sums.iter_mut().zip(row) {
+            *sum = plus(*sum, splat(factor), entries.map(f64::abs));
+        }
     }
 
     /// Its rows by places; none if they are not N lanes wide.

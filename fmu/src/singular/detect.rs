@@ -186,13 +186,9 @@ impl Guard {
 
     /// The smallest r_k at the end of the step, as a share of that at its start.
     pub fn share(&self) -> f64 {
-        self.share_of(&self.next)
-    }
-
-    /// The same of a pose with these 1 / r_k^2.
-    pub fn share_of(&self, there: &[f64]) -> f64 {
-        let both = self.start.iter().zip(there).filter(|(start, _)| **start > 0.0);
-        both.map(|(start, there)| start / there).fold(f64::INFINITY, f64::min).sqrt()
+        let squares =
+            self.start.iter().zip(&self.next).filter(|(start, _)| **start > 0.0).map(|(start, next)| start / next);
+        squares.fold(f64::INFINITY, f64::min).sqrt()
     }
 
     /// Does a row come so close that the loops must be closed tightly?

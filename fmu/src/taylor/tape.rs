@@ -1,7 +1,5 @@
 //! Scalar series: signals of time and the laws of loads, one order at a time.
 
-use std::sync::Arc;
-
 use super::fused::{Task, tasks};
 use super::products::{convolution, inner_square, power, square, tail, weighted, weighted_tail};
 use crate::events::switch::{Choices, Side};
@@ -94,7 +92,7 @@ fn pieces(tape: &SeriesTape) -> Vec<Pieces> {
 /// The coefficients of all series, and what finds them one by one.
 #[derive(Clone, Debug)]
 struct Store<N> {
-    tape: Arc<SeriesTape>,
+    tape: SeriesTape,
     /// By series.
     values: Vec<Numbers<N>>,
     /// Factors of the terms.
@@ -130,7 +128,7 @@ impl<N: Elementary, const L: usize> Scalars<N, L> {
                 factors: vec![N::ZERO; tape.terms.len()],
                 coefficients: vec![N::ZERO; coefficients],
                 chosen: Choices::default(),
-                tape: Arc::new(tape),
+                tape,
             },
         }
     }
@@ -180,11 +178,6 @@ impl<N: Elementary, const L: usize> Scalars<N, L> {
     /// Choices that the next series begins with; the others follow from the signs of their switching functions.
     pub fn force(&mut self, choices: Choices) {
         self.forced = choices;
-    }
-
-    /// What has last been forced.
-    pub fn forced(&self) -> Choices {
-        self.forced
     }
 
     /// The choices of the present series.

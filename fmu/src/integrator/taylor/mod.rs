@@ -17,7 +17,7 @@ use crate::failure::Failure;
 use crate::model::Model;
 use crate::motion::Run;
 use crate::singular::dependence::begins_near;
-use crate::singular::detect::{COARSE, Guard};
+use crate::singular::detect::Guard;
 use crate::taylor::{Changes, Jet};
 pub(crate) use memory::Memory;
 pub(crate) use propose::{order_for, share};
@@ -36,23 +36,12 @@ pub struct Taylor {
     residuals: Vec<f64>,
     guard: Guard,
     changes: Changes,
-    /// Where there are loops.
-    scout: Option<Box<Scout>>,
-    /// (q, v) where it has last looked.
-    seen: Vec<f64>,
     /// Does what the jet holds begin at the end of the last step?
     known: Start,
     /// Has it been begun with the loops closed tightly?
     tight: bool,
     /// That of the run whose step is being taken.
     memory: Memory,
-}
-
-/// Looks at poses along the polynomial of a step, while what has been begun at its end stays.
-#[derive(Clone, Debug)]
-struct Scout {
-    jet: Jet,
-    reciprocal_pivots: Vec<f64>,
 }
 
 /// Whether there is a series at the end of the last step.
@@ -82,8 +71,6 @@ impl Taylor {
         let layers = Layers::new(model.program().arms.as_ref()?.tape.steep_laws());
         let guard = Guard::new(jet.groups());
         let changes = jet.changes();
-        let scout = Scout { jet: jet.clone(), reciprocal_pivots: vec![0.0; jet.groups()] };
-        let scout = (!jet.is_open()).then(|| Box::new(scout));
         Some(Self {
             jet,
             layers,
@@ -93,8 +80,6 @@ impl Taylor {
             residuals: vec![0.0; size],
             guard,
             changes,
-            scout,
-            seen: vec![0.0; size],
             known: Start::Unknown,
             tight: false,
             memory: Memory::default(),
@@ -126,7 +111,7 @@ impl Taylor {
         if !matches!(self.known, Start::Regular | Start::Near) {
             let Context { model, machine, .. } = context;
             machine.load_signals(model, &run.signals.origin, run.last.end_time);
-            self.update(machine.registers());
+            self.jet.update(machine.registers());
             self.known = Start::Unknown;
             self.jet.probe(model, machine.registers(), &run.last.end).ok()?;
         }
@@ -158,7 +143,7 @@ impl Taylor {
                 self.jet.force(self.memory.branches);
                 let begun = self.start(context, run, run.last.end_time, true);
                 self.known = begun.map_or(Start::Singular, |_| Start::Regular);
-                self.roll();
+                self.guard.roll();
                 Ok(Progress::Stepped)
             }),
             Start::Unknown | Start::Regular => self.step(context, run, horizon),
@@ -209,7 +194,7 @@ impl Taylor {
                 Some(_) => Start::Regular,
                 None => Start::Singular,
             };
-            self.roll();
+            self.guard.roll();
         }
     }
 
@@ -220,17 +205,12 @@ impl Taylor {
         machine.load_signals(model, &run.signals.origin, time);
         if self.known == Start::Unknown {
             // Parameters change at communication points only.
-            self.update(machine.registers());
+            self.jet.update(machine.registers());
         }
         let order = order_for(settings.tolerance);
         self.jet.least_rate = settings.least_rate;
         let open = self.jet.begin(model, machine.registers(), order, &self.next).ok()?;
         self.jet.reciprocal_pivots(&mut self.guard.next);
-        if settings.tolerance >= COARSE {
-            self.jet.note_openings(&mut self.changes);
-        } else {
-            self.changes.forget_end();
-        }
         self.take_closed(model);
         self.tight = tightly || self.guard.arrives();
         if self.tight {
@@ -242,20 +222,6 @@ impl Taylor {
             self.take_closed(model);
         }
         (open.is_finite() && self.closed.iter().all(|value| value.is_finite())).then_some(open)
-    }
-
-    /// Takes the parameters over.
-    fn update(&mut self, registers: &[f64]) {
-        self.jet.update(registers);
-        if let Some(scout) = &mut self.scout {
-            scout.jet.update(registers);
-        }
-    }
-
-    /// The end of the step has become the start of the next one.
-    fn roll(&mut self) {
-        self.guard.roll();
-        self.changes.roll();
     }
 
     fn take_closed(&mut self, model: &Model) {

@@ -1,7 +1,7 @@
 //! Singular poses on the way of a Taylor step.
 
 use super::propose::{REACH, order_near, share};
-use super::{Scout, Start, Taylor};
+use super::{Start, Taylor};
 use crate::constraints::reciprocals::STEADY;
 use crate::context::Context;
 use crate::events::{Choices, half_width};
@@ -52,6 +52,7 @@ impl Taylor {
         if let Some(ahead) = found {
             (run.singular.ahead, run.singular.pose) = (ahead, Some(run.last.end_time + ahead));
         }
+        self.restore_end(context, run, end);
         found.is_some()
     }
 
@@ -65,13 +66,22 @@ impl Taylor {
         if share * STEADY >= 1.0 && (context.settings.tolerance < COARSE || self.stays_clear(run, h)) {
             return false;
         }
-        let Some(ahead) = leapt_over(h, share, |time| self.share_at(context, run, time)) else { return false };
-        run.singular.ahead = ahead;
-        let avoided = self.finds_avoided(context, run, h);
-        if !avoided {
-            run.singular.ahead = known;
+        let mut looked = false;
+        let found = leapt_over(h, share, |time| {
+            looked = true;
+            self.share_at(context, run, time)
+        });
+        if let Some(ahead) = found {
+            run.singular.ahead = ahead;
+            if self.finds_avoided(context, run, h) {
+                return true;
+            }
         }
-        avoided
+        run.singular.ahead = known;
+        if looked {
+            self.restore_end(context, run, end);
+        }
+        false
     }
 
     /// Do arms turn and stretch so little in the last step that there is no singular pose in it?
@@ -80,18 +90,17 @@ impl Taylor {
         self.jet.stays_clear(&mut self.changes, (&run.last.dense, order), h)
     }
 
-    /// The smallest distance from a singular pose along the polynomial, as a share of that where the step begins; infinite without loops.
+    /// The smallest distance from a singular pose along the polynomial, as a share of that where the step begins.
     fn share_at(&mut self, context: &mut Context, run: &Run, dt: f64) -> f64 {
-        let Some(scout) = &mut self.scout else { return f64::INFINITY };
-        let Scout { jet, reciprocal_pivots } = &mut **scout;
-        jet.evaluate(&run.last.dense, run.last.order as usize, dt, &mut self.seen);
+        self.jet.evaluate(&run.last.dense, run.last.order as usize, dt, &mut self.next);
         let Context { model, machine, .. } = context;
-        machine.load_signals(model, &run.signals.origin, run.last.end_time + dt);
-        jet.force(self.jet.forced());
-        match jet.probe(model, machine.registers(), &self.seen) {
+        let time = run.last.end_time + dt;
+        machine.load_signals(model, &run.signals.origin, time);
+        self.jet.update(machine.registers());
+        match self.jet.probe(model, machine.registers(), &self.next) {
             Ok(()) => {
-                jet.reciprocal_pivots(reciprocal_pivots);
-                self.guard.share_of(reciprocal_pivots)
+                self.jet.reciprocal_pivots(&mut self.guard.next);
+                self.guard.share()
             }
             Err(_) => 0.0,
         }
@@ -187,8 +196,10 @@ impl Taylor {
     /// Notes that the step from the start of the step passes a singular pose; false if the branches do not meet there.
     pub(super) fn note_passage(&mut self, context: &mut Context, run: &mut Run, end: f64) -> bool {
         let pose = self.follow_to_pose(context, run, end - run.last.end_time);
-        let meets = note_passage(run, context.model, pose, &self.seen);
-        if !meets {
+        let meets = note_passage(run, context.model, pose, &self.next);
+        if meets {
+            self.restore_end(context, run, end);
+        } else {
             self.known = Start::Unknown;
         }
         meets
@@ -219,18 +230,23 @@ impl Taylor {
         residuals.iter().zip(rates).fold(0.0, |worst, (residual, rate)| math::maximum(worst, residual.abs() / rate))
     }
 
-    /// Is the pose ahead, within a step of length h that is not taken or has leapt over it, one where branches do not meet?
+    /// Is the pose ahead, which no step of length h passes, one where branches do not meet?
     pub(super) fn finds_avoided(&mut self, context: &mut Context, run: &mut Run, h: f64) -> bool {
         let pose = self.follow_to_pose(context, run, h);
         self.known = Start::Unknown;
-        finds_avoided(run, context.model, pose, &self.seen)
+        finds_avoided(run, context.model, pose, &self.next)
     }
 
-    /// The time of the pose ahead within a step of length h; the motion there is then in `seen`.
+    /// The time of the pose ahead within a step of length h; the motion there is then in `next`.
     fn follow_to_pose(&mut self, context: &mut Context, run: &Run, h: f64) -> f64 {
         let ahead = refine(run.singular.ahead, h, |dt| self.share_at(context, run, dt));
-        let jet = self.scout.as_mut().map_or(&mut self.jet, |scout| &mut scout.jet);
-        jet.evaluate(&run.last.dense, run.last.order as usize, ahead, &mut self.seen);
+        self.jet.evaluate(&run.last.dense, run.last.order as usize, ahead, &mut self.next);
         run.last.end_time + ahead
+    }
+
+    /// Begins the series at the end of the step again, after looking elsewhere.
+    fn restore_end(&mut self, context: &mut Context, run: &Run, end: f64) {
+        self.jet.evaluate(&run.last.dense, run.last.order as usize, end - run.last.end_time, &mut self.next);
+        self.start(context, run, end, false);
     }
 }

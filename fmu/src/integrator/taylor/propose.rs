@@ -261,7 +261,7 @@ pub(crate) fn order_for(tolerance: f64) -> usize {
 /// Orders near a singular pose: the rounding errors that it multiplies grow with the order.
 pub(super) fn order_near(tolerance: f64) -> usize {
     match tolerance {
-        _ if tolerance > 1e-5 => 12,
+        _ if tolerance >= 1e-5 => 12,
         _ if tolerance >= 1e-7 => 16,
         _ if tolerance >= 1e-11 => 18,
         _ => 20,

@@ -188,7 +188,7 @@ impl Taylor {
         let h = end - run.last.end_time;
         run.singular.ahead = self.guard.ahead(h);
         run.singular.follow_on(self.guard.arrival(h));
-        self.roll();
+        self.guard.roll();
         self.memory.series = Some(self.tight);
         let last = &mut run.last;
         // A step cut short says nothing against the natural length.

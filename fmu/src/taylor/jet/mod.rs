@@ -19,8 +19,6 @@ mod step;
 mod terms;
 mod variation;
 
-use std::sync::Arc;
-
 use crate::linalg::columns::{Columns, Entry};
 use crate::linalg::inverse::LEFT;
 use crate::linalg::lane::{Lane, WIDTH, lanes, splat};
@@ -163,7 +161,7 @@ impl Loads {
 pub struct Jet<N: Coefficient = f64, const L: usize = WIDTH> {
     /// Lanes of frames and of all equations, if there is nothing but frames.
     frames: [usize; 2],
-    form: Arc<ArmForm>,
+    form: ArmForm,
     shape: Shape,
     /// Coordinates, what carries an angle before what it carries.
     chain: Vec<usize>,
@@ -251,7 +249,7 @@ pub struct Singular;
 impl<N: Coefficient, const L: usize> Jet<N, L> {
     /// Storage for an arm form of a model, whose coefficients are still to be taken over.
     fn with_storage(model: &Model, form: &ArmForm) -> Self {
-        let form = Arc::new(form.clone());
+        let form = form.clone();
         let shape = Shape::new(&form, L);
         let all = shape.all();
         let turned_by = turned_by(&form);

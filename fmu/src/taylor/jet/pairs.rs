@@ -5,13 +5,10 @@
 //! the gap. Neither is part of the matrix, though. With lambda = l d / |d| + m n the equation of s says what l is, the component of the gap along d says what s is,
 //! and what is left is the component across d, with its reaction m: one equation.
 
-use super::terms::{Change, Plan, Slope};
+use super::terms::{Plan, Slope};
 use crate::linalg::matrix::{Entries, Places};
 use crate::linalg::number::Elementary;
 use crate::program::arm_form::ArmForm;
-
-/// Rounding errors of the two rows of a pair, relative to them: of a few products each.
-const ROUNDING: f64 = 1e-12;
 
 /// All of them.
 #[derive(Clone, Debug, Default)]
@@ -151,40 +148,6 @@ impl<N: Elementary> Pairs<N> {
             solution[*place] = (*gap - moved).over(*size);
             solution[first + row] = *dx * *reaction - *dy * across;
             solution[first + row + 1] = *dy * *reaction + *dx * across;
-        }
-    }
-}
-
-impl Pairs {
-    /// Does the direction of each turn as far as the unit vector that it is made of?
-    pub(super) fn turn_rigidly(&self, c: &[f64]) -> bool {
-        self.pairs.iter().all(|pair| {
-            let [[x], [y]] = pair.own.each_ref().map(Vec::as_slice) else { return false };
-            let [[xx, xy], [yx, yy]] = [x, y].map(|slope| slope.parts(c));
-            // The same length, and square to each other.
-            let (size, across) = (xx * xx + xy * xy, xx * yx + xy * yy);
-            let alike = (size - (yx * yx + yy * yy)).abs() <= ROUNDING * size && across.abs() <= ROUNDING * size;
-            x.derivative == y.derivative && alike
-        })
-    }
-
-    /// By how much the entries of components across change at most, as [`super::terms::Terms::changes`] has it: d turns, and so does what it is multiplied by.
-    pub(super) fn add_changes(&self, c: &[f64], [lengths, by]: [&[f64]; 2], changes: &mut Vec<Change>) {
-        for Pair { equation, own, columns, slopes, linear, .. } in &self.pairs {
-            let turned = own.iter().flatten().map(|slope| by[slope.derivative]).fold(0.0, f64::max);
-            for (place, &column) in columns.iter().enumerate() {
-                let (mut sizes, mut moved) = ([0.0; 2], [0.0; 2]);
-                for axis in 0..2 {
-                    for (_, slope) in slopes[axis].iter().filter(|(own, _)| *own == place) {
-                        sizes[axis] += slope.size(c) * lengths[slope.derivative];
-                        moved[axis] += slope.size(c) * by[slope.derivative];
-                    }
-                    let constant = linear[axis].iter().filter(|(own, _)| *own == place);
-                    sizes[axis] += constant.map(|(_, factor)| c[*factor as usize].abs()).sum::<f64>();
-                }
-                let [size, moved] = [sizes, moved].map(|[x, y]: [f64; 2]| (x * x + y * y).sqrt());
-                changes.push(Change { row: *equation, column, by: turned * (size + moved) + moved });
-            }
         }
     }
 }

@@ -14,11 +14,6 @@ impl Jet {
         self.scalars.force(choices);
     }
 
-    /// What has last been forced.
-    pub fn forced(&self) -> Choices {
-        self.scalars.forced()
-    }
-
     /// Choices of the present series.
     pub fn chosen(&self) -> Choices {
         self.scalars.chosen()

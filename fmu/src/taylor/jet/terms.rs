@@ -46,24 +46,11 @@ impl Slope {
         px * dx[self.derivative] + py * dy[self.derivative]
     }
 
-    /// p
-    pub(super) fn parts(&self, c: &[f64]) -> [f64; 2] {
-        self.p.map(|part| c[part as usize])
-    }
-
     /// The largest value for a derivative of length 1.
     pub(super) fn size(&self, c: &[f64]) -> f64 {
-        let [x, y] = self.parts(c);
+        let [x, y] = self.p.map(|part| c[part as usize]);
         (x * x + y * y).sqrt()
     }
-}
-
-/// By how much an entry of a loop equation changes at most.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Change {
-    pub(super) row: usize,
-    pub(super) column: usize,
-    pub(super) by: f64,
 }
 
 /// All terms, by kind.
@@ -321,20 +308,9 @@ impl<N: Elementary> Terms<N> {
 }
 
 impl Terms {
-    /// Entries of loop equations that may change.
-    pub(super) fn slopes(&self) -> usize {
-        self.loops.len() + self.pairs.entries().count()
-    }
-
-    /// By how much they change at most if derivatives of such lengths change by so much.
-    pub(super) fn changes(&self, c: &[f64], [lengths, by]: [&[f64]; 2], changes: &mut Vec<Change>) {
-        changes.clear();
-        let change = |term: &Term<Slope>| {
-            let Term { row, column, value, .. } = *term;
-            Change { row, column, by: value.size(c) * by[value.derivative] }
-        };
-        changes.extend(self.loops.iter().map(change));
-        self.pairs.add_changes(c, [lengths, by], changes);
+    /// What the entries of loop equations are made of that changes: row, column, and how.
+    pub(super) fn slopes(&self) -> impl Iterator<Item = (usize, usize, &Slope)> {
+        self.loops.iter().map(|term| (term.row, term.column, &term.value))
     }
 
     /// The same of frames only, whose arms are x + i y: an entry of the masses for every two of them, four at a time.
