@@ -12,7 +12,7 @@ use command::{code, cotree, stderr, stdout};
 
 /// The commands of pages: those of LaTeX, and of the packages that the pages name.
 const COMMANDS: &str = "Big Bigl Bigr DeclareUnicodeCharacter Phi Theta allowbreak allowdisplaybreaks alpha arccos arcsin arctan arraybackslash begin \
-    beta bfseries boldsymbol cdot cos ddot documentclass dot end ensuremath exp fi fontsize frac gamma hline ifdefined lambda le left lfloor linewidth ln \
+    beta bfseries boldsymbol cdot cos ddot documentclass dot end ensuremath exp fi fontsize frac gamma hline ifdefined mu lambda le left lfloor linewidth ln \
     mathbf mathit mathrm max min node noalign nopagebreak omega operatorname parindent path phi pi quad raggedright rfloor right section selectfont \
     setlength sffamily sin smallskip sqrt subsection tan tanh textbf texttt theta times to usepackage";
 

@@ -89,7 +89,8 @@ fn check(name: &str, mechanism: &mut Mechanism, coordinates: Coordinates) -> boo
     mechanism.coordinates = coordinates;
     let Ok(formulated) = formulate(mechanism, &[]) else { return false };
     let program = formulated.lowered.program.clone();
-    if program.is_driven() {
+    // Series know nothing of friction that sticks.
+    if program.is_driven() || mechanism.unilaterals.iter().any(|own| own.slip.is_some()) {
         return false;
     }
     let name = format!("{name} {:?}", mechanism.coordinates);

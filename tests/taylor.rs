@@ -17,7 +17,8 @@ fn every_dynamic_model_moves_as_expected() {
     let mut moved = Vec::new();
     for name in models() {
         let program = compiled(&scene_of(&name)).program;
-        if program.is_driven() {
+        // Series know nothing of friction that sticks: tests/dry_friction.rs has that model.
+        if program.is_driven() || name == "stick_slip" {
             continue;
         }
         assert_eq!(program.engine, Engine::Taylor, "{name}");

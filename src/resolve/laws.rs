@@ -60,7 +60,8 @@ impl Resolver<'_> {
         ];
         let mut is_refused = false;
         for (key, why, help) in refused {
-            is_refused |= self.refuse_friction_key(&fields, key, why, help);
+            // What is only in the wrong place is not missed here.
+            is_refused |= self.refuse_friction_key(&fields, key, why, help) && key == "coefficient";
         }
         if is_refused || !self.check_friction_keys(&fields, pressed, node.span, example) {
             return None;

@@ -30,9 +30,14 @@ pub(super) fn of_part(part: &Part, section: Section) -> Option<(String, Vec<Quan
         Content::Table(entries) => entries.iter().all(|(key, _)| key.text != "velocity"),
         _ => false,
     });
+    let sticks = sticks || !is_understood;
+    // A brake rubs without a key for it; a rolling disc has no impacts.
+    let rubs = component.keys.iter().all(|key| !matches!(key.form, Form::Friction(..))) && component.rubs.is_some();
+    let impulses = [Quantity::Impulse, Quantity::AngularImpulse];
+    let is_one_sided = !is_free && (limits.is_some() || component.variables.iter().any(|own| impulses.contains(own)));
     let has = |quantity: &Quantity| match quantity.aspect() {
-        Aspect::OneSided(Contact::Sliding) => sticks,
-        Aspect::OneSided(Contact::Mode) => sticks || !is_free,
+        Aspect::OneSided(Contact::Sliding) => sticks || rubs,
+        Aspect::OneSided(Contact::Mode) => sticks || rubs || is_one_sided,
         Aspect::OneSided(_) => !is_free,
         _ => true,
     };
