@@ -235,6 +235,7 @@ fn every_model_and_everything_that_can_be_set() {
             ("excavator_arm", "stays at its corner"),
             ("play_train", "happens where its comparison jumps"),
             ("stick_slip", "sticks and slips"),
+            ("valve_train", "for these very values only"),
         ];
         if let Some((_, why)) = refused.iter().find(|(own, _)| *own == name) {
             let message = Study::new(&scene).unwrap().sensitivities(&names, &[stop]).unwrap_err().to_string();

