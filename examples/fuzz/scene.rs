@@ -86,11 +86,14 @@ fn tell(faults: &Faults) -> bool {
 
 /// Evaluations that a damaged model may spend.
 const BUDGET: u64 = 2000;
+/// Work of one step in instructions of tapes: a tenth of what a user's step may be.
+const WORK: u64 = 500_000_000;
 
 /// A few steps, and every variable; errors are fine. The first steps are tiny, because damaged models can be absurdly fast.
 pub fn move_a_little(model: Arc<Model>) {
     let variables = model.program().variables.len();
     let mut instance = Instance::new(model);
+    instance.limit_work(WORK);
     let started = instance.setup(0.0, None, None).and_then(|()| instance.initialise());
     if started.is_ok() {
         for halvings in (10..300).rev() {

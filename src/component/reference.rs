@@ -250,13 +250,14 @@ pub(super) fn unit(form: Form) -> String {
 }
 
 fn range(form: Form) -> String {
-    use crate::model::Range::{Any, NotNegative, NotZero, Positive, Share};
+    use crate::model::Range::{Any, FromOne, NotNegative, NotZero, Positive, Share};
     match form {
         Form::Constant(_, Any) => String::new(),
         Form::Constant(_, NotNegative) => ", not negative".to_string(),
         Form::Constant(_, Positive) => ", positive".to_string(),
         Form::Constant(_, NotZero) => ", not zero".to_string(),
         Form::Constant(_, Share) => ", from 0 to 1".to_string(),
+        Form::Constant(_, FromOne) => ", 1 or more".to_string(),
         Form::Law(_) | Form::Curve(..) | Form::Vector(_) => ", an expression".to_string(),
         Form::Limits(_) => ": `{ min = ..., max = ..., restitution = ... }`".to_string(),
         Form::Play(_) => ": `{ play = ..., restitution = ... }`".to_string(),

@@ -170,7 +170,7 @@ fn form(key: &Key) -> Value {
             "type": "object",
             "properties": {
                 "coulomb": reference("quantity"), "velocity": reference("quantity"), "mu": constant(Range::NotNegative),
-                "static": constant(Range::Positive), "radius": reference("quantity"), "length": reference("quantity"),
+                "static": constant(Range::FromOne), "radius": reference("quantity"), "length": reference("quantity"),
             },
             "anyOf": [{ "required": ["coulomb"] }, { "required": ["mu"] }],
             "additionalProperties": false,
@@ -223,6 +223,7 @@ fn constant(range: Range) -> Value {
         Range::Positive => json!({ "exclusiveMinimum": 0 }),
         Range::NotZero => json!({ "not": { "const": 0 } }),
         Range::Share => json!({ "minimum": 0, "maximum": 1 }),
+        Range::FromOne => json!({ "minimum": 1 }),
     };
     json!({ "allOf": [reference("quantity"), bound] })
 }

@@ -17,6 +17,8 @@ pub enum Range {
     NotZero,
     /// From zero to one.
     Share,
+    /// One and more.
+    FromOne,
 }
 
 impl Range {
@@ -28,6 +30,7 @@ impl Range {
             Self::Positive => Some(Limit::Positive),
             Self::NotZero => Some(Limit::NotZero),
             Self::Share => Some(Limit::Share),
+            Self::FromOne => Some(Limit::AtLeast(1.0)),
         }
     }
 

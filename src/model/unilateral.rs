@@ -45,8 +45,6 @@ pub struct Unilateral {
     pub impulse: ParameterId,
     /// If it is no stop but sticks: how it slips. Then it is held on both sides, at `held.bound`.
     pub slip: Option<Slip>,
-    /// Sign x the value at which it was caught, if it holds a rate.
-    pub caught: Option<ParameterId>,
     /// Where its part stands in the file.
     pub span: Span,
 }
@@ -99,17 +97,14 @@ impl Mechanism {
             }
         }
         for (owner, name, mut held, unit, span) in all {
-            let mut add = |word: &str, unit: Unit| {
-                let name = format!("{name}.{word}");
-                self.parameters.push(Parameter { name, unit, span, held: true, ..Parameter::default() });
-                ParameterId(self.parameters.len() - 1)
-            };
-            let (closed, impulse) = (add("closed", Unit::default()), add("impulse", unit));
-            let caught = held.of_rate.then(|| add("caught", Unit::of(&ANGLE, None)));
-            if let Some(caught) = caught {
+            let mut hold = |word: &str, unit: Unit| self.hold(format!("{name}.{word}"), 0.0, unit, span);
+            let (closed, impulse) = (hold("closed", Unit::default()), hold("impulse", unit));
+            if held.of_rate {
+                // Sign x the value at which it was caught.
+                let caught = hold("caught", Unit::of(&ANGLE, None));
                 held.bound = Formula::Number(held.sign) * Formula::Parameter(caught);
             }
-            self.unilaterals.push(Unilateral { owner, name, held, closed, impulse, caught, slip: None, span });
+            self.unilaterals.push(Unilateral { owner, name, held, closed, impulse, slip: None, span });
         }
         self.add_slips();
     }
@@ -126,14 +121,10 @@ impl Mechanism {
         });
         for (owner, part, (law, pressed, on), [along, impulse], span) in rubbing.collect::<Vec<_>>() {
             let name = format!("{part}.friction");
-            let mut held = |word: &str, value: f64, unit: Unit| {
-                let name = format!("{name}.{word}");
-                self.parameters.push(Parameter { name, value, unit, span, held: true, ..Parameter::default() });
-                ParameterId(self.parameters.len() - 1)
-            };
+            let mut hold = |word: &str, value: f64, unit: Unit| self.hold(format!("{name}.{word}"), value, unit, span);
             let [along, impulse] = [along, impulse].map(|measure| Unit::of(&measure, None));
-            let (closed, impulse) = (held("sticks", 0.0, Unit::default()), held("impulse", 0.0, impulse));
-            let (place, direction) = (held("place", 0.0, along), held("direction", 0.0, Unit::default()));
+            let (closed, impulse) = (hold("sticks", 0.0, Unit::default()), hold("impulse", 0.0, impulse));
+            let (place, direction) = (hold("place", 0.0, along), hold("direction", 0.0, Unit::default()));
             let signs = match (pressed, &law.length) {
                 (Pressed::Guide { .. }, Some(_)) => 2,
                 (Pressed::Guide { .. } | Pressed::Reaction(_), _) if law.mu != Formula::Number(0.0) => 1,
@@ -142,11 +133,11 @@ impl Mechanism {
                     _,
                 ) => 0,
             };
-            let signs = (0..signs).map(|side| held(&format!("sign_{side}"), 1.0, Unit::default())).collect();
+            let signs = (0..signs).map(|side| hold(&format!("sign_{side}"), 1.0, Unit::default())).collect();
             let (bound, restitution) = (Formula::Parameter(place), Formula::Number(0.0));
             let held = OneSided { word: "", sign: 1.0, bound, restitution, of_rate: false };
             let slip = Some(Slip { law, pressed, direction, signs, on });
-            self.unilaterals.push(Unilateral { owner, name, held, closed, impulse, caught: None, slip, span });
+            self.unilaterals.push(Unilateral { owner, name, held, closed, impulse, slip, span });
         }
     }
 
@@ -156,14 +147,28 @@ impl Mechanism {
         for owner in owners {
             let Some(part) = self.parts().find(|part| part.owner == owner) else { continue };
             let (name, span) = (format!("{}.there", part.name), part.span);
-            self.parameters.push(Parameter { name, value: 1.0, span, held: true, ..Parameter::default() });
-            self.removable.push(Removable { owner, there: ParameterId(self.parameters.len() - 1) });
+            let there = self.hold(name, 1.0, Unit::default(), span);
+            self.removable.push(Removable { owner, there });
         }
+    }
+
+    /// Adds a value that events alone change.
+    fn hold(&mut self, name: String, value: f64, unit: Unit, span: Span) -> ParameterId {
+        self.parameters.push(Parameter { name, value, unit, span, held: true, ..Parameter::default() });
+        ParameterId(self.parameters.len() - 1)
     }
 
     /// The first of what holds on one side only, as a message calls it.
     pub fn first_unilateral(&self) -> Option<String> {
-        let own = self.unilaterals.first()?;
+        self.called(self.unilaterals.first()?)
+    }
+
+    /// The first of what is held wherever it stands, as a message calls it: friction that sticks, and freewheels.
+    pub fn first_held_anywhere(&self) -> Option<String> {
+        self.called(self.unilaterals.iter().find(|own| own.slip.is_some() || own.held.of_rate)?)
+    }
+
+    fn called(&self, own: &Unilateral) -> Option<String> {
         let part = self.parts().find(|part| part.owner == own.owner)?;
         let key = part.values.iter().find(|(_, value)| matches!(value, Value::Limits(_))).map(|(key, _)| *key);
         Some(match key {
@@ -176,13 +181,6 @@ impl Mechanism {
     /// What one part holds on one side, with its place among all.
     pub fn unilaterals_of(&self, owner: Owner) -> impl Iterator<Item = (usize, &Unilateral)> {
         self.unilaterals.iter().enumerate().filter(move |(_, own)| own.owner == owner && own.slip.is_none())
-    }
-
-    /// The first part whose friction sticks, as a message calls it.
-    pub fn first_slip(&self) -> Option<String> {
-        let own = self.unilaterals.iter().find(|own| own.slip.is_some())?;
-        let part = self.parts().find(|part| part.owner == own.owner)?;
-        Some(format!("the dry friction of {} `{}`", part.component().words(), part.name))
     }
 
     /// How a part rubs, with its place among all.

@@ -77,9 +77,8 @@ impl ContactKernels {
                     follows: slip.law.mu != Formula::Number(0.0),
                 }
             });
-            let caught = own.caught.map(|caught| caught.0 as u32);
-            let (name, closed) = (own.name.clone(), own.closed.0 as u32);
-            all.push(Contact { name, constraint: row as u32, closed, caught, slip });
+            let (name, closed, of_rate) = (own.name.clone(), own.closed.0 as u32, own.held.of_rate);
+            all.push(Contact { name, constraint: row as u32, closed, of_rate, slip });
         }
         let contacts = Contacts { all, gaps, rates, accelerations, restitutions, impact, pressing, locks };
         (contacts.gaps.results.len() == contacts.all.len() && !contacts.all.is_empty()).then_some(contacts)

@@ -72,12 +72,13 @@ impl Resolver<'_> {
                     format!("{what} is negative: {value}{unit}{by_default}"),
                     "must not be negative",
                 ),
-                Range::Share => {
-                    let rule = "must be from 0 to 1";
-                    ("scene::out_of_range", format!("{what} {rule}, but is {value}{unit}{by_default}"), rule)
-                }
-                _ => {
-                    let rule = if range == Range::NotZero { "must not be zero" } else { "must be positive" };
+                Range::Any | Range::Positive | Range::NotZero | Range::Share | Range::FromOne => {
+                    let rule = match range {
+                        Range::NotZero => "must not be zero",
+                        Range::Share => "must be from 0 to 1",
+                        Range::FromOne => "must be 1 or more",
+                        Range::Any | Range::Positive | Range::NotNegative => "must be positive",
+                    };
                     ("scene::out_of_range", format!("{what} {rule}, but is {value}{unit}{by_default}"), rule)
                 }
             };

@@ -74,23 +74,14 @@ impl Resolver<'_> {
         };
         let coulomb = given("coulomb", Range::NotNegative, level);
         let velocity = given("velocity", Range::Positive, speed);
-        let (mu, ratio) = (given("mu", Range::NotNegative, &NUMBER), given("static", Range::Positive, &NUMBER));
+        let (mu, ratio) = (given("mu", Range::NotNegative, &NUMBER), given("static", Range::FromOne, &NUMBER));
         let (radius, length) = (given("radius", Range::Positive, &LENGTH), given("length", Range::Positive, &LENGTH));
         let [zero, one] = [0.0, 1.0].map(Formula::Number);
-        let ratio = ratio?.unwrap_or(one);
-        if constant::evaluate(&ratio, &self.values) < 1.0 {
-            let message = format!("{what} is smaller at rest than while it slides");
-            let fault = Fault::new("scene::friction", message, fields.key_span("static").unwrap_or(node.span));
-            self.faults.push(
-                fault.label("less than one").help("`static` is the level at rest by that while it slides: 1 or more"),
-            );
-            return None;
-        }
         Some(Friction {
             coulomb: coulomb?.unwrap_or_else(|| zero.clone()),
             velocity: velocity?,
             mu: mu?.unwrap_or(zero),
-            ratio,
+            ratio: ratio?.unwrap_or(one),
             radius: radius?,
             length: length?,
         })

@@ -8,7 +8,7 @@ use cotree_fmu::model::Model;
 pub struct Logged {
     /// \[s\]
     pub time: f64,
-    /// An event of the scene, or a limit, contact or rope, such as `guide.max`.
+    /// An event of the scene, a limit, contact or rope, such as `guide.max`, or what rubs, such as `guide.friction`.
     pub name: String,
     pub what: What,
 }
@@ -24,6 +24,12 @@ pub enum What {
     Closes,
     /// It is open from now on.
     Opens,
+    /// What rubs holds from now on.
+    Sticks,
+    /// What rubs slides from now on, or does not rub any more.
+    Slips,
+    /// What rubs slides the other way.
+    Turns,
 }
 
 impl What {
@@ -34,6 +40,9 @@ impl What {
             What::Impact { .. } => "impact",
             What::Closes => "closes",
             What::Opens => "opens",
+            What::Sticks => "sticks",
+            What::Slips => "slips",
+            What::Turns => "turns",
         }
     }
 }
@@ -45,16 +54,20 @@ impl Logged {
         let entry = |name: &str, what| Logged { time: own.time(), name: name.to_owned(), what };
         let events = own.due.iter().filter_map(|&index| program.instants.events.get(index));
         let mut all: Vec<Logged> = events.map(|event| entry(&event.name, What::Event)).collect();
-        let [before, after] = own.closed(model);
+        let ([before, after], [came, goes]) = (own.closed(model), own.directions(model));
         for (index, contact) in program.instants.contacts().iter().enumerate() {
             if own.hit.contains(&index) {
                 let impulse = own.after.parameters()[contact.closed as usize + 1];
                 let angular = program.constraints[contact.constraint as usize].angular;
                 all.push(entry(&contact.name, What::Impact { impulse, angular }));
             }
-            if before[index] != after[index] {
-                all.push(entry(&contact.name, if after[index] { What::Closes } else { What::Opens }));
-            }
+            let rubs = contact.slip.is_some();
+            let what = match (before[index], after[index]) {
+                (false, true) => Some(if rubs { What::Sticks } else { What::Closes }),
+                (true, false) => Some(if rubs { What::Slips } else { What::Opens }),
+                _ => (came[index] * goes[index] < 0.0).then_some(What::Turns),
+            };
+            all.extend(what.map(|what| entry(&contact.name, what)));
         }
         all
     }

@@ -4,8 +4,8 @@
 //! the program serve all modes, and a change of mode is a number in the state. Nothing here remembers anything but storage.
 //!
 //! A freewheel is a contact of rates: what must not be negative is the rate of its gap. Open it has no gap (it touches wherever it is), and its rate is its indicator; closed it is held where it
-//! stands, for which its gap counts from a held value that is set anew at every instant at which it is open. So a closed freewheel is a closed contact, which drifts no more than others, an
-//! open one counts in no projection, and being caught is an impact without a rebound.
+//! stands, for which its gap counts from a held value that is set anew at every instant at which it is open; what sticks is held in the same way. So a closed freewheel is a closed contact, which
+//! drifts no more than others, an open one counts in no projection, and being caught is an impact without a rebound.
 
 use super::modes::{Choices, MOST_TRIALS};
 use crate::failure::Failure;
@@ -54,6 +54,8 @@ pub(crate) struct Contacts {
     /// The parameters, with all modes, before something was tried, and before all.
     kept: Vec<f64>,
     began: Vec<f64>,
+    /// How often accelerations have been found or an impact tried.
+    pub trials: u64,
     /// Who touches, and whose reaction has fallen to zero.
     touches: Vec<bool>,
     leaves: Vec<bool>,
@@ -85,6 +87,7 @@ impl Contacts {
             rest: vec![0.0; n],
             kept: vec![0.0; program.parameters.len()],
             began: vec![0.0; program.parameters.len()],
+            trials: 0,
             touches: vec![false; count],
             leaves: vec![false; count],
             dead: vec![false; count],
@@ -104,7 +107,7 @@ impl Contacts {
     pub fn watch(&mut self, data: &Data, machine: &mut Machine, state: &State) {
         machine.evaluate(&data.gaps, &mut self.gaps);
         machine.evaluate(&data.rates, &mut self.rates);
-        if data.all.iter().any(|contact| contact.caught.is_some()) {
+        if data.all.iter().any(|contact| contact.of_rate) {
             machine.evaluate(&data.accelerations, &mut self.accelerations);
         }
         for index in open_freewheels(data, state) {
@@ -112,15 +115,14 @@ impl Contacts {
         }
     }
 
-    /// Open freewheels would be held where they stand now.
+    /// What is held wherever it stands would be held where it stands now.
     fn follow(&mut self, model: &Model, machine: &mut Machine, state: &mut State) {
         let Some(data) = &model.program().instants.contacts else { return };
         machine.load(model, state);
         machine.evaluate(&data.gaps, &mut self.gaps);
         for (index, contact) in data.all.iter().enumerate() {
-            let caught = contact.caught.filter(|_| !is_closed(data, state, index));
-            if let Some(caught) = caught {
-                state.parameters_mut()[caught as usize] += self.gaps[index];
+            if let Some(place) = contact.place().filter(|_| !is_closed(data, state, index)) {
+                state.parameters_mut()[place] += self.gaps[index];
             }
         }
     }
@@ -221,6 +223,7 @@ impl Contacts {
 
     /// The rates after an impact of those that are closed.
     fn strike(&mut self, context: &mut Place) {
+        self.trials += 1;
         self.asked.fill(0.0);
         for (index, contact) in context.data.all.iter().enumerate() {
             let (rate, is_contact) = (self.before[index], contact.slip.is_none());
@@ -347,7 +350,7 @@ impl Contacts {
                 continue;
             }
             if self.locks.is_empty() || self.any_sticks(context) {
-                return self.accept(context);
+                return Ok(());
             }
             // Friction that locks may permit another motion.
             for other in 0..trials {
@@ -357,7 +360,7 @@ impl Contacts {
             }
             self.choices.set(trial, context.data, context.state.parameters_mut());
             self.accelerate(context);
-            return if locked { Err(context.failure(&self.choices, TWO_MOTIONS)) } else { self.accept(context) };
+            return if locked { Err(context.failure(&self.choices, TWO_MOTIONS)) } else { Ok(()) };
         }
         context.state.parameters_mut().copy_from_slice(&self.kept);
         Err(context.failure(&self.choices, if locked { LOCKS } else { NO_MODE }))
@@ -438,18 +441,9 @@ impl Contacts {
         self.choices.concerned().any(|index| context.slip(index).is_some() && context.is_closed(index))
     }
 
-    /// What has begun to stick does so where it is.
-    fn accept(&mut self, context: &mut Place) -> Result<(), Failure> {
-        for (index, contact) in context.data.all.iter().enumerate().filter(|(_, contact)| contact.slip.is_some()) {
-            if context.is_closed(index) && self.kept[contact.closed as usize] == 0.0 {
-                context.state.parameters_mut()[contact.place()] += self.gaps[index];
-            }
-        }
-        Ok(())
-    }
-
     /// Accelerations and reactions in the present mode, the second derivatives of the gaps, what presses and what must be positive.
     fn accelerate(&mut self, context: &mut Place) {
+        self.trials += 1;
         let Place { model, data, machine, state } = context;
         machine.load(model, state);
         machine.evaluate(&model.program().tapes.acceleration, &mut self.solved);
@@ -521,7 +515,7 @@ impl Place<'_> {
 
 /// Freewheels that are open in a state.
 fn open_freewheels(data: &Data, state: &State) -> impl Iterator<Item = usize> {
-    (0..data.all.len()).filter(|&index| data.all[index].caught.is_some() && !is_closed(data, state, index))
+    (0..data.all.len()).filter(|&index| data.all[index].of_rate && !is_closed(data, state, index))
 }
 
 /// True while a contact is closed in a state, or something sticks.

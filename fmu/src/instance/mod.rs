@@ -146,7 +146,9 @@ impl Instance {
 
     /// What the solver has done so far.
     pub fn statistics(&self) -> Statistics {
-        self.stepper.statistics()
+        let mut statistics = self.stepper.statistics();
+        statistics.work += self.instants.as_ref().map_or(0, |own| own.work(self.model.program()));
+        statistics
     }
 
     /// Permits less work for each step than usual, in the instructions of [`Statistics::work`].

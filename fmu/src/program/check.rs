@@ -208,7 +208,6 @@ impl Program {
         }
         for contact in self.instants.contacts() {
             let row = self.constraints.get(contact.constraint as usize);
-            let last = if contact.slip.is_some() { contact.signs().end - 1 } else { contact.closed as usize + 1 };
             let slip = contact.slip.as_ref();
             let slips = slip.is_none_or(|slip| {
                 let sums = slip.sums as usize + slip.signs as usize;
@@ -216,7 +215,7 @@ impl Program {
                     && slip.on.is_none_or(|on| (on as usize) < self.instants.contacts().len())
                     && self.instants.contacts.as_ref().is_some_and(|all| sums <= all.pressing.results.len())
             });
-            let is_held = last < self.parameters.len() && slips && contact.caught.is_none_or(is_parameter);
+            let is_held = contact.last() < self.parameters.len() && slips;
             if row.is_none_or(|row| row.role != Role::OneSided) || !is_held {
                 return Err(Fault::Reference { name: contact.name.clone() });
             }

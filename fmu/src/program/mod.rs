@@ -116,10 +116,10 @@ pub struct Contact {
     pub constraint: u32,
     /// The parameter that is 1 while it is closed, else 0; the next one is the impulse of the last impact.
     pub closed: u32,
-    /// For a freewheel, whose rate is what is never negative: the parameter that its gap counts from. It is caught where it stands.
-    pub caught: Option<u32>,
-    /// If it is held on both sides while it is closed, and rubs while it is open. Then two more parameters follow: where it is held, and 1 or -1 while it slips that way, else 0; and the signs of
-    /// what presses.
+    /// True for a freewheel, whose rate is what is never negative: one more parameter follows, from where its gap counts.
+    pub of_rate: bool,
+    /// If it is held on both sides while it is closed, and rubs while it is open. Then more parameters follow: from where its gap counts, 1 or -1 while it slips that way, else 0, and the signs
+    /// of what presses.
     pub slip: Option<Slip>,
 }
 
@@ -144,15 +144,20 @@ impl Contact {
         self.closed as usize + 3
     }
 
-    /// The parameter that says where it sticks.
-    pub fn place(&self) -> usize {
-        self.closed as usize + 2
+    /// The parameter that says where it is held, of what is held wherever it stands.
+    pub fn place(&self) -> Option<usize> {
+        (self.of_rate || self.slip.is_some()).then_some(self.closed as usize + 2)
     }
 
     /// The parameters that are the signs of what presses.
     pub fn signs(&self) -> std::ops::Range<usize> {
         let first = self.closed as usize + 4;
         first..first + self.slip.as_ref().map_or(0, |slip| slip.signs as usize)
+    }
+
+    /// The last of its parameters.
+    pub(crate) fn last(&self) -> usize {
+        if self.slip.is_some() { self.signs().end - 1 } else { self.place().unwrap_or(self.closed as usize + 1) }
     }
 }
 

@@ -28,7 +28,7 @@ const KEYS: &[Key] = &[
         "the torque against which it slips",
         "give the torque against which it slips: `level = \"12 N.m\"`, or a law such as `level = \"if(t > 1, 12, 0)\"`",
     ),
-    Key::optional("static", Form::Constant(NUMBER, Range::Positive), "its level at rest by that while it slips"),
+    Key::default("static", Form::Constant(NUMBER, Range::FromOne), "its level at rest by that while it slips", "1"),
 ];
 
 const fn of(name: &'static str) -> Component {

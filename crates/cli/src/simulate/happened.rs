@@ -19,8 +19,8 @@ struct Told {
     /// Times and impulses.
     impacts: Vec<(f64, f64)>,
     angular: bool,
-    /// When it has closed or opened, and whether it was closed then.
-    changes: Vec<(f64, bool)>,
+    /// When it has closed or opened, or what rubs has begun to stick, to slide or to turn.
+    changes: Vec<(f64, What)>,
 }
 
 impl Simulate {
@@ -57,8 +57,7 @@ fn told(finish: &Finish) -> BTreeMap<&str, Told> {
                 own.impacts.push((*time, impulse));
                 own.angular = angular;
             }
-            What::Closes => own.changes.push((*time, true)),
-            What::Opens => own.changes.push((*time, false)),
+            What::Closes | What::Opens | What::Sticks | What::Slips | What::Turns => own.changes.push((*time, *what)),
         }
     }
     all
@@ -82,14 +81,21 @@ impl Told {
                 unit.name
             ));
         }
-        let opened = self.changes.iter().filter(|(_, closed)| !closed).count();
-        if opened > 0 {
-            parts.push(format!("opens {}", counted(opened, "time")));
+        for change in [What::Opens, What::Slips, What::Turns] {
+            let count = self.changes.iter().filter(|(_, what)| *what == change).count();
+            if count > 0 {
+                parts.push(format!("{} {}", change.word(), counted(count, "time")));
+            }
         }
-        match self.changes.last() {
-            Some((time, true)) => parts.push(format!("stays closed from t = {} s on", short(*time))),
-            Some((time, false)) => parts.push(format!("is open from t = {} s on", short(*time))),
-            None => {}
+        if let Some((time, what)) = self.changes.last() {
+            let state = match what {
+                What::Closes => "stays closed",
+                What::Opens => "is open",
+                What::Sticks => "sticks",
+                What::Slips | What::Turns => "slides",
+                What::Event | What::Impact { .. } => "has happened",
+            };
+            parts.push(format!("{state} from t = {} s on", short(*time)));
         }
         parts.join("; ")
     }

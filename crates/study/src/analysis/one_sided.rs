@@ -8,6 +8,7 @@ use cotree::formulate::Formulated;
 use cotree::model::Mechanism;
 use cotree::network::Held;
 use cotree::report::data::shown;
+use cotree::scene::constant;
 use cotree_fmu::model::Model;
 use nalgebra::DMatrix;
 
@@ -29,6 +30,8 @@ pub struct Closure {
     /// Such as `hinge.max`.
     pub name: String,
     pub closed: bool,
+    /// What kind of thing it is.
+    kind: Kind,
     /// By how much it is open, SI.
     pub gap: f64,
     /// With what it presses, SI.
@@ -41,6 +44,19 @@ pub struct Closure {
     rate: f64,
 }
 
+/// What may be open or closed, hold or let go.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Kind {
+    /// A limit, a contact, a rope.
+    Stop,
+    Freewheel,
+    /// Dry friction: 1 or -1 while it slides that way, else 0; and the force that it holds at most.
+    Friction {
+        direction: f64,
+        level: f64,
+    },
+}
+
 /// A part that is to be open or closed: its place among the mechanism's.
 pub type Asked = (usize, bool);
 
@@ -48,28 +64,45 @@ pub type Asked = (usize, bool);
 pub(super) fn closures(formulated: &Formulated, point: &Point) -> Vec<Closure> {
     let equations = &formulated.equations;
     let length = formulated.lowered.program.length;
-    let all = equations.system.mechanism.unilaterals.iter().enumerate();
-    all.filter_map(|(index, own)| {
-        let row = equations.row_of_unilateral(index)?;
-        let constraint = &equations.constraints[row];
-        let gap = constraint.one_sided.as_ref()?;
-        let columns = gap.jacobian.iter();
-        let (rates, entries): (Vec<f64>, Vec<_>) =
-            columns.map(|&(column, entry)| (point.value(Symbol::Coordinate(column, Order::Velocity)), entry)).unzip();
-        let wanted = [[gap.value, gap.time_rate].as_slice(), &entries].concat();
-        let values = equations.system.arena.evaluate(&wanted, point);
-        let rate = values[2..].iter().zip(rates).fold(values[1], |sum, (entry, rate)| sum + entry * rate);
-        Some(Closure {
-            name: own.name.clone(),
-            closed: point.value(Symbol::Parameter(own.closed.0)) != 0.0,
-            gap: values[0],
-            force: -point.value(Symbol::Reaction(row)),
-            angular: constraint.held == Held::Angle,
-            scale: constraint.scale(length),
-            rate,
+    let mechanism = &equations.system.mechanism;
+    let parameters: Vec<f64> =
+        (0..mechanism.parameters.len()).map(|index| point.value(Symbol::Parameter(index))).collect();
+    mechanism
+        .unilaterals
+        .iter()
+        .enumerate()
+        .filter_map(|(index, own)| {
+            let row = equations.row_of_unilateral(index)?;
+            let constraint = &equations.constraints[row];
+            let gap = constraint.one_sided.as_ref()?;
+            let columns = gap.jacobian.iter();
+            let (rates, entries): (Vec<f64>, Vec<_>) = columns
+                .map(|&(column, entry)| (point.value(Symbol::Coordinate(column, Order::Velocity)), entry))
+                .unzip();
+            let wanted = [[gap.value, gap.time_rate].as_slice(), &entries].concat();
+            let values = equations.system.arena.evaluate(&wanted, point);
+            let rate = values[2..].iter().zip(rates).fold(values[1], |sum, (entry, rate)| sum + entry * rate);
+            let kind = match &own.slip {
+                Some(slip) => {
+                    let ratio = constant::evaluate(&slip.law.ratio, &parameters);
+                    let direction = point.value(Symbol::Parameter(slip.direction.0));
+                    Kind::Friction { direction, level: ratio * point.value(Symbol::Reaction(row + 1)) }
+                }
+                None if own.held.of_rate => Kind::Freewheel,
+                None => Kind::Stop,
+            };
+            Some(Closure {
+                name: own.name.clone(),
+                kind,
+                closed: point.value(Symbol::Parameter(own.closed.0)) != 0.0,
+                gap: values[0],
+                force: -point.value(Symbol::Reaction(row)),
+                angular: constraint.held == Held::Angle,
+                scale: constraint.scale(length),
+                rate,
+            })
         })
-    })
-    .collect()
+        .collect()
 }
 
 /// What is held on one side only, as the motion begins with it; nothing if it does not begin.
@@ -89,15 +122,30 @@ impl Closure {
     /// What it is at the start, and what may come of it.
     pub fn told(&self, mechanism: &Mechanism) -> String {
         let ([length, force], name) = (self.units(), &self.name);
-        match self.closed {
-            true => format!(
-                "`{name}` is closed at the start and presses with {}: it opens where that falls to zero",
-                told(mechanism, self.force, force)
-            ),
-            false => format!(
-                "`{name}` is open by {} at the start: it strikes where that falls to zero",
-                told(mechanism, self.gap, length)
-            ),
+        let speed = if self.angular { "rad/s" } else { "m/s" };
+        let [gap, rate, force] =
+            [(self.gap, length), (self.rate, speed), (self.force, force)].map(|(value, si)| told(mechanism, value, si));
+        match (self.kind, self.closed) {
+            (Kind::Stop, true) => {
+                format!("`{name}` is closed at the start and presses with {force}: it opens where that falls to zero")
+            }
+            (Kind::Stop, false) => {
+                format!("`{name}` is open by {gap} at the start: it strikes where that falls to zero")
+            }
+            (Kind::Freewheel, true) => {
+                format!("`{name}` is caught at the start and drives with {force}: it lets go where that falls to zero")
+            }
+            (Kind::Freewheel, false) => {
+                format!("`{name}` turns freely at the start, by {rate}: it is caught where that falls to zero")
+            }
+            (Kind::Friction { level, .. }, true) => {
+                let level = told(mechanism, level, self.units()[1]);
+                format!("`{name}` sticks at the start and holds with {force}: it slides where that exceeds {level}")
+            }
+            (Kind::Friction { direction, .. }, false) if direction != 0.0 => {
+                format!("`{name}` slides at the start, by {rate}: it may stick where that falls to zero")
+            }
+            (Kind::Friction { .. }, false) => format!("`{name}` does not rub at the start: nothing presses there"),
         }
     }
 

@@ -296,9 +296,9 @@ impl Study {
     }
 
     fn made_local(&mut self, mechanism: &Mechanism) -> Result<Local, StudyError> {
-        if let Some(slips) = mechanism.first_slip() {
+        if let Some(held) = mechanism.first_held_anywhere() {
             return Err(Failure::Instants(format!(
-                "{slips} sticks or slips: what rests with it is one of many places, and a linear system that of one of its modes, which cannot be chosen; use `simulate`, or friction with `velocity`"
+                "{held} holds wherever it stands: what rests with it is one of many places, and a linear system that of one of its modes, which cannot be chosen; use `simulate`, or friction with `velocity`"
             ))
             .into());
         }

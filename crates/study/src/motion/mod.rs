@@ -137,9 +137,8 @@ fn without_history(mechanism: &Mechanism) -> Result<(), MotionError> {
     } else if let Some(event) = mechanism.events.first() {
         (format!("whether the event `{}` has happened before a pose", event.name), "events")
     } else if let Some(own) = mechanism.first_unilateral() {
-        let why = format!("whether {own} is open or closed in a pose depends on what pushes it there");
         return Err(MotionError::Request(format!(
-            "{why}: use `simulate`, or a scene without it and with the range of the input: `--range`"
+            "in which mode {own} is in a pose depends on the way there: use `simulate`, or a scene without it and with the range of the input: `--range`"
         )));
     } else if let Some(state) = mechanism.states.first() {
         (format!("what the state `{}` is in a pose", state.name), "states")

@@ -28,9 +28,7 @@ impl Instance {
     pub(super) fn is_any_solved(&self) -> bool {
         let contacts = self.model.program().instants.contacts.as_ref();
         let counts = |data: &Contacts, index: usize| {
-            data.all[index].caught.is_some()
-                || data.all[index].slip.is_some()
-                || is_closed(data, &self.now.state, index)
+            data.all[index].place().is_some() || is_closed(data, &self.now.state, index)
         };
         contacts.is_some_and(|data| (0..data.all.len()).any(|index| counts(data, index)))
     }
@@ -283,11 +281,16 @@ impl Instance {
         }
     }
 
-    /// A contact that has been turned at an instant, and would have to be turned again.
+    /// A contact, or a sign of what presses, that has been turned at an instant, and would have to be turned again.
     pub(super) fn never_fits(&self, event: usize, time: f64) -> Failure {
         let instants = &self.model.program().instants;
-        let names = vec![instants.contacts()[event - instants.events.len()].name.clone()];
-        Failure::Contact { time, names, why: "neither open nor closed fits the motion that follows" }
+        let turned = instants.contacts().get(event - instants.events.len());
+        let sticking = || instants.contacts().iter().filter(|contact| contact.slip.is_some());
+        let names = match turned {
+            Some(contact) => vec![contact.name.clone()],
+            None => sticking().map(|contact| contact.name.clone()).collect(),
+        };
+        Failure::Contact { time, names, why: "neither of its modes fits the motion that follows" }
     }
 
     /// A contact that is open by less than nothing at the end of a step through which it has been looked for.

@@ -3,6 +3,8 @@
 use super::super::snapshot::{Phase, Snapshot};
 use super::super::{Computed, Instance, InstanceError};
 use super::{Instants, Searched};
+use crate::context::{Deadline, Settings};
+use crate::failure::Failure;
 use crate::hybrid::onset::{self, PARTS};
 use crate::hybrid::tick::is_later;
 
@@ -30,7 +32,10 @@ impl Instance {
                 self.advance(now.next_up().min(target))?;
             }
             let found = self.search();
-            if let Some(overlooked) = self.instants.as_mut().and_then(|own| own.overlooked.take()) {
+            if let Some(own) = &mut self.instants
+                && let Some(overlooked) = own.overlooked.take()
+            {
+                own.searched = None;
                 return Err(overlooked.into());
             }
             if let Some((at, event)) = found {
@@ -82,11 +87,17 @@ impl Instance {
     fn search_step(&mut self, own: &mut Instants, step: [f64; 2]) -> Searched {
         own.armed.clone_from(&self.now.happened.armed);
         let (mut from, mut depth, mut first) = (0.0, 0, None);
+        let begin = own.looks;
         while from < 1.0 && first.is_none() {
             let to = from + 0.5_f64.powi(depth);
             let piece = [from, to].map(|share| between(step, share));
             if depth < DEEPEST && !self.is_resolved(own, step, piece) {
                 depth += 1;
+                let spent = (own.looks - begin) * own.look;
+                if let Err(failure) = self.check_search(own.deadline, spent, [piece[0], step[1]]) {
+                    own.overlooked = Some(failure);
+                    return Searched { step, first: None };
+                }
                 continue;
             }
             first = self.first_in(own, step, piece);
@@ -102,6 +113,12 @@ impl Instance {
         }
         self.computed = Computed::default();
         Searched { step, first }
+    }
+
+    /// Fails where a search takes more work than a communication step may, or the time for it is over: a comparison may jump at every place.
+    fn check_search(&self, deadline: Option<Deadline>, spent: u64, [time, target]: [f64; 2]) -> Result<(), Failure> {
+        Settings { deadline, ..self.settings() }.check_patience(time)?;
+        if spent > self.most_work { Err(Failure::TooMuchWork { time, target }) } else { Ok(()) }
     }
 
     /// Looks at all excesses in the places of a piece, and whether those tell what they are in between.
@@ -155,6 +172,7 @@ impl Instance {
 
     /// Evaluates the sides of all comparisons at a share of the last step; none is a number where the motion is not known.
     pub(super) fn evaluate_sides(&mut self, own: &mut Instants, (step, piece): ([f64; 2], [f64; 2]), share: f64) {
+        own.looks += 1;
         let settings = self.settings();
         let Snapshot { run, memory, .. } = &mut self.now;
         let at = (between(piece, share), &mut own.within);

@@ -92,7 +92,11 @@ pub(super) struct Instants {
     /// One for each contact, positive where it must change: its reaction while it is closed, minus its gap while it is open.
     indicators: Vec<f64>,
     contacts: Contacts,
+    /// Why the last step cannot be searched, or what must have been missed in it.
     overlooked: Option<Failure>,
+    /// How often places within steps have been looked at, and how many instructions of tapes each look is.
+    looks: u64,
+    look: u64,
     /// When a contact last changed because of what followed, and which: an instant at which both modes fit.
     turned: Option<(f64, usize)>,
     /// The excess of each event, then of each contact, in the parts of the last step.
@@ -138,6 +142,9 @@ impl Instants {
             return None;
         }
         let occasions = instants.occasions();
+        let tapes = &program.tapes;
+        let closing = [&tapes.constraint, &tapes.project_position, &tapes.project_velocity, &tapes.acceleration];
+        let looked = closing.into_iter().chain([&instants.sides]).map(|tape| tape.instructions().len() as u64);
         Some(Box::new(Self {
             clocks: Vec::with_capacity(instants.samplers.len()),
             tick: f64::INFINITY,
@@ -158,6 +165,8 @@ impl Instants {
             indicators: vec![0.0; occasions - instants.events.len()],
             contacts: Contacts::new(model),
             overlooked: None,
+            looks: 0,
+            look: looked.sum(),
             seen: None,
             turned: None,
             happened: false,
@@ -171,6 +180,12 @@ impl Instants {
             Some(sides) => sides[0] - sides[1],
             None => self.indicators[event - self.sides.len() / 2],
         }
+    }
+
+    /// About how much work the searches and trials have been, in instructions of tapes.
+    pub fn work(&self, program: &Program) -> u64 {
+        let trial = program.tapes.acceleration.instructions().len() as u64;
+        self.looks * self.look + self.contacts.trials * trial
     }
 
     /// True for what comes after the events.

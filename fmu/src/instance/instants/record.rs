@@ -2,9 +2,10 @@
 
 use super::super::Instance;
 use super::Instants;
-use crate::hybrid::contact::is_closed;
+use crate::hybrid::contact::{direction, is_closed};
 use crate::math::maximum;
 use crate::model::{Model, State};
+use crate::program::Contacts;
 
 /// The excess of an event is looked at in so many places before it.
 const PLACES: u32 = 8;
@@ -41,10 +42,18 @@ impl Happening {
 
     /// Contacts that are closed before and after.
     pub fn closed(&self, model: &Model) -> [Vec<bool>; 2] {
+        self.of_contacts(model, is_closed)
+    }
+
+    /// Before and after: 1 or -1 for what slips that way, else 0.
+    pub fn directions(&self, model: &Model) -> [Vec<f64>; 2] {
+        self.of_contacts(model, direction)
+    }
+
+    fn of_contacts<T>(&self, model: &Model, own: impl Fn(&Contacts, &State, usize) -> T) -> [Vec<T>; 2] {
         let data = model.program().instants.contacts.as_ref();
         [&self.before, &self.after].map(|state| {
-            let all = data.into_iter().flat_map(|data| (0..data.all.len()).map(|index| is_closed(data, state, index)));
-            all.collect()
+            data.into_iter().flat_map(|data| (0..data.all.len()).map(|index| own(data, state, index))).collect()
         })
     }
 }

@@ -129,9 +129,9 @@ impl Differentiated {
         let parameters = varied(&formulated, to)?;
         let program = &formulated.lowered.program;
         let refused = |what: String| Failure::NoDerivative { time: program.experiment.start, what };
-        if let Some(slips) = formulated.equations.system.mechanism.first_slip() {
+        if let Some(held) = formulated.equations.system.mechanism.first_held_anywhere() {
             return Err(refused(format!(
-                "{slips} sticks and slips, where derivatives are not followed: compare runs with other values instead, with `cotree sweep`, or give friction a `velocity`"
+                "{held} holds wherever it stands, where derivatives are not followed: compare runs with other values instead, with `cotree sweep`, or give friction a `velocity`"
             )));
         }
         let given =
