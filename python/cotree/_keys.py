@@ -288,7 +288,7 @@ class JointKeys(TypedDict, total=False):
     shaft: str
     #: on which side of the line the disc rolls, seen along the axis; on which side of the line the point stays, seen along the axis, or of the circle, outside by default; where a turning follower touches, seen from the shaft towards its pivot
     side: Literal['left', 'right'] | Literal['left', 'right', 'outside', 'inside']
-    #: its level at rest by that while it slips
+    #: its level at rest by that while it slips; 1 if absent
     static: Quantity
     #: lets the follower lift off where it would have to be pulled; it rebounds with the share restitution of its speed
     unilateral: Mapping[str, Any]

@@ -87,13 +87,14 @@ impl Instance {
     fn search_step(&mut self, own: &mut Instants, step: [f64; 2]) -> Searched {
         own.armed.clone_from(&self.now.happened.armed);
         let (mut from, mut depth, mut first) = (0.0, 0, None);
-        let begin = own.looks;
+        let begin = own.evaluated;
         while from < 1.0 && first.is_none() {
             let to = from + 0.5_f64.powi(depth);
             let piece = [from, to].map(|share| between(step, share));
-            if depth < DEEPEST && !self.is_resolved(own, step, piece) {
+            let is_resolved = self.is_resolved(own, step, piece);
+            if depth < DEEPEST && !is_resolved {
                 depth += 1;
-                let spent = (own.looks - begin) * own.look;
+                let spent = (own.evaluated - begin) * own.evaluation;
                 if let Err(failure) = self.check_search(own.deadline, spent, [piece[0], step[1]]) {
                     own.overlooked = Some(failure);
                     return Searched { step, first: None };
@@ -172,7 +173,7 @@ impl Instance {
 
     /// Evaluates the sides of all comparisons at a share of the last step; none is a number where the motion is not known.
     pub(super) fn evaluate_sides(&mut self, own: &mut Instants, (step, piece): ([f64; 2], [f64; 2]), share: f64) {
-        own.looks += 1;
+        own.evaluated += 1;
         let settings = self.settings();
         let Snapshot { run, memory, .. } = &mut self.now;
         let at = (between(piece, share), &mut own.within);

@@ -94,9 +94,9 @@ pub(super) struct Instants {
     contacts: Contacts,
     /// Why the last step cannot be searched, or what must have been missed in it.
     overlooked: Option<Failure>,
-    /// How often places within steps have been looked at, and how many instructions of tapes each look is.
-    looks: u64,
-    look: u64,
+    /// How many places within steps have been evaluated, and how many instructions of tapes that is each.
+    evaluated: u64,
+    evaluation: u64,
     /// When a contact last changed because of what followed, and which: an instant at which both modes fit.
     turned: Option<(f64, usize)>,
     /// The excess of each event, then of each contact, in the parts of the last step.
@@ -144,7 +144,7 @@ impl Instants {
         let occasions = instants.occasions();
         let tapes = &program.tapes;
         let closing = [&tapes.constraint, &tapes.project_position, &tapes.project_velocity, &tapes.acceleration];
-        let looked = closing.into_iter().chain([&instants.sides]).map(|tape| tape.instructions().len() as u64);
+        let lengths = closing.into_iter().chain([&instants.sides]).map(|tape| tape.instructions().len() as u64);
         Some(Box::new(Self {
             clocks: Vec::with_capacity(instants.samplers.len()),
             tick: f64::INFINITY,
@@ -165,8 +165,8 @@ impl Instants {
             indicators: vec![0.0; occasions - instants.events.len()],
             contacts: Contacts::new(model),
             overlooked: None,
-            looks: 0,
-            look: looked.sum(),
+            evaluated: 0,
+            evaluation: lengths.sum(),
             seen: None,
             turned: None,
             happened: false,
@@ -185,7 +185,7 @@ impl Instants {
     /// About how much work the searches and trials have been, in instructions of tapes.
     pub fn work(&self, program: &Program) -> u64 {
         let trial = program.tapes.acceleration.instructions().len() as u64;
-        self.looks * self.look + self.contacts.trials * trial
+        self.evaluated * self.evaluation + self.contacts.trials * trial
     }
 
     /// True for what comes after the events.
