@@ -575,3 +575,15 @@ fn figures_of_a_stroke_refuse_events() {
     let without = figures(&format!("{before}[initial]\n\"rail.s\" = 1.0"));
     assert!(without.is_ok(), "{without:?}");
 }
+
+/// The sine turns many times between any two places that a search evaluates.
+#[test]
+fn a_comparison_that_jumps_everywhere_is_too_much_work() {
+    let text = format!("{SERVO}\n[events.noise]\nwhen = \"sin(1e15*t) > 1.5\"\nset = {{ push = 0 }}\n");
+    let mut instance = started(&model(&text), None, 1.0, 1e-10);
+    instance.limit_work(20_000_000);
+    let failure = instance.step_to(0.1).unwrap_err();
+    assert!(failure.is_unfinished(), "{failure}");
+    let again = instance.step_to(0.1).unwrap_err();
+    assert_eq!(failure.to_string(), again.to_string());
+}

@@ -96,3 +96,38 @@ fn the_command_counts_and_writes_what_has_happened() {
     let checked = String::from_utf8(checked.stdout).unwrap();
     assert!(checked.contains("`guide.max` is open by 0.3433 m at the start"), "{checked}");
 }
+
+#[test]
+fn what_rubs_is_told_in_its_own_words() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("belt.toml"), scene_of("stick_slip")).unwrap();
+    let output = cotree(folder.path(), &["simulate", "belt.toml", "--summary", "--log", "log.csv"]);
+    let summary = String::from_utf8(output.stdout).unwrap();
+    let log = std::fs::read_to_string(folder.path().join("log.csv")).unwrap();
+    let of = |word: &str| log.lines().filter(|row| row.contains(&format!(",{word},"))).count();
+    assert!(of("sticks") > 2 && of("sticks").abs_diff(of("slips")) <= 1, "{log}");
+    assert_eq!(of("closes") + of("opens") + of("impact"), 0, "{log}");
+    let line = summary.lines().find(|line| line.contains(".friction: ")).unwrap_or_else(|| panic!("{summary}"));
+    assert!(line.contains(&format!("slips {} times", of("slips"))), "{line}");
+    let last = if log.lines().last().unwrap().contains(",slips,") { "slides from t = " } else { "sticks from t = " };
+    assert!(line.contains(last), "{line}");
+    let checked = cotree(folder.path(), &["check", "belt.toml"]);
+    let checked = String::from_utf8(checked.stdout).unwrap();
+    assert!(
+        checked.contains(".friction` sticks at the start and holds with ")
+            || checked.contains(".friction` slides at the start, by "),
+        "{checked}"
+    );
+    assert!(!checked.contains("it strikes"), "{checked}");
+}
+
+#[test]
+fn a_ratchet_tells_that_it_turns_freely() {
+    let ratchet = BALL.replace("[joints.pad]", "[bodies.disc]\nmass = 1.0\ninertia = 1.0\n[joints.axle]\ntype = \"revolute\"\nbetween = [\"ground\", \"disc\"]\n[joints.ratchet]\ntype = \"one_way\"\nbetween = [\"ground\", \"disc\"]\n[joints.pad]");
+    let ratchet = ratchet.replace("once = true", "stop = true").replace("[initial]", "[initial]\n\"disc.omega\" = 2.0");
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("ratchet.toml"), ratchet).unwrap();
+    let checked = cotree(folder.path(), &["check", "ratchet.toml"]);
+    let checked = String::from_utf8(checked.stdout).unwrap();
+    assert!(checked.contains("`ratchet` turns freely at the start, by 2 rad/s"), "{checked}");
+}
