@@ -4,8 +4,6 @@ use crate::support::ROOT;
 use crate::support::hard::random::Random;
 use crate::support::run::{model, scene_of, started, value};
 
-use cotree::compile::compile;
-use cotree::scene::Scene;
 use cotree_fmu::program::Engine;
 
 const METHODS: [Engine; 2] = [Engine::Dop853, Engine::Radau];
@@ -680,20 +678,6 @@ tolerance = 1e-8
             assert!(text.contains("lane") && text.contains("friction"), "{text}");
         }
     }
-}
-
-/// What drivers move has no friction that sticks: smooth friction has a force there.
-#[test]
-fn friction_of_what_drivers_move_is_refused_with_the_way_out() {
-    let text = WHEEL.replace("[outputs]", "[drivers.turn]\njoint = \"pin\"\nangle = \"t\"\n[outputs]");
-    let text = text.replace("[initial]\n\"wheel.omega\" = 9.0\n", "");
-    let refused = Scene::from_toml(&text).and_then(|scene| compile(&scene)).unwrap_err().to_string();
-    for word in ["scene::friction", "`pin.friction` would rub where drivers move it", "velocity"] {
-        assert!(refused.contains(word), "{refused}");
-    }
-    let smooth = text.replace("mu = 0.3, radius = \"12 mm\"", "coulomb = 0.1, velocity = 0.01");
-    let smooth = smooth.replace(", \"pin.mode\"", "");
-    assert!(Scene::from_toml(&smooth).and_then(|scene| compile(&scene)).is_ok());
 }
 
 /// A drawer whose guide is pushed off its middle jams, however hard the push is.

@@ -28,6 +28,7 @@ mod dependencies;
 mod display_units;
 mod documentation;
 mod driven_blocks;
+mod driven_friction;
 mod driven_platforms;
 mod driver_corners;
 mod dry_friction;

@@ -12,7 +12,6 @@ use super::series::{Coefficients, SeriesBuilder};
 use super::{Arm, ArmEquations, Arms, Factor, Load, Reason};
 use crate::equations::{Constraint, Equations, FrameId};
 use crate::expr::{Arena, Expr, Node, Order, Property, Symbol, Unary, Values};
-use crate::solve::is_driven;
 
 /// Loop equations that repeat others and are open by more than this, relative to their scales, repeat them but nearly: each choice of them is another motion.
 const EXACTLY: f64 = 1e-13;
@@ -27,7 +26,7 @@ const ORDINARY: f64 = 20.0;
 /// # Errors
 /// Why there is none, as a clause.
 pub fn arm_form(equations: &mut Equations, length: f64, values: &impl Values) -> Result<(ArmForm, Vec<Expr>), Reason> {
-    let driven = is_driven(equations);
+    let driven = equations.is_driven();
     let formulate = |equations: &mut Equations, counts: fn(&Constraint) -> bool| match driven {
         true => equations.arms_of_loops(counts, length),
         false => equations.arms(counts),

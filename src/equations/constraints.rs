@@ -74,7 +74,7 @@ pub enum Standing {
     Trivial,
     /// It holds on one side only: imposed while it is closed.
     OneSided,
-    /// It is none: its multiplier is the level of the friction before it, a law of accelerations and reactions.
+    /// It is none: its multiplier is the level of the friction before it, a law of accelerations and reactions. Where drivers lead the motion, that before it is none either.
     Level,
 }
 
@@ -207,7 +207,11 @@ pub fn constraints(
 /// The same, as what does not always hold, and after it the row of a level if it rubs.
 fn masked(system: &mut System, row: Constraint) -> Vec<Constraint> {
     let element = system.element(row.element);
-    let (Some(closed), slip, false) = (element.closed, element.slip, row.is_trivial()) else { return vec![row] };
+    let (Some(closed), slip) = (element.closed, element.slip) else { return vec![row] };
+    // What drivers alone move takes part in no motion, but what rubs there acts on them.
+    if row.is_trivial() && slip.is_none() {
+        return vec![row];
+    }
     let level = slip.map(|_| row.level());
     std::iter::once(row.while_closed(&mut system.arena, closed, slip)).chain(level).collect()
 }

@@ -173,8 +173,8 @@ pub(super) struct Couplings {
 impl Couplings {
     pub fn new(arena: &mut Arena, constraints: &[Constraint]) -> Self {
         let mut couplings = Couplings::default();
-        for (index, constraint) in constraints.iter().enumerate().filter(|(_, constraint)| !constraint.is_trivial()) {
-            for chord in &constraint.coupled {
+        for (index, constraint) in constraints.iter().enumerate() {
+            for chord in constraint.coupled.iter().filter(|_| !constraint.is_trivial()) {
                 couplings.add_chord(arena, (index, Expr::ONE), chord);
             }
             let slip = constraint.one_sided.iter().filter_map(|gap| gap.slip.as_ref());

@@ -2,9 +2,14 @@
 //!
 //! A level may follow from reactions: mu times what presses. The reactions are sums over accelerations and multipliers, so a level is a law of the solution of the equations of motion itself.
 
+use std::collections::HashMap;
+
 use super::Equations;
-use crate::expr::{Binary, Expr, Symbol};
-use crate::model::{Owner, Pressed, Quantity, Variable};
+use crate::expr::{Arena, Binary, Expr, Order, Symbol, Unary};
+use crate::model::{Owner, Pressed, Quantity, Slip, Unilateral, Variable};
+
+/// What turns or moves by less than this share of its scale in a second does not slide, nor is it about to where that changes by less: rounding errors of what is zero are smaller.
+const STILL: f64 = 1e-12;
 
 /// A level: free + share x pressing.
 #[derive(Clone, Debug)]
@@ -22,8 +27,8 @@ pub struct Level {
 pub enum Pressing {
     /// A sum of sign x sum: each is its own size while it has its sign.
     Sum(Vec<(Expr, Expr)>),
-    /// The size of a vector.
-    Size([Expr; 2]),
+    /// The sizes of vectors, of one component or two.
+    Sizes(Vec<Vec<Expr>>),
 }
 
 impl Equations {
@@ -46,7 +51,9 @@ impl Equations {
             Pressed::Pin => {
                 let radius = slip.law.radius.as_ref().map_or(Expr::ZERO, |radius| self.system.value(radius));
                 share = self.system.arena.multiply(share, radius);
-                Pressing::Size([Quantity::Fx, Quantity::Fy].map(|quantity| self.reaction(own.owner, quantity)))
+                Pressing::Sizes(vec![
+                    [Quantity::Fx, Quantity::Fy].map(|force| self.reaction(own.owner, force)).to_vec(),
+                ])
             }
             Pressed::Guide { .. } => {
                 let normal = self.reaction(own.owner, Quantity::Fn);
@@ -54,13 +61,11 @@ impl Equations {
                     Some(length) => self.at_both_ends(own.owner, normal, length),
                     None => vec![normal],
                 };
-                let signs = slip.signs.iter().map(|sign| self.system.arena.symbol(Symbol::Parameter(sign.0)));
-                Pressing::Sum(signs.zip(sums).collect())
+                self.signed(slip, sums)
             }
             Pressed::Reaction(quantity) => {
                 let reaction = self.reaction(own.owner, quantity);
-                let signs = slip.signs.iter().map(|sign| self.system.arena.symbol(Symbol::Parameter(sign.0)));
-                Pressing::Sum(signs.map(|sign| (sign, reaction)).collect())
+                self.signed(slip, vec![reaction])
             }
             Pressed::Contact => {
                 let presses = self.row_of_unilateral(slip.on?)?;
@@ -70,6 +75,42 @@ impl Equations {
             }
         };
         Some(Level { row, free, share, pressing })
+    }
+
+    /// Sums that press by their sizes. Events keep their signs; where drivers lead the motion there are none, and no step depends on a size.
+    fn signed(&mut self, slip: &Slip, sums: Vec<Expr>) -> Pressing {
+        if self.is_driven() {
+            return Pressing::Sizes(sums.into_iter().take(slip.signs.len()).map(|sum| vec![sum]).collect());
+        }
+        let signs = slip.signs.iter().map(|sign| self.system.arena.symbol(Symbol::Parameter(sign.0)));
+        Pressing::Sum(signs.zip(sums).collect())
+    }
+
+    /// Which way things slide whose motion is known, with these accelerations of the coordinates: v/|v|, where they turn around as they go on, a/|a|, and where they rest not a number.
+    pub(crate) fn known_directions(&mut self, accelerations: &[Expr], length: f64) -> HashMap<Symbol, Expr> {
+        let mechanism = self.system.mechanism.clone();
+        let sliding = mechanism.unilaterals.iter().enumerate();
+        let known = |(index, own): (usize, &Unilateral)| {
+            let direction = own.slip.as_ref()?.direction;
+            let row = &self.constraints[self.row_of_unilateral(index)?];
+            let (gap, least) = (row.one_sided.as_ref()?, STILL * row.scale(length));
+            let arena = &mut self.system.arena;
+            let (mut rate, mut second) = (gap.time_rate, arena.negate(gap.gamma));
+            for &(column, entry) in &gap.jacobian {
+                let own = arena.symbol(Symbol::Coordinate(column, Order::Velocity));
+                rate = arena.add_product(rate, entry, own);
+                second = arena.add_product(second, entry, accelerations[column]);
+            }
+            let least = arena.constant(least);
+            let [(way, moves), (next, goes_on)] = [rate, second].map(|value| {
+                let size = arena.unary(Unary::Abs, value);
+                (arena.divide(value, size), arena.subtract(size, least))
+            });
+            let (moves, goes_on) = (arena.binary(Binary::Max, moves, Expr::ZERO), if_positive(arena, goes_on));
+            let next = arena.add(next, goes_on);
+            Some((Symbol::Parameter(direction.0), arena.select(moves, way, next)))
+        };
+        sliding.filter_map(known).collect()
     }
 
     /// The forces at the ends of a guide that holds the angle: fn/2 + T/length and fn/2 - T/length.
@@ -85,4 +126,10 @@ impl Equations {
     fn reaction(&mut self, owner: Owner, quantity: Quantity) -> Expr {
         self.variable(Variable { owner, quantity })
     }
+}
+
+/// Zero while a value is positive, else not a number.
+pub(crate) fn if_positive(arena: &mut Arena, value: Expr) -> Expr {
+    let below = arena.binary(Binary::Min, value, Expr::ZERO);
+    arena.unary(Unary::Sqrt, below)
 }

@@ -26,6 +26,7 @@ pub use couplings::CoupledChord;
 pub use dynamics::Dynamics;
 use dynamics::{Laws, Sums};
 use kinematics::Kinematics;
+pub(crate) use levels::if_positive;
 pub use levels::{Level, Pressing};
 pub use record::{Edge, EdgeRow, GraphRecord};
 pub use shares::Share;
@@ -70,6 +71,11 @@ pub struct Equations {
 }
 
 impl Equations {
+    /// Do drivers determine the motion: are there as many independent loop equations as coordinates?
+    pub fn is_driven(&self) -> bool {
+        self.constraints.iter().filter(|row| row.always_holds()).count() == self.coordinates.len()
+    }
+
     /// Steps 2 and 3: the kinematics. Step 1 is evaluated lazily ([`Equations::dynamics`]).
     pub fn new(mut system: System, trees: Trees) -> Self {
         let translation = Topology::new(&system.translation, &trees.translation);

@@ -15,14 +15,15 @@ const TOUCHING: f64 = 1e-11;
 pub(super) fn check_moved(equations: &Equations) -> Vec<Fault> {
     let all = equations.system.mechanism.unilaterals.iter().enumerate();
     let unmoved = all.filter(|(index, _)| equations.row_of_unilateral(*index).is_none());
-    let fault = |(index, own): (usize, &Unilateral)| {
-        if equations.drivers_move_unilateral(index) {
-            return driven(own);
-        }
-        let message = format!("nothing moves `{}`: what it would stop cannot move", own.name);
-        Fault::new("scene::limits", message, own.span).label("holds nothing").help("leave it out")
-    };
-    unmoved.map(fault).collect()
+    unmoved.map(|(index, own)| unmoved_fault(equations, index, own)).collect()
+}
+
+fn unmoved_fault(equations: &Equations, index: usize, own: &Unilateral) -> Fault {
+    if equations.drivers_move_unilateral(index) {
+        return driven(own);
+    }
+    let message = format!("nothing moves `{}`: what it would stop cannot move", own.name);
+    Fault::new("scene::limits", message, own.span).label("holds nothing").help("leave it out")
 }
 
 fn driven(own: &Unilateral) -> Fault {
@@ -45,11 +46,17 @@ fn driven(own: &Unilateral) -> Fault {
 pub(super) fn check_contacts(equations: &mut Equations, state: &State, length: f64, is_driven: bool) -> Vec<Fault> {
     let mechanism = equations.system.mechanism.clone();
     if is_driven {
-        return mechanism.unilaterals.iter().map(driven).collect();
+        // What rubs acts on the drivers; a contact that nothing presses closed has no force to rub with.
+        let stops = mechanism.unilaterals.iter().filter(|own| own.slip.is_none());
+        return stops.map(driven).collect();
     }
     let mut faults = Vec::new();
     for (index, own) in mechanism.unilaterals.iter().enumerate() {
         let Some(row) = equations.row_of_unilateral(index) else { continue };
+        if equations.constraints[row].is_trivial() {
+            faults.push(unmoved_fault(equations, index, own));
+            continue;
+        }
         if own.held.of_rate || own.slip.is_some() {
             // It begins wherever it is.
             continue;

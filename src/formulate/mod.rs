@@ -115,10 +115,15 @@ pub fn formulate_with(mut equations: Equations, outputs: &[Output]) -> Result<Fo
     }
     let Restrictions { mut equations, state, generic, .. } = found;
     if faults.is_empty() {
-        let driven = crate::solve::is_driven(&equations);
+        let driven = equations.is_driven();
         faults.extend(contacts::check_contacts(&mut equations, &state, length, driven));
         if !faults.is_empty() {
             return Err(faults);
+        }
+        if driven {
+            // What rubs slides as the drivers say, and never holds.
+            let rubbing = equations.constraints.iter_mut().filter(|row| row.one_sided.is_some());
+            rubbing.for_each(|row| row.standing = Standing::Level);
         }
     }
     let rows = equations.constraints.iter().enumerate();

@@ -25,6 +25,14 @@ impl Mechanism {
         changed
     }
 
+    /// Without dry friction that sticks.
+    #[must_use]
+    pub fn without_slips(&self) -> Mechanism {
+        let mut changed = self.clone();
+        changed.unilaterals.retain(|own| own.slip.is_none());
+        changed
+    }
+
     /// Where nothing happens: held values are inputs like all others.
     #[must_use]
     pub fn without_instants(&self) -> Mechanism {

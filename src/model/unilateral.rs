@@ -158,9 +158,14 @@ impl Mechanism {
         ParameterId(self.parameters.len() - 1)
     }
 
-    /// The first of what holds on one side only, as a message calls it.
-    pub fn first_unilateral(&self) -> Option<String> {
-        self.called(self.unilaterals.first()?)
+    /// The first of them that is not dry friction, as a message calls it.
+    pub fn first_stop(&self) -> Option<String> {
+        self.called(self.unilaterals.iter().find(|own| own.slip.is_none())?)
+    }
+
+    /// The first whose dry friction sticks, as a message calls it.
+    pub fn first_slip(&self) -> Option<String> {
+        self.called(self.unilaterals.iter().find(|own| own.slip.is_some())?)
     }
 
     /// The first of what is held wherever it stands, as a message calls it: friction that sticks, and freewheels.

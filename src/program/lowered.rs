@@ -18,14 +18,13 @@ use super::instants::InstantKernels;
 use super::kernels::Kernels;
 use super::table::Table;
 use crate::arms::{TOO_MANY, arm_form, mass_form, repeat_exactly};
-use crate::equations::{Constraint as Row, Equations, Standing};
+use crate::equations::{Constraint as Row, Equations, Standing, if_positive};
 use crate::expr::{Expr, Node, Order, Symbol};
 use crate::laws::{domains, motion_indicators, ranges, steep};
 use crate::model::{Method, Output};
 use crate::network::{Held, Origin};
 use crate::solve::{
-    Block, Incidence, Levels, Loops, Obstacle, Shared, Solution, SolveTree, blocks, is_driven, least_norm, solve_tree,
-    typical,
+    Block, Incidence, Levels, Loops, Obstacle, Shared, Solution, SolveTree, blocks, least_norm, solve_tree, typical,
 };
 use crate::tape::{Assembler, layout};
 
@@ -128,7 +127,7 @@ pub fn program(
     length: f64,
     [pose, generic]: [&State; 2],
 ) -> Result<Lowered, Obstacle> {
-    let driven = is_driven(equations);
+    let driven = equations.is_driven();
     let roles = roles(equations, length, pose);
     let kernels = PositionKernels::new(equations, length);
     let mut moving = MotionKernels::default();
@@ -136,7 +135,8 @@ pub fn program(
     if !driven {
         let (solver, solve_tree) = solve_tree::solver(equations, length, pose)?;
         moving.solve_tree = solve_tree;
-        let levels = Levels::new(equations, &solver);
+        let constraints = equations.constraints.len();
+        let levels = Levels::new(equations, |arena, column| solver.response(arena, column, constraints));
         let without = solver.motion(&mut equations.system.arena, equations.constraints.len());
         let Solution { values, locks } = levels.solve(&mut equations.system.arena, without, false);
         moving.solved = values;
@@ -178,6 +178,9 @@ pub fn program(
         let asked = [&table.results[..], &moving.instants.read()].concat();
         moving.drive(equations, (&kernels, &blocks), &asked, (length, pose))?;
     }
+    if driven && equations.constraints.iter().any(|row| row.standing == Standing::Level) {
+        moving.lead(equations, length);
+    }
     let mut no_series = None;
     match series(equations, length, pose) {
         Ok(arms) => moving.arms = Some(arms),
@@ -201,7 +204,7 @@ pub fn program(
 /// many bodies move with many angles each.
 fn series(equations: &mut Equations, length: f64, pose: &State) -> Result<(ArmForm, Vec<Expr>), String> {
     let values = typical(pose);
-    if equations.constraints.iter().any(|row| row.standing == Standing::Level) {
+    if !equations.is_driven() && equations.constraints.iter().any(|row| row.standing == Standing::Level) {
         return Err("dry friction that sticks follows from reactions, of which series know nothing yet".into());
     }
     match equations.system.mechanism.solver.method {
@@ -261,8 +264,7 @@ impl MotionKernels {
         self.solved = loops.solve(&mut equations.system.arena, &kernels.gamma);
         let results = equations.system.arena.symbols(asked.iter().copied());
         let reactions = if results.iter().any(|symbol| matches!(symbol, Symbol::Reaction(_))) {
-            let loads = inverse(equations, &self.solved);
-            loops.balance(&mut equations.system.arena, &loads, kernels.gamma.len())
+            balanced(equations, &loops, &self.solved)
         } else {
             vec![Expr::ZERO; kernels.gamma.len()]
         };
@@ -280,6 +282,21 @@ impl MotionKernels {
         Ok(())
     }
 
+    /// Where drivers lead the motion, what rubs slides as they say.
+    fn lead(&mut self, equations: &mut Equations, length: f64) {
+        let directions = equations.known_directions(&self.solved, length);
+        let before = equations.system.arena.clone();
+        let arena = &mut equations.system.arena;
+        let mut lead = |kernel: &mut Vec<Expr>| *kernel = arena.import(&before, kernel, &directions);
+        let InstantKernels { begin, clocks, written, sides } = &mut self.instants;
+        for kernel in [&mut self.solved, &mut self.indicators, &mut self.outputs, begin, clocks, written, sides] {
+            lead(kernel);
+        }
+        let (kinds, mut laws): (Vec<Steep>, Vec<Expr>) = self.laws.drain(..).unzip();
+        lead(&mut laws);
+        self.laws.extend(kinds.into_iter().zip(laws));
+    }
+
     /// Rates of states stand between accelerations and reactions.
     fn add_states(&mut self, equations: &Equations) {
         let first = equations.coordinates.len();
@@ -295,6 +312,25 @@ impl MotionKernels {
             kernel.extend(corrections(residuals));
         }
     }
+}
+
+/// The multipliers of all loop equations of a driven mechanism, with the levels of what rubs; none is a number where it locks itself.
+fn balanced(equations: &mut Equations, loops: &Loops, accelerations: &[Expr]) -> Vec<Expr> {
+    let (first, count) = (accelerations.len(), equations.constraints.len());
+    let loads = inverse(equations, accelerations);
+    let without = loops.balance(&mut equations.system.arena, &loads, count);
+    let levels =
+        Levels::new(equations, |arena, column| [vec![Expr::ZERO; first], loops.balance(arena, column, count)].concat());
+    if levels.is_empty() {
+        return without;
+    }
+    let arena = &mut equations.system.arena;
+    let Solution { mut values, locks } = levels.solve(arena, [accelerations, &without].concat(), false);
+    for lock in locks {
+        let known = if_positive(arena, lock);
+        values[first..].iter_mut().for_each(|value| *value = arena.add(*value, known));
+    }
+    values.split_off(first)
 }
 
 /// Q - M a, by coordinates.
@@ -437,7 +473,7 @@ fn assemble(
 
 /// What the motion has to do with each loop equation. Those that repeat others but nearly are left out: each choice of them is another motion.
 fn roles(equations: &Equations, length: f64, pose: &State) -> Vec<Role> {
-    let chosen = is_driven(equations)
+    let chosen = equations.is_driven()
         && equations.states.is_empty()
         && equations.constraints.iter().all(|row| row.standing != Standing::SecondOrder)
         && repeat_exactly(equations, length, &typical(pose));

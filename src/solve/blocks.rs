@@ -212,11 +212,6 @@ fn augment(equations: &[(u32, Vec<u32>)], place: usize, owner: &mut [Option<usiz
     false
 }
 
-/// Do drivers determine the motion: are there as many independent loop equations as coordinates?
-pub(crate) fn is_driven(equations: &Equations) -> bool {
-    equations.constraints.iter().filter(|row| row.always_holds()).count() == equations.coordinates.len()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -6,7 +6,6 @@
 
 use std::collections::HashMap;
 
-use super::Solver;
 use crate::equations::{Equations, Level, Pressing};
 use crate::expr::{Arena, Binary, Expr, Order, Symbol, Unary};
 
@@ -43,16 +42,16 @@ pub(crate) struct Solution {
 }
 
 impl Levels {
-    pub fn new(equations: &mut Equations, solver: &Solver) -> Self {
+    /// The levels of a mechanism; `response` gives the change of the solution by loads on the coordinates.
+    pub fn new(equations: &mut Equations, mut response: impl FnMut(&mut Arena, &[Expr]) -> Vec<Expr>) -> Self {
         let (places, all): (Vec<usize>, Vec<Level>) = equations.levels().into_iter().unzip();
         let coordinates = equations.coordinates.len();
-        let constraints = equations.constraints.len();
         let pressing = all.iter().map(|level| level.pressing.sums()).collect::<Vec<_>>();
         let mut sums = solved_sums(&mut equations.system.arena, &pressing.concat(), coordinates).into_iter();
         let sums = pressing.iter().map(|own| sums.by_ref().take(own.len()).collect()).collect();
         let responses = all.iter().map(|level| {
             let column = column_of(equations, level.row);
-            let mut response = solver.response(&mut equations.system.arena, &column, constraints);
+            let mut response = response(&mut equations.system.arena, &column);
             response[coordinates + level.row] = Expr::ONE;
             response
         });
@@ -64,8 +63,13 @@ impl Levels {
     pub fn signed(&self) -> impl Iterator<Item = (usize, &[(Expr, Expr)])> {
         self.places.iter().zip(&self.all).filter_map(|(&place, level)| match &level.pressing {
             Pressing::Sum(signed) => Some((place, &signed[..])),
-            Pressing::Size(_) => None,
+            Pressing::Sizes(_) => None,
         })
+    }
+
+    /// True if nothing rubs.
+    pub fn is_empty(&self) -> bool {
+        self.all.is_empty()
     }
 
     /// The solution with friction from that without. In an impact only what follows from impulses counts.
@@ -163,13 +167,16 @@ impl Level {
                     .fold(Expr::ZERO, |total, (&sign, &sum)| arena.add_product(total, sign, sum));
                 (pressing, factors)
             }
-            Pressing::Size(_) => {
-                let squares: Vec<Expr> = sums.iter().map(|&sum| arena.square(sum)).collect();
-                let square = arena.sum(squares);
-                let size = arena.unary(Unary::Sqrt, square);
-                let least = arena.constant(LEAST);
-                let divisor = arena.binary(Binary::Max, size, least);
-                (size, sums.iter().map(|&sum| arena.divide(sum, divisor)).collect())
+            Pressing::Sizes(vectors) => {
+                let (mut total, mut factors, mut rest) = (Expr::ZERO, Vec::new(), sums);
+                for vector in vectors {
+                    let (own, others) = rest.split_at(vector.len());
+                    let (size, along) = direction_of(arena, own);
+                    total = arena.add(total, size);
+                    factors.extend(along);
+                    rest = others;
+                }
+                (total, factors)
             }
         };
         let slopes = (0..count).map(|level| {
@@ -188,9 +195,24 @@ impl Pressing {
     fn sums(&self) -> Vec<Expr> {
         match self {
             Pressing::Sum(signed) => signed.iter().map(|(_, sum)| *sum).collect(),
-            Pressing::Size(both) => both.to_vec(),
+            Pressing::Sizes(vectors) => vectors.concat(),
         }
     }
+}
+
+/// The size of a vector, and its direction.
+fn direction_of(arena: &mut Arena, vector: &[Expr]) -> (Expr, Vec<Expr>) {
+    let size = match vector {
+        [sum] => arena.unary(Unary::Abs, *sum),
+        _ => {
+            let squares: Vec<Expr> = vector.iter().map(|&sum| arena.square(sum)).collect();
+            let square = arena.sum(squares);
+            arena.unary(Unary::Sqrt, square)
+        }
+    };
+    let least = arena.constant(LEAST);
+    let divisor = arena.binary(Binary::Max, size, least);
+    (size, vector.iter().map(|&sum| arena.divide(sum, divisor)).collect())
 }
 
 /// Sums over accelerations and multipliers as such.

@@ -9,7 +9,7 @@ mod motion;
 pub(crate) mod solve_tree;
 
 pub use blocks::{Block, Incidence};
-pub(crate) use blocks::{Loops, blocks, is_driven};
+pub(crate) use blocks::{Loops, blocks};
 pub use eliminate::{Factor, Obstacle, System};
 pub use least_norm::Shared;
 pub(crate) use levels::{Levels, Solution};

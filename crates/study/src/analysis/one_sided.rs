@@ -55,6 +55,8 @@ enum Kind {
         direction: f64,
         level: f64,
     },
+    /// Dry friction of what drivers move.
+    Led,
 }
 
 /// A part that is to be open or closed: its place among the mechanism's.
@@ -83,6 +85,7 @@ pub(super) fn closures(formulated: &Formulated, point: &Point) -> Vec<Closure> {
             let values = equations.system.arena.evaluate(&wanted, point);
             let rate = values[2..].iter().zip(rates).fold(values[1], |sum, (entry, rate)| sum + entry * rate);
             let kind = match &own.slip {
+                Some(_) if equations.is_driven() => Kind::Led,
                 Some(slip) => {
                     let ratio = constant::evaluate(&slip.law.ratio, &parameters);
                     let direction = point.value(Symbol::Parameter(slip.direction.0));
@@ -145,6 +148,10 @@ impl Closure {
             (Kind::Friction { direction, .. }, false) if direction != 0.0 => {
                 format!("`{name}` slides at the start, by {rate}: it may stick where that falls to zero")
             }
+            (Kind::Led, _) if self.rate == 0.0 => {
+                format!("`{name}` rests at the start: while drivers keep it still, its force is not determined")
+            }
+            (Kind::Led, _) => format!("`{name}` slides at the start, by {rate}, as drivers say"),
             (Kind::Friction { .. }, false) => format!("`{name}` does not rub at the start: nothing presses there"),
         }
     }

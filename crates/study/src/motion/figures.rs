@@ -14,6 +14,7 @@ use super::direction::directions;
 use super::drive::{self, Moved, Table};
 use super::dwell::Dwell;
 use super::flywheel::Fluctuation;
+use super::friction::{self, Friction};
 use super::growth::{Figured, Unbounded};
 use super::input::Watched;
 use super::report::radius_of;
@@ -96,6 +97,8 @@ pub struct Figures {
     pub drive: Option<Extent>,
     /// Its power \[W\].
     pub power: Option<Extent>,
+    /// What dry friction takes of it.
+    pub friction: Option<Friction>,
     /// Are there neither masses nor loads, and so no forces?
     pub no_forces: bool,
     /// The forces of the joints \[N\].
@@ -215,15 +218,21 @@ pub(super) fn of(subject: &Subject, table: &Table) -> Result<Figures, MotionErro
     if let Some(output) = output {
         figures.output(output, table, drive, request.dwell)?;
     }
+    let smooth = friction::without(moved, drive)?;
     if let Some((joint, motion)) = output.and_then(|output| output.joint) {
         let part = &mechanism.joints[joint.0];
         let load = unit_load(mechanism, part, motion);
+        // What a load makes joints carry besides, friction left out, is in proportion to it.
+        let (moved, table) = smooth.as_ref().map_or((moved, table), |(moved, table)| (moved, table));
         let loaded = load.map(|load| drive::sample(moved, drive, Some(load))).transpose()?;
         if let Some(loaded) = loaded {
             figures.transmission(subject, part, table, &loaded);
         }
     }
     figures.profiles(table);
+    if let Some((_, smooth)) = smooth.as_ref().filter(|_| !only_table) {
+        figures.friction = Friction::of(moved, drive, table, smooth)?;
+    }
     figures.dynamics(subject, table);
     if !only_table {
         figures.contacts(mechanism, table, &request.units);
@@ -542,6 +551,9 @@ impl Figures {
             if let Some(effort) = &effort {
                 let unit = if self.input.angular { "N.m" } else { "N" };
                 self.push("drive", unit, effort);
+                if let Some(without) = self.friction.as_ref().and_then(|own| own.without.clone()) {
+                    self.push("drive without friction", unit, &without);
+                }
                 self.drive = (!only_table).then(|| Extent::of(effort, places));
                 let rate = drive.direction() * drive.speed;
                 let is_told = drive.speed != 0.0 && !only_table;

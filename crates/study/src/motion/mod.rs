@@ -10,6 +10,7 @@ mod drive;
 mod dwell;
 mod figures;
 mod flywheel;
+mod friction;
 mod grashof;
 mod growth;
 mod input;
@@ -117,6 +118,12 @@ impl Drive {
         if self.range.is_some_and(|[from, to]| to < from) { -1.0 } else { 1.0 }
     }
 
+    /// The same way back.
+    fn backwards(&self, table: &Table) -> Drive {
+        let last = if table.periodic { table.count() } else { table.count() - 1 };
+        Drive { range: Some([table.input(last), table.input(0)]), ..self.clone() }
+    }
+
     /// The speed of the runs. Rates by the input do not depend on it.
     fn pace(&self) -> f64 {
         if self.speed == 0.0 { 1.0 } else { self.speed }
@@ -136,7 +143,7 @@ fn without_history(mechanism: &Mechanism) -> Result<(), MotionError> {
         (format!("what the sampled value `{name}` is in a pose"), "sampled")
     } else if let Some(event) = mechanism.events.first() {
         (format!("whether the event `{}` has happened before a pose", event.name), "events")
-    } else if let Some(own) = mechanism.first_unilateral() {
+    } else if let Some(own) = mechanism.first_stop() {
         return Err(MotionError::Request(format!(
             "in which mode {own} is in a pose depends on the way there: use `simulate`, or a scene without it and with the range of the input: `--range`"
         )));
@@ -202,7 +209,7 @@ fn worked_out(
         shown: COUNT,
         fineness: 1,
     };
-    permitted(&drive, request, output.as_ref())?;
+    permitted(mechanism, &drive, request, output.as_ref())?;
     input::is_there(mechanism, &asked, &moved, &drive)?;
     let lacking = drive::lacking(&moved, &drive)?;
     let moved = &input::without_masses(moved, &drive, &lacking);
@@ -231,7 +238,12 @@ fn worked_out(
 }
 
 /// Whether what is asked for can be.
-fn permitted(drive: &Drive, request: &Request, output: Option<&Watched>) -> Result<(), MotionError> {
+fn permitted(
+    mechanism: &Mechanism,
+    drive: &Drive,
+    request: &Request,
+    output: Option<&Watched>,
+) -> Result<(), MotionError> {
     let refused = |message: String| Err(MotionError::Request(message));
     if !(drive.speed >= 0.0 && drive.speed.is_finite()) {
         return refused(format!(
@@ -240,6 +252,9 @@ fn permitted(drive: &Drive, request: &Request, output: Option<&Watched>) -> Resu
         ));
     }
     if drive.speed == 0.0 {
+        if let Some(slips) = mechanism.first_slip() {
+            return refused(format!("{slips} is not determined where nothing moves: give a speed above zero"));
+        }
         if let Some(output) = output.filter(|output| output.is_rate) {
             return refused(format!("`{}` is 0 where nothing moves: give a speed above zero", output.name));
         }

@@ -8,9 +8,12 @@ use cotree::model::Units;
 use cotree::report::data::Accuracy::Noise;
 use cotree::report::data::{Cell, Report, Table, named, number, per, plain};
 
+use cotree::typeset::rounded;
+
 use super::cams::Cam;
 use super::curve::Arc;
 use super::figures::{Column, Extent, Figures, Peak, Speed, Transmission};
+use super::friction::Friction;
 use super::growth::Unbounded;
 use super::samples::At;
 
@@ -210,6 +213,7 @@ impl Figures {
             if self.input.angular { ["N.m", "drive torque", "kg.m2"] } else { ["N", "drive force", "kg"] };
         lines.extend(extent(word, &self.drive, effort));
         lines.extend(extent("drive power", &self.power, "W"));
+        lines.extend(self.friction.iter().map(|own| self.friction_line(own)));
         let peak = |name: Cell, Peak { max, rms, unbounded }: &Peak| {
             let name = match unbounded {
                 Some(_) => self.told_of(name, unbounded.as_ref()),
@@ -233,6 +237,33 @@ impl Figures {
             }));
         }
         lines
+    }
+
+    /// What friction takes, and whether it holds what has been moved.
+    fn friction_line(&self, own: &Friction) -> Cell {
+        let way = if self.full_turn { "turn" } else { "range" };
+        let work = if own.work < 0.0 { "give" } else { "take" };
+        let line = line![
+            "friction takes ",
+            number(own.loss, "J"),
+            " over the ",
+            way,
+            ", loads and masses ",
+            work,
+            " ",
+            number(own.work.abs(), "J")
+        ];
+        let line = match own.efficiency {
+            Some(efficiency) => line![line, ": efficiency ", percent(efficiency)],
+            None => line,
+        };
+        match own.locked {
+            locked if locked >= 1.0 => line![line, "; loads do not move it back (self-locking)"],
+            locked if locked > 0.0 => {
+                line![line, "; in ", percent(locked), " of the poses loads do not move it back (self-locking)"]
+            }
+            _ => line,
+        }
     }
 
     fn path_lines(&self) -> Vec<Cell> {
@@ -259,6 +290,11 @@ impl Figures {
         }));
         lines
     }
+}
+
+/// A share of a whole.
+fn percent(share: f64) -> String {
+    format!("{} %", rounded(100.0 * share, 3))
 }
 
 /// Columns as a table.

@@ -193,6 +193,11 @@ impl Samples {
         (sum - ends) / (count - 1.0)
     }
 
+    /// The integral over the input, in the order of the samples.
+    pub fn work(&self) -> f64 {
+        self.mean() * self.span().copysign(self.grid[1])
+    }
+
     /// The root of the mean square.
     pub fn rms(&self) -> f64 {
         self.map(|value| value * value).mean().sqrt()
