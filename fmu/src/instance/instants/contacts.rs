@@ -24,13 +24,20 @@ const NO_FORCE: f64 = 1e-12;
 const LEAST_FORCE: f64 = 1e-14;
 
 impl Instance {
-    /// True if the reaction of a contact counts, or the acceleration of a freewheel, or anything rubs.
+    /// True if the reaction of a contact counts, or of what sticks, the acceleration of a freewheel, or the sign of what presses.
     pub(super) fn is_any_solved(&self) -> bool {
         let contacts = self.model.program().instants.contacts.as_ref();
         let counts = |data: &Contacts, index: usize| {
-            data.all[index].place().is_some() || is_closed(data, &self.now.state, index)
+            let own = &data.all[index];
+            own.of_rate || !own.signs().is_empty() || is_closed(data, &self.now.state, index)
         };
         contacts.is_some_and(|data| (0..data.all.len()).any(|index| counts(data, index)))
+    }
+
+    /// True if friction may lock the mechanism: it does so for good, so that the ends of pieces of a step tell.
+    pub(super) fn may_lock(&self) -> bool {
+        let contacts = self.model.program().instants.contacts.as_ref();
+        contacts.is_some_and(|data| !data.locks.results.is_empty())
     }
 
     /// True for a contact that is open and where the last step begins has just been left.
@@ -73,9 +80,9 @@ impl Instance {
         if is_left { CLEARANCE * scale } else { 0.0 }
     }
 
-    /// The indicators at the state in the registers, whose accelerations and reactions are there, too, if any of them counts. Within a step what has just been left is divided by the share of
+    /// The indicators at the state in the registers, whose accelerations and reactions are there, too, if they are `solved` or any of them counts. Within a step what has just been left is divided by the share of
     /// the step since then: it begins at zero, and nothing else tells that from a rounding error.
-    pub(super) fn indicate(&mut self, own: &mut Instants, step: Option<[f64; 2]>) {
+    pub(super) fn indicate(&mut self, own: &mut Instants, step: Option<[f64; 2]>, solved: bool) {
         let model = self.model.clone();
         let Some(data) = &model.program().instants.contacts else { return };
         let (events, reactions) = (model.program().instants.events.len(), model.layout().reactions());
@@ -83,7 +90,7 @@ impl Instance {
             own.indicators[index] = self.machine.registers()[reactions + contact.constraint as usize];
         }
         own.contacts.watch(data, &mut self.machine, &self.now.state);
-        self.indicate_friction(own, data);
+        self.indicate_friction(own, data, solved);
         let is_open = |index: usize| data.all[index].slip.is_none() && !is_closed(data, &self.now.state, index);
         for index in (0..data.all.len()).filter(|&index| is_open(index)) {
             let (gap, rate) = (own.contacts.gaps[index], own.contacts.rates[index]);
@@ -97,14 +104,17 @@ impl Instance {
     }
 
     /// Those of what sticks or slips, of the signs of what presses, and of friction that locks.
-    fn indicate_friction(&mut self, own: &mut Instants, data: &Contacts) {
+    fn indicate_friction(&mut self, own: &mut Instants, data: &Contacts, solved: bool) {
         if data.all.iter().all(|contact| contact.slip.is_none()) {
             return;
         }
         let model = self.model.clone();
         self.machine.evaluate(&data.restitutions, &mut own.contacts.restitutions);
         self.machine.evaluate(&data.pressing, &mut own.contacts.sums);
-        self.machine.evaluate(&data.locks, &mut own.contacts.locks);
+        match solved {
+            true => self.machine.evaluate(&data.locks, &mut own.contacts.locks),
+            false => own.contacts.locks.fill(1.0),
+        }
         let layout = model.layout();
         let multipliers = &self.machine.registers()[layout.reactions()..layout.constants()];
         let largest = multipliers.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
@@ -130,7 +140,8 @@ impl Instance {
         }
         let first = data.all.len() + own.contacts.sums.len();
         for (indicator, lock) in own.indicators[first..].iter_mut().zip(&own.contacts.locks) {
-            *indicator = -lock;
+            // Signs alone: they are the same at the ends of a piece and in it. What is not a number is not positive.
+            *indicator = if *lock > 0.0 { -1.0 } else { 1.0 };
         }
     }
 
@@ -139,11 +150,12 @@ impl Instance {
         if self.model.program().instants.contacts.is_none() {
             return Ok(());
         }
-        if self.is_any_solved() {
+        let solved = self.is_any_solved() || self.may_lock();
+        if solved {
             self.accelerate()?;
         }
         self.load()?;
-        self.indicate(own, None);
+        self.indicate(own, None, solved);
         Ok(())
     }
 
@@ -258,7 +270,7 @@ impl Instance {
             // Rates are no longer those that were given.
             self.now.at_start = false;
         }
-        if hit || self.is_any_solved() {
+        if hit || self.is_any_solved() || self.may_lock() {
             // The run is to begin with what is closed, and what slips.
             self.go_on_anew();
         }

@@ -179,12 +179,13 @@ impl Instance {
         let at = (between(piece, share), &mut own.within);
         let mut known = self.stepper.interpolate(&self.model, &mut self.machine, (run, memory), at, &settings).is_ok();
         self.machine.load(&self.model, &own.within);
-        if own.sides_solved || self.is_any_solved() {
+        let solved = own.sides_solved || self.is_any_solved() || share == 1.0 && self.may_lock();
+        if solved {
             known = known && self.accelerations.evaluate(&self.model, &mut self.machine).is_ok();
             self.machine.load(&self.model, &own.within);
         }
         self.machine.evaluate(&self.model.program().instants.sides, &mut own.sides);
-        self.indicate(own, Some(step));
+        self.indicate(own, Some(step), solved);
         if !known {
             own.sides.fill(f64::NAN);
             own.indicators.fill(f64::NAN);
