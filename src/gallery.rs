@@ -9,6 +9,7 @@ pub const MODELS: &[(&str, &str)] = &[
     ("cam_oscillating", include_str!("../models/cam_oscillating/scene.toml")),
     ("cart_pole", include_str!("../models/cart_pole/scene.toml")),
     ("chebyshev", include_str!("../models/chebyshev/scene.toml")),
+    ("clutch_start", include_str!("../models/clutch_start/scene.toml")),
     ("double_pendulum", include_str!("../models/double_pendulum/scene.toml")),
     ("double_wishbone", include_str!("../models/double_wishbone/scene.toml")),
     ("end_stop", include_str!("../models/end_stop/scene.toml")),
@@ -18,6 +19,7 @@ pub const MODELS: &[(&str, &str)] = &[
     ("five_bar_robot", include_str!("../models/five_bar_robot/scene.toml")),
     ("four_bar", include_str!("../models/four_bar/scene.toml")),
     ("friction", include_str!("../models/friction/scene.toml")),
+    ("friction_press", include_str!("../models/friction_press/scene.toml")),
     ("gas_strut", include_str!("../models/gas_strut/scene.toml")),
     ("gear_train", include_str!("../models/gear_train/scene.toml")),
     ("geneva_slot", include_str!("../models/geneva_slot/scene.toml")),
@@ -47,6 +49,7 @@ pub const MODELS: &[(&str, &str)] = &[
     ("watt_six_bar", include_str!("../models/watt_six_bar/scene.toml")),
     ("whitworth", include_str!("../models/whitworth/scene.toml")),
     ("wiper", include_str!("../models/wiper/scene.toml")),
+    ("worm_hoist", include_str!("../models/worm_hoist/scene.toml")),
 ];
 
 /// The further files that models are made of: the model, the file and its text.

@@ -90,7 +90,7 @@ fn check(name: &str, mechanism: &mut Mechanism, coordinates: Coordinates) -> boo
     let Ok(formulated) = formulate(mechanism, &[]) else { return false };
     let program = formulated.lowered.program.clone();
     // Series know nothing of friction that sticks, nor of a cam that drives.
-    if program.is_driven() || ["stick_slip", "valve_train"].contains(&name) {
+    if program.is_driven() || ["clutch_start", "stick_slip", "valve_train", "worm_hoist"].contains(&name) {
         return false;
     }
     let name = format!("{name} {:?}", mechanism.coordinates);

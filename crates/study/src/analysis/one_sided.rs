@@ -145,11 +145,14 @@ impl Closure {
                 let level = told(mechanism, level, self.units()[1]);
                 format!("`{name}` sticks at the start and holds with {force}: it slides where that exceeds {level}")
             }
+            (Kind::Friction { direction, .. }, false) if direction != 0.0 && self.is_still() => {
+                format!("`{name}` begins to slide at the start")
+            }
             (Kind::Friction { direction, .. }, false) if direction != 0.0 => {
                 format!("`{name}` slides at the start, by {rate}: it may stick where that falls to zero")
             }
-            (Kind::Led, _) if self.rate == 0.0 => {
-                format!("`{name}` rests at the start: while drivers keep it still, its force is not determined")
+            (Kind::Led, _) if self.is_still() => {
+                format!("`{name}` is at rest at the start: where drivers keep it still, its force is not determined")
             }
             (Kind::Led, _) => format!("`{name}` slides at the start, by {rate}, as drivers say"),
             (Kind::Friction { .. }, false) => format!("`{name}` does not rub at the start: nothing presses there"),
@@ -163,6 +166,10 @@ impl Closure {
     /// The units of its gap and of its force.
     pub fn units(&self) -> [&'static str; 2] {
         if self.angular { ["rad", "N m"] } else { ["m", "N"] }
+    }
+
+    fn is_still(&self) -> bool {
+        self.rate.abs() <= TOUCHING * self.scale
     }
 
     fn touches(&self) -> bool {

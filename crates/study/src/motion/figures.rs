@@ -230,7 +230,7 @@ pub(super) fn of(subject: &Subject, table: &Table) -> Result<Figures, MotionErro
         }
     }
     figures.profiles(table);
-    if let Some((_, smooth)) = smooth.as_ref().filter(|_| !only_table) {
+    if let Some(smooth) = smooth.as_ref().filter(|_| !only_table) {
         figures.friction = Friction::of(moved, drive, table, smooth)?;
     }
     figures.dynamics(subject, table);

@@ -20,8 +20,8 @@ pub struct Friction {
     pub work: f64,
     /// The share of the drive's work that is not lost, where loads and masses take any.
     pub efficiency: Option<f64>,
-    /// Share of the poses in which loads do not move the mechanism back without the drive, at the same speed: it locks itself there.
-    pub locked: f64,
+    /// Of the poses in which loads would move the mechanism back without friction, at the same speed, the share in which they do not: it locks itself there. None if there are no such poses.
+    pub locked: Option<f64>,
     /// The drive's effort without friction, for each sample [N.m] or \[N\].
     #[serde(skip)]
     pub without: Option<Samples>,
@@ -45,28 +45,38 @@ impl Friction {
     ///
     /// # Errors
     /// Friction locks the mechanism, or something that rubs rests: there is no effort.
-    pub(super) fn of(moved: &Moved, drive: &Drive, table: &Table, smooth: &Table) -> Result<Option<Self>, MotionError> {
-        let (Some(effort), Some(without)) = (table.effort(), smooth.effort()) else { return Ok(None) };
+    pub(super) fn of(
+        moved: &Moved,
+        drive: &Drive,
+        table: &Table,
+        (smooth, ideal): &(Moved, Table),
+    ) -> Result<Option<Self>, MotionError> {
+        let (Some(effort), Some(without)) = (table.effort(), ideal.effort()) else { return Ok(None) };
         check_known(moved, drive, &effort)?;
         let taken = effort.minus(&without);
         let [loss, work] = [&taken, &without].map(|effort| effort.work());
         // Over a turn conservative loads take nothing but rounding errors.
         let size = without.map(f64::abs).work().abs();
         let efficiency = (work > NOTHING * size).then(|| work / (work + loss));
-        let back = drive::sample(moved, &drive.backwards(table), None)?;
-        let locked = back.effort().map_or(0.0, |back| share_locked(&effort, &back, drive));
+        let back = drive.backwards(table);
+        let returning = |moved: &Moved| Ok::<_, MotionError>(drive::sample(moved, &back, None)?.effort());
+        let locked =
+            returning(moved)?.zip(returning(smooth)?).and_then(|(with, without)| share_locked(&with, &without, &back));
         Ok(Some(Friction { loss, work, efficiency, locked, without: Some(without) }))
     }
 }
 
-/// In how many poses the drive has to push both ways.
-fn share_locked(forth: &Samples, back: &Samples, drive: &Drive) -> f64 {
-    let direction = drive.direction();
-    let both = forth.values().iter().enumerate().filter(|&(index, &effort)| {
-        let returning = back.at_input(forth.input(index));
-        direction * effort > 0.0 && direction * returning < 0.0
-    });
-    both.count() as f64 / forth.values().len() as f64
+/// Where the drive has to push back, of the poses in which it would have to brake without friction.
+fn share_locked(with: &Samples, without: &Samples, back: &Drive) -> Option<f64> {
+    let direction = back.direction();
+    let efforts = with.values().iter().zip(without.values());
+    let driven = efforts.filter(|(_, without)| direction * *without < 0.0);
+    let (mut held, mut all) = (0.0, 0.0);
+    for (with, _) in driven {
+        all += 1.0;
+        held += f64::from(u8::from(direction * with > 0.0));
+    }
+    (all > 0.0).then(|| held / all)
 }
 
 /// Says where there is no effort.

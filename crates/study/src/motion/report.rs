@@ -258,11 +258,17 @@ impl Figures {
             None => line,
         };
         match own.locked {
-            locked if locked >= 1.0 => line![line, "; loads do not move it back (self-locking)"],
-            locked if locked > 0.0 => {
-                line![line, "; in ", percent(locked), " of the poses loads do not move it back (self-locking)"]
+            Some(locked) if locked >= 1.0 => line![line, "; loads do not move it back (self-locking)"],
+            Some(locked) if locked > 0.0 => {
+                let share = percent(locked);
+                line![
+                    line,
+                    "; in ",
+                    share,
+                    " of the poses in which loads would move it back friction holds it (self-locking)"
+                ]
             }
-            _ => line,
+            Some(_) | None => line,
         }
     }
 
