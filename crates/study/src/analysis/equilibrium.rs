@@ -5,10 +5,11 @@ use cotree_fmu::constraints::projection::check_redundant;
 use cotree_fmu::model::Model;
 use nalgebra::DMatrix;
 
+use super::asked::Asked;
 use super::decompose::symmetric_eigen;
 use super::modes::{Mode, modes};
-use super::one_sided::{Asked, rest};
 use super::search::{null_space, scales};
+use super::supports::rest;
 use super::variation::{Column, RowBlock, Variation};
 use super::{Failure, Point, StateSpace};
 
@@ -49,7 +50,7 @@ pub enum Stability {
 }
 
 impl Equilibrium {
-    /// Searches from the scene's guess, with these parts open or closed. `formulated` belongs to the mechanism [at rest](super::at_rest).
+    /// Searches from the scene's guess, with these parts held as they are asked to be. `formulated` belongs to the mechanism [at rest](super::at_rest).
     ///
     /// # Errors
     /// There is no equilibrium, or none was found.

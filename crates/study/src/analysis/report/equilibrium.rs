@@ -7,9 +7,9 @@ use cotree::report::data::{Report, Table, number, unit};
 use cotree::{line, row};
 use serde_json::{Value, json};
 
-use super::{MODES, at, closures_of};
+use super::{GROUPS, at, closures_of};
 use crate::analysis::one_sided::closures;
-use crate::analysis::{Equilibrium, Point, Stability};
+use crate::analysis::{Closure, Equilibrium, Point, Stability};
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct Statics {
@@ -22,6 +22,8 @@ pub struct Statics {
     /// Eigenvalues of the projected stiffness \[J\].
     pub stiffness: Vec<f64>,
     pub groups: Vec<Group>,
+    /// What sticks or is caught, and so holds wherever it was put: the rest is one of many.
+    pub standing: Vec<String>,
     /// A body whose missing mass keeps the reactions unknown.
     pub weightless: Option<String>,
 }
@@ -45,7 +47,8 @@ impl Statics {
         }
         groups.push(reader.loads());
         let closures = closures(formulated, &equilibrium.point);
-        groups.extend(MODES.map(|title| Group { title, values: closures_of(&closures, title) }));
+        groups.extend(GROUPS.map(|title| Group { title, values: closures_of(&closures, title) }));
+        groups.push(further_loads(&closures));
         groups.retain(|group| !group.values.is_empty());
         Statics {
             name: mechanism.name.clone(),
@@ -54,6 +57,7 @@ impl Statics {
             by_motion: equilibrium.by_motion,
             stiffness: equilibrium.stiffness.clone(),
             groups,
+            standing: closures.iter().filter(|own| own.stands()).map(|own| own.name.clone()).collect(),
             weightless,
         }
     }
@@ -65,11 +69,19 @@ impl Statics {
 
     pub fn report(&self) -> Report {
         let (word, mut sentence, most) = self.stability.told();
-        if self.stability == Stability::Held && self.groups.iter().any(|group| group.title == MODES[0]) {
+        let holds = |title: &str| self.groups.iter().any(|group| group.title == title);
+        if self.stability == Stability::Held && !self.standing.is_empty() {
+            sentence =
+                "joints, drivers and what sticks, is caught or closed constrain every coordinate: nothing can move";
+        } else if self.stability == Stability::Held && holds(GROUPS[0]) {
             sentence = "joints, drivers and what is closed constrain every coordinate: nothing can move";
         }
         let moving = most.map_or(String::new(), |most| format!("; in it `{most}` moves most"));
         let mut title = row![line![self.name, " at rest, ", at(self.time)], format!("{sentence}{moving}")];
+        if !self.standing.is_empty() {
+            let names = self.standing.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+            title.push(format!("one of many places: {names} held where `[initial]` puts it").into());
+        }
         if !self.by_motion {
             title.push("(judged by stiffness alone: the motion cannot be linearised here)".into());
         }
@@ -92,6 +104,7 @@ impl Statics {
                 "moves_most": most,
                 "judged_by": if self.by_motion { "motion" } else { "stiffness" },
                 "stiffness": self.stiffness,
+                "standing": self.standing,
                 "values": groups.collect::<Value>(),
             }),
             ..Report::new(title)
@@ -172,6 +185,16 @@ impl Reader<'_> {
         });
         self.read("loads", variables.collect())
     }
+}
+
+/// The loads that may be added along what sticks, one at a time, until it slides. Its own friction takes all of such a load, so that nothing else changes.
+fn further_loads(closures: &[Closure]) -> Group {
+    let values = closures.iter().filter_map(|own| {
+        let (most, [_, force]) = (own.most()?, own.units());
+        let end = |word: &str, load: f64| (format!("{}.{word}", own.name), load, force.to_owned());
+        Some([end("from", own.force - most), end("to", own.force + most)])
+    });
+    Group { title: "further load", values: values.flatten().collect() }
 }
 
 fn joints(mechanism: &Mechanism) -> Vec<Variable> {

@@ -1,0 +1,244 @@
+//! What carries where something rests: the modes of what is held on one side only, tried one after the other; what rubs sticks.
+//!
+//! A rest is one where what is open does not go in, what is closed presses, what is caught drives, and what sticks holds no more than it can.
+
+use cotree::equations::Pressing;
+use cotree::expr::{Symbol, Values};
+use cotree::formulate::Formulated;
+use cotree::model::Mechanism;
+use nalgebra::DMatrix;
+
+use super::asked::{Asked, Wanted};
+use super::decompose::svd;
+use super::one_sided::{Closure, Kind, TOUCHING, closures, told};
+use super::search::{scales, search};
+use super::variation::{Column, RowBlock, Rubbing, Variation};
+use super::{Failure, Point};
+
+/// All modes are tried: of more parts than these there are too many.
+const MOST: usize = 8;
+/// Rows depend on each other where a singular value is below this share of the largest.
+const DETERMINED: f64 = 1e-10;
+
+/// Searches for a rest in one mode after another, from that in which everything that touches at the guess is closed to those that differ from it most. What rubs sticks where the guess puts it. In other
+/// modes than the guess's a rest that the slightest push would end (not `lasts`) counts only if there is no other.
+///
+/// # Errors
+/// There is none in any mode, or what carries is not determined.
+pub(super) fn rest(
+    formulated: &Formulated,
+    variation: &Variation,
+    guess: &Point,
+    asked: &[Asked],
+    lasts: impl Fn(&Point) -> Result<bool, Failure>,
+) -> Result<Point, Failure> {
+    let mechanism = &*formulated.equations.system.mechanism;
+    if mechanism.unilaterals.is_empty() {
+        return search(formulated, variation, guess.clone(), |_| None);
+    }
+    let modes = modes(formulated, guess, asked)?;
+    let guess = standing(formulated, guess);
+    let (mut first, mut unsteady) = (None, None);
+    for (place, mode) in modes.iter().enumerate() {
+        let mut point = guess.clone();
+        mode.iter().enumerate().for_each(|(index, &closed)| point.set_parameter(mask(mechanism, index, closed)));
+        let levelled = |point: &Point| levelled(formulated, variation, point);
+        let found = search(formulated, variation, point, |point| unfit(formulated, &levelled(point)));
+        match found {
+            Ok(point) => {
+                check_determined(formulated, variation, &point)?;
+                let point = levelled(&point);
+                if place == 0 || lasts(&point)? {
+                    return Ok(point);
+                }
+                unsteady = unsteady.or(Some(point));
+            }
+            Err(failure) => first = first.or(Some(failure)),
+        }
+    }
+    if let Some(point) = unsteady {
+        return Ok(point);
+    }
+    Err(match first {
+        Some(cause) if modes.len() > 1 => Failure::NoModeRests { tried: modes.len(), cause: Box::new(cause) },
+        Some(cause) => cause,
+        None => Failure::Instants("no mode is asked for in which anything could rest".to_owned()),
+    })
+}
+
+/// The parameter by which a part is open or closed, and its value.
+fn mask(mechanism: &Mechanism, index: usize, closed: bool) -> (usize, f64) {
+    (mechanism.unilaterals[index].closed.0, f64::from(u8::from(closed)))
+}
+
+/// A point at which what is held wherever it stands is held where it stands, and nothing slides.
+fn standing(formulated: &Formulated, guess: &Point) -> Point {
+    let mut point = guess.clone();
+    for own in closures(formulated, guess) {
+        let unilateral = &formulated.equations.system.mechanism.unilaterals[own.index];
+        if let Some(place) = unilateral.place() {
+            point.set_parameter((place.0, guess.value(Symbol::Parameter(place.0)) + own.gap));
+        }
+        if let Some(slip) = &unilateral.slip {
+            point.set_parameter((slip.direction.0, 0.0));
+        }
+    }
+    point
+}
+
+/// The same point with the levels of what rubs, and the signs of what presses there.
+fn levelled(formulated: &Formulated, variation: &Variation, point: &Point) -> Point {
+    let mut found = point.clone();
+    for own in variation.rubbing() {
+        let (level, sums) = level(formulated, own, point);
+        found.reactions_mut()[own.level.row] = level;
+        let slip = formulated.equations.system.mechanism.unilaterals[own.place].slip.as_ref();
+        for (sign, sum) in slip.into_iter().flat_map(|slip| &slip.signs).zip(sums) {
+            found.set_parameter((sign.0, if sum < 0.0 { -1.0 } else { 1.0 }));
+        }
+    }
+    found
+}
+
+/// The level of something that rubs, with the sums whose sizes press.
+fn level(formulated: &Formulated, own: &Rubbing, point: &Point) -> (f64, Vec<f64>) {
+    let sums = match &own.level.pressing {
+        Pressing::Sum(signed) => signed.iter().map(|(_, sum)| *sum).collect(),
+        Pressing::Size(both) => both.to_vec(),
+    };
+    let wanted = [[own.level.free, own.level.share].as_slice(), &sums].concat();
+    let values = formulated.equations.system.arena.evaluate(&wanted, point);
+    let sums = values[2..].to_vec();
+    let pressing = match &own.level.pressing {
+        Pressing::Sum(_) => sums.iter().map(|sum| sum.abs()).sum(),
+        Pressing::Size(_) => sums.iter().fold(0.0, |size: f64, sum| size.hypot(*sum)),
+    };
+    (values[0] + values[1] * pressing, sums)
+}
+
+/// Which parts are closed, in every mode that there can be: next to that of the guess first. What rubs sticks wherever something presses.
+fn modes(formulated: &Formulated, guess: &Point, asked: &[Asked]) -> Result<Vec<Vec<bool>>, Failure> {
+    let mechanism = &*formulated.equations.system.mechanism;
+    let count = mechanism.unilaterals.len();
+    let mut start = vec![false; count];
+    // A freewheel stands still at rest, and so touches.
+    closures(formulated, guess).iter().for_each(|own| start[own.index] = own.touches() || own.kind == Kind::Freewheel);
+    for own in asked {
+        start[own.index] = own.wanted == Wanted::Holds;
+        if let Wanted::Slides(_) = own.wanted {
+            return Err(Failure::Instants(format!(
+                "`{}` slides nowhere at rest: what rubs sticks there; ask for it at a time of the motion (`--at`)",
+                mechanism.unilaterals[own.index].name
+            )));
+        }
+    }
+    let rubs = |index: usize| mechanism.unilaterals[index].slip.is_some();
+    let is_free = |index: &usize| !rubs(*index) && asked.iter().all(|own| own.index != *index);
+    let free: Vec<usize> = (0..count).filter(is_free).collect();
+    if free.len() > MOST {
+        return Err(Failure::Instants(format!(
+            "{} parts are held on one side only, and all their modes would be tried: of no more than {MOST} that is done; say by --mode which of them are open or closed",
+            free.len()
+        )));
+    }
+    let mut changes: Vec<usize> = (0..1 << free.len()).collect();
+    changes.sort_by_key(|change| change.count_ones());
+    let is_idle = |index: usize| asked.iter().any(|own| own.index == index && own.wanted == Wanted::Idle);
+    let mode = |change: usize| {
+        let mut mode = start.clone();
+        free.iter().enumerate().for_each(|(place, &index)| mode[index] ^= change >> place & 1 == 1);
+        for index in (0..count).filter(|&index| rubs(index)) {
+            let on = mechanism.unilaterals[index].slip.as_ref().and_then(|slip| slip.on);
+            mode[index] = on.is_none_or(|on| mode[on]) && !is_idle(index);
+        }
+        mode
+    };
+    // A joint is not at both of its limits, and what is to stick is pressed.
+    let owner = |index: usize| mechanism.unilaterals[index].owner;
+    let is_possible = |mode: &Vec<bool>| {
+        let closed = || (0..count).filter(|&index| mode[index] && !rubs(index));
+        closed().all(|one| closed().all(|other| one == other || owner(one) != owner(other)))
+            && asked.iter().all(|own| own.wanted != Wanted::Holds || mode[own.index])
+    };
+    Ok(changes.into_iter().map(mode).filter(is_possible).collect())
+}
+
+/// What is wrong with a pose in which the loads balance.
+fn unfit(formulated: &Formulated, point: &Point) -> Option<String> {
+    let mechanism = &formulated.equations.system.mechanism;
+    let here = closures(formulated, point);
+    let reactions = (0..formulated.equations.constraints.len()).map(|row| point.value(Symbol::Reaction(row)).abs());
+    let least = TOUCHING * reactions.fold(0.0, f64::max);
+    here.iter().find_map(|own| {
+        let [length, force] = own.units();
+        let name = &own.name;
+        match own.kind {
+            Kind::Stop | Kind::Freewheel if own.closed && own.force < -least => {
+                let verb = if own.kind == Kind::Stop { "pull" } else { "hold back" };
+                Some(format!("`{name}` would {verb} with {}", told(mechanism, -own.force, force)))
+            }
+            Kind::Stop if own.is_passed() => Some(format!("`{name}` is passed by {}", told(mechanism, -own.gap, length))),
+            Kind::Friction { most, .. } if own.closed && own.force.abs() > most + least => {
+                let [needed, most] = [own.force.abs(), most].map(|value| told(mechanism, value, force));
+                Some(format!(
+                    "`{name}` would have to hold {needed}, and holds {most} at most: it slides from where it was put; put it elsewhere by `[initial]`, or let `simulate` find where it comes to rest"
+                ))
+            }
+            Kind::Stop | Kind::Freewheel | Kind::Friction { .. } => None,
+        }
+    })
+}
+
+/// The loop equations that hold at a point: how many they are, and how many of them are independent.
+fn ranked(formulated: &Formulated, variation: &Variation, point: &Point) -> Result<[usize; 2], Failure> {
+    let numbers = variation.loops_at(&formulated.equations, point)?;
+    let (scales, rows) = (scales(formulated), numbers.block(RowBlock::Loops, Column::Positions));
+    let lengths: Vec<f64> = numbers.rows().map(|row| formulated.lowered.program.constraints[row].scale).collect();
+    let rows = DMatrix::from_fn(rows.nrows(), rows.ncols(), |i, j| rows[(i, j)] * scales[j] / lengths[i]);
+    if rows.is_empty() {
+        return Ok([0, 0]);
+    }
+    let values = svd(rows.clone(), false, false)?.singular_values;
+    Ok([rows.nrows(), values.iter().filter(|value| **value > DETERMINED * values.max()).count()])
+}
+
+/// True if the loop equations that hold at a point depend on each other.
+pub(super) fn is_held_twice(formulated: &Formulated, variation: &Variation, point: &Point) -> Result<bool, Failure> {
+    let [rows, rank] = ranked(formulated, variation, point)?;
+    Ok(rank < rows)
+}
+
+/// Refuses a rest whose forces are not determined: more touches or sticks than is needed to hold it.
+fn check_determined(formulated: &Formulated, variation: &Variation, point: &Point) -> Result<(), Failure> {
+    let mechanism = &*formulated.equations.system.mechanism;
+    let here = closures(formulated, point);
+    let holds = |own: &Closure| own.closed || own.touches();
+    let ranked = |held: &dyn Fn(&Closure) -> bool| {
+        let mut point = point.clone();
+        here.iter().for_each(|own| point.set_parameter(mask(mechanism, own.index, held(own))));
+        ranked(formulated, variation, &point)
+    };
+    let [always, all] = [ranked(&|_| false)?, ranked(&holds)?];
+    if all[1] - always[1] == all[0] - always[0] {
+        return Ok(());
+    }
+    // Those without which the others hold as much.
+    let mut concerned = Vec::new();
+    for own in here.iter().filter(|own| holds(own)) {
+        if ranked(&|other| holds(other) && other.index != own.index)?[1] == all[1] {
+            concerned.push(own);
+        }
+    }
+    let names: Vec<String> = concerned.iter().map(|own| format!("`{}`", own.name)).collect();
+    let rubs = concerned.iter().find(|own| matches!(own.kind, Kind::Friction { .. }));
+    let help = match rubs {
+        Some(own) => {
+            format!("let one of them carry nothing, such as by `--mode {}=idle`, or one give by a spring", own.name)
+        }
+        None => "leave one out, or let one give by a spring".to_owned(),
+    };
+    Err(Failure::Instants(format!(
+        "it rests on {}, which together hold something twice: what each of them carries is not determined; {help}",
+        names.join(", ")
+    )))
+}
