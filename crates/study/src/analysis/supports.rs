@@ -19,6 +19,8 @@ use super::{Failure, Point};
 const MOST: usize = 8;
 /// Rows depend on each other where a singular value is below this share of the largest.
 const DETERMINED: f64 = 1e-10;
+/// Rounding error of a force by the largest that a change of the size of the mechanism makes.
+const ROUNDING: f64 = 1e-14;
 
 /// Searches for a rest in one mode after another, from that in which everything that touches at the guess is closed to those that differ from it most. What rubs sticks where the guess puts it. In other
 /// modes than the guess's a rest that the slightest push would end (not `lasts`) counts only if there is no other.
@@ -43,7 +45,7 @@ pub(super) fn rest(
         let mut point = guess.clone();
         mode.iter().enumerate().for_each(|(index, &closed)| point.set_parameter(mask(mechanism, index, closed)));
         let levelled = |point: &Point| levelled(formulated, variation, point);
-        let found = search(formulated, variation, point, |point| unfit(formulated, &levelled(point)));
+        let found = search(formulated, variation, point, |point| unfit(formulated, variation, &levelled(point)));
         match found {
             Ok(point) => {
                 check_determined(formulated, variation, &point)?;
@@ -163,15 +165,27 @@ fn modes(formulated: &Formulated, guess: &Point, asked: &[Asked]) -> Result<Vec<
     Ok(changes.into_iter().map(mode).filter(is_possible).collect())
 }
 
+/// Rounding errors of forces along angles and along lengths: of a balance of what is as large as the stiffness makes it.
+fn noise(formulated: &Formulated, variation: &Variation, point: &Point) -> [f64; 2] {
+    let numbers = variation.motion_at(&formulated.equations, point);
+    let tangent = numbers.map_or_else(|_| DMatrix::zeros(0, 0), |own| own.block(RowBlock::Motion, Column::Positions));
+    let scales = &scales(formulated)[..formulated.equations.coordinates.len().min(tangent.nrows())];
+    let places = (0..scales.len()).flat_map(|i| (0..scales.len()).map(move |j| (i, j)));
+    let energy = places.fold(0.0, |most: f64, (i, j)| most.max((tangent[(i, j)] * scales[i] * scales[j]).abs()));
+    [ROUNDING * energy, ROUNDING * energy / formulated.lowered.program.length]
+}
+
 /// What is wrong with a pose in which the loads balance.
-fn unfit(formulated: &Formulated, point: &Point) -> Option<String> {
+fn unfit(formulated: &Formulated, variation: &Variation, point: &Point) -> Option<String> {
     let mechanism = &formulated.equations.system.mechanism;
     let here = closures(formulated, point);
     let reactions = (0..formulated.equations.constraints.len()).map(|row| point.value(Symbol::Reaction(row)).abs());
     let least = TOUCHING * reactions.fold(0.0, f64::max);
+    let noise = noise(formulated, variation, point);
     here.iter().find_map(|own| {
         let [length, force] = own.units();
         let name = &own.name;
+        let least = least + if own.kind == Kind::Stop { 0.0 } else { noise[usize::from(!own.angular)] };
         match own.kind {
             Kind::Stop | Kind::Freewheel if own.closed && own.force < -least => {
                 let verb = if own.kind == Kind::Stop { "pull" } else { "hold back" };

@@ -80,7 +80,12 @@ impl Statics {
         let mut title = row![line![self.name, " at rest, ", at(self.time)], format!("{sentence}{moving}")];
         if !self.standing.is_empty() {
             let names = self.standing.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
-            title.push(format!("one of many places: {names} held where `[initial]` puts it").into());
+            title.push(
+                format!(
+                    "one of many places: {names} would hold in others, too; `[initial]` says in which it is looked at"
+                )
+                .into(),
+            );
         }
         if !self.by_motion {
             title.push("(judged by stiffness alone: the motion cannot be linearised here)".into());
