@@ -245,3 +245,502 @@ fn matrices_with_friction_are_the_slopes_of_the_runtime() {
     against_differences(&oscillator(0.17, 0.0), &[0.1, 0.6]);
     against_differences(&scene_of("stick_slip"), &[0.3, 0.8]);
 }
+
+/// Two links on pins that rub by what they carry.
+const LINKS: &str = r#"
+name = "links"
+gravity = [0, -9.81]
+[inputs]
+hand = { unit = "N", start = 1.5 }
+[bodies.upper]
+mass = 1.2
+inertia = 0.02
+points = { a = [-0.2, 0], b = [0.25, 0] }
+[bodies.lower]
+mass = 0.7
+inertia = 0.01
+points = { a = [-0.15, 0], tip = [0.2, 0] }
+[joints.first]
+type = "revolute"
+between = ["ground", "upper.a"]
+friction = { mu = 0.5, radius = "30 mm" }
+[joints.second]
+type = "revolute"
+between = ["upper.b", "lower.a"]
+friction = { mu = 0.4, radius = "20 mm", static = 1.2 }
+[loads.pull]
+type = "force"
+on = "lower.tip"
+vector = ["hand", 0]
+[initial]
+"upper.angle" = "20 deg"
+"upper.omega" = 2.0
+"lower.angle" = "-40 deg"
+"lower.omega" = LOWER
+[outputs]
+variables = ["first.fx", "second.fy", "first.torque", "second.torque"]
+[experiment]
+stop = 5
+tolerance = 1e-10
+"#;
+
+/// A drawer that is pushed beside the middle of its long guide.
+const DRAWER: &str = r#"
+name = "drawer"
+gravity = [0, -3.0]
+[bodies.drawer]
+mass = 2.0
+inertia = 0.1
+points = { knob = [0, 0.2] }
+[joints.guide]
+type = "prismatic"
+between = ["ground", "drawer"]
+axis = [1, 0]
+friction = { mu = 0.45, length = "0.4 m" }
+limits = { max = "0.9 m" }
+[loads.push]
+type = "force"
+on = "drawer.knob"
+vector = ["20 + 15*guide.s", 0]
+[initial]
+"guide.s" = 0.1
+"guide.v" = 0.3
+[outputs]
+variables = ["guide.force", "guide.torque"]
+"#;
+
+/// A disc on a lane that rises, with a spring: `JOINT` is a contact or rolls.
+const DISC: &str = r#"
+name = "disc"
+gravity = [0, -9.81]
+[ground.points]
+post = [1.0, 0.6]
+[bodies.disc]
+mass = 3.0
+inertia = 0.015
+[joints.lane]
+type = "JOINT"
+between = ["ground", "disc"]
+axis = [1, 0.1]
+radius = 0.1
+friction = { mu = 0.2 }
+[loads.spring]
+type = "spring"
+between = ["ground.post", "disc"]
+stiffness = 20.0
+length = 0.3
+[initial]
+START
+"disc.omega" = 0.0
+[outputs]
+variables = ["lane.fn", "lane.ft", "disc.alpha"]
+"#;
+
+/// A worm and its wheel, a clutch with a law, and a freewheel.
+const TRAIN: &str = r#"
+name = "train"
+[inputs]
+grip = { unit = "N.m", start = 0.1 }
+[ground.points]
+right = [0.2, 0]
+far = [0.5, 0]
+[bodies.worm]
+mass = 1.0
+inertia = 0.002
+[bodies.wheel]
+mass = 2.0
+inertia = 0.05
+points = { pin = [0.1, 0] }
+[bodies.fan]
+mass = 1.0
+inertia = 0.03
+[bodies.ring]
+mass = 1.0
+inertia = 0.02
+[joints.first]
+type = "revolute"
+between = ["ground", "worm"]
+[joints.second]
+type = "revolute"
+between = ["ground.right", "wheel"]
+[joints.third]
+type = "revolute"
+between = ["ground.far", "fan"]
+[joints.fourth]
+type = "revolute"
+between = ["ground.far", "ring"]
+[joints.mesh]
+type = "gear"
+between = ["worm", "wheel"]
+ratio = 0.2
+friction = { mu = 0.3 }
+[joints.clutch]
+type = "clutch"
+between = ["wheel", "fan"]
+level = "0.5 + 0.2*sin(3*t) + grip"
+[joints.ratchet]
+type = "one_way"
+between = ["fan", "ring"]
+[loads.motor]
+type = "torque"
+on = "worm"
+value = "0.4 - 0.02*worm.omega"
+[loads.drag]
+type = "torque"
+on = "ring"
+value = "-0.1*ring.omega - 0.2*ring.angle"
+[loads.spring]
+type = "spring"
+between = ["ground", "wheel.pin"]
+stiffness = 12.0
+length = 0.1
+[initial]
+"worm.omega" = 20.0
+"fan.omega" = 0.0
+"ring.omega" = RING
+[outputs]
+variables = ["mesh.torque", "clutch.torque", "ratchet.stop", "ring.alpha"]
+[experiment]
+stop = 5
+tolerance = 1e-10
+"#;
+
+#[test]
+fn everything_that_rubs_or_is_caught_has_the_slopes_of_the_runtime() {
+    for lower in ["-3.0", "2.0"] {
+        against_differences(&LINKS.replace("LOWER", lower), &[0.0, 0.4]);
+    }
+    against_differences(DRAWER, &[0.0, 0.1]);
+    let contact = "\"disc.x\" = 0.0\n\"lane.gap\" = 0.0\n\"lane.v\" = 2.0\n\"disc.angle\" = 0.0";
+    for (joint, start) in [("rolling", "\"lane.s\" = 0.0\n\"lane.v\" = 2.0"), ("contact", contact)] {
+        against_differences(&DISC.replace("JOINT", joint).replace("START", start), &[0.05, 1.0]);
+    }
+    let modes = |ring: &str| {
+        let text = TRAIN.replace("RING", ring);
+        against_differences(&text, &[0.005, 0.1]);
+        let system = linear(&text, 0.005, &[]).unwrap();
+        words(&system).into_iter().map(|(_, word)| word.to_owned()).collect::<Vec<_>>()
+    };
+    assert_eq!(modes("0.0"), ["caught", "slides+", "slides-"]);
+    assert_eq!(modes("9.0"), ["free", "slides+", "slides-"]);
+}
+
+/// A block on a slope, in a guide or on it.
+fn slope(degrees: f64, mu: f64, is_guide: bool) -> String {
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    let joint = if is_guide { "prismatic" } else { "contact" };
+    let start = if is_guide {
+        "\"plane.s\" = 0.7".to_owned()
+    } else {
+        format!("\"block.x\" = {:?}\n\"block.y\" = {{ guess = {:?} }}", 0.7 * cos, 0.7 * sin + 0.01)
+    };
+    format!(
+        r#"
+name = "slope"
+gravity = [0, -9.81]
+[bodies.block]
+mass = 5.0
+[joints.plane]
+type = "{joint}"
+between = ["ground", "block"]
+axis = [{cos:?}, {sin:?}]
+friction = {{ mu = {mu:?}{} }}
+[initial]
+{start}
+"#,
+        if is_guide { ", static = 1.2" } else { "" }
+    )
+}
+
+#[test]
+fn a_block_holds_on_a_slope_or_slides() {
+    let weight = 5.0 * 9.81;
+    let (sin, cos) = 10.0_f64.to_radians().sin_cos();
+    for (is_guide, ratio) in [(true, 1.2), (false, 1.0)] {
+        let statics = resting(&slope(10.0, 0.3, is_guide));
+        let (holds, most) = (weight * sin, ratio * 0.3 * weight * cos);
+        let expected = [("plane.friction", holds), ("plane.friction.most", most)];
+        for ((name, value), expected) in told(&statics, "sticks").iter().zip(expected) {
+            assert_eq!(name, expected.0);
+            close(name, *value, expected.1, 1e-11, 1.0);
+        }
+        let loads = told(&statics, "further load");
+        close("from", loads[0].1, holds - most, 1e-11, 1.0);
+        close("to", loads[1].1, holds + most, 1e-11, 1.0);
+        // Guessed above the slope, it is put where its foot is along it.
+        let place = if is_guide { 0.7 } else { 0.7 + 0.01 * sin };
+        close("place", statics.value("block.x").unwrap(), place * cos, 1e-11, 1.0);
+        assert_eq!(
+            (statics.stability.clone(), &statics.standing[..]),
+            (Stability::Held, &["plane.friction".to_owned()][..])
+        );
+        let message = refused(&slope(20.0, 0.3, is_guide), &[]);
+        let needed = format!("`plane.friction` would have to hold {:.2} N", weight * 20.0_f64.to_radians().sin());
+        assert!(message.contains(&needed) && message.contains("it slides"), "{message}");
+    }
+}
+
+/// What may be added along it is what it holds in that very scene.
+#[test]
+fn it_holds_up_to_the_further_load() {
+    let pushed = |load: f64| {
+        format!(
+            "{}\n[loads.push]\ntype = \"force\"\non = \"block\"\nvector = [\"{load:?}*cos(10[deg])\", \"{load:?}*sin(10[deg])\"]\n",
+            slope(10.0, 0.3, true)
+        )
+    };
+    let loads = told(&resting(&pushed(0.0)), "further load");
+    for (load, holds) in [(1.0, true), (1.0 + 1e-6, false)]
+        .into_iter()
+        .flat_map(|(share, holds)| loads.iter().map(move |(_, load)| (share * load, holds)))
+    {
+        assert_eq!(study(&pushed(load), &[]).equilibrium().is_ok(), holds, "{load}");
+    }
+}
+
+#[test]
+fn a_spring_leaves_a_zone_of_rest() {
+    for place in [-0.0208, -0.01, 0.0, 0.0208] {
+        let statics = resting(&oscillator(place, 0.0));
+        close("place", statics.value("guide.s").unwrap(), place, 1e-14, 1.0);
+        close("holds", told(&statics, "sticks")[0].1, 120.0 * place, 1e-11, 1.0);
+    }
+    for place in [-0.0209, 0.0209] {
+        assert!(refused(&oscillator(place, 0.0), &[]).contains("it slides from where it was put"));
+    }
+}
+
+#[test]
+fn a_pin_holds_a_pendulum_out_of_the_vertical() {
+    // Up to sin(angle) = mu r / l.
+    let pendulum = |sine: f64| {
+        format!(
+            r#"
+name = "pendulum"
+gravity = [0, -9.81]
+[bodies.bar]
+mass = 1.5
+inertia = 0.03
+points = {{ top = [0, 0.4] }}
+[joints.pin]
+type = "revolute"
+between = ["ground", "bar.top"]
+friction = {{ mu = 0.4, radius = "50 mm" }}
+[initial]
+"bar.angle" = {:?}
+"#,
+            sine.asin()
+        )
+    };
+    let statics = resting(&pendulum(0.0499));
+    let expected = [1.5 * 9.81 * 0.4 * 0.0499, 0.4 * 0.05 * 1.5 * 9.81];
+    for ((name, value), expected) in told(&statics, "sticks").iter().zip(expected) {
+        close(name, *value, expected, 1e-11, 1.0);
+    }
+    assert!(refused(&pendulum(0.0501), &[]).contains("`pin.friction` would have to hold"));
+    assert!(refused(&pendulum(-0.0501), &[]).contains("`pin.friction` would have to hold"));
+}
+
+/// A nut with a weight on a thread of slope 0.398: it locks itself from that coefficient on.
+#[test]
+fn a_thread_locks_itself() {
+    let thread = |mu: f64| {
+        format!(
+            r#"
+name = "thread"
+gravity = [0, -9.81]
+[bodies.spindle]
+mass = 1.0
+inertia = 1e-3
+[bodies.nut]
+mass = 5.0
+[joints.bearing]
+type = "revolute"
+between = ["ground", "spindle"]
+[joints.rail]
+type = "prismatic"
+between = ["ground", "nut"]
+axis = [0, 1]
+[joints.thread]
+type = "screw"
+between = ["spindle", "nut"]
+axis = [0, 1]
+lead = "20 mm"
+friction = {{ mu = {mu:?}, radius = "8 mm" }}
+"#
+        )
+    };
+    let slope = 0.02 / (std::f64::consts::TAU * 0.008);
+    for mu in [slope + 1e-6, 0.41, 0.8] {
+        assert_eq!(resting(&thread(mu)).standing, ["thread.friction"], "{mu}");
+    }
+    for mu in [0.1, 0.39, slope - 1e-6] {
+        assert!(refused(&thread(mu), &[]).contains("`thread.friction` would have to hold"), "{mu}");
+    }
+}
+
+/// A bar with a weight that brakes hold.
+fn braked(levels: &[f64]) -> String {
+    let brake = |(index, level): (usize, &f64)| {
+        format!("[joints.brake{index}]\ntype = \"brake\"\nbetween = [\"ground\", \"bar\"]\nlevel = {level:?}\n")
+    };
+    let brakes: String = levels.iter().enumerate().map(brake).collect();
+    format!(
+        r#"
+name = "braked"
+gravity = [0, -9.81]
+[bodies.bar]
+mass = 3.0
+inertia = 0.1
+points = {{ root = [-0.3, 0] }}
+[joints.axle]
+type = "revolute"
+between = ["ground", "bar.root"]
+{brakes}
+[initial]
+"bar.angle" = 0.2
+"#
+    )
+}
+
+#[test]
+fn brakes_hold_a_weight_and_two_of_them_share_it_as_nobody_knows() {
+    let torque = 3.0 * 9.81 * 0.3 * 0.2_f64.cos();
+    let statics = resting(&braked(&[9.0]));
+    let sticks = told(&statics, "sticks");
+    close("holds", sticks[0].1, torque, 1e-12, 1.0);
+    close("at most", sticks[1].1, 9.0, 1e-12, 1.0);
+    assert!(refused(&braked(&[8.0]), &[]).contains("`brake0.friction` would have to hold"));
+    let message = refused(&braked(&[9.0, 12.0]), &[]);
+    assert!(message.contains("`brake0.friction`, `brake1.friction`, which together hold something twice"), "{message}");
+    assert!(message.contains("--mode brake0.friction=idle"), "{message}");
+    let statics = study(&braked(&[9.0, 12.0]), &[("brake0", "idle")]).equilibrium().unwrap();
+    assert_eq!(statics.standing, ["brake1.friction"]);
+    close("holds", told(&statics, "sticks")[0].1, torque, 1e-12, 1.0);
+    let message = refused(&braked(&[9.0]), &[("brake0", "slides+")]);
+    assert!(message.contains("`brake0.friction` slides nowhere at rest"), "{message}");
+    let message = linear(&braked(&[9.0, 12.0]), 0.0, &[("brake0", "sticks"), ("brake1", "sticks")]).unwrap_err();
+    assert!(message.to_string().contains("holds something twice"), "{message}");
+    // A run from there stays there.
+    let mut study = study(&braked(&[9.0]), &[]);
+    study.begin_at_rest().unwrap();
+    let model = std::sync::Arc::new(cotree_fmu::model::Model::new(study.compiled().unwrap().program).unwrap());
+    let mut run = super::run::started(&model, None, 1.0, 1e-10);
+    run.step_to(1.0).unwrap();
+    assert!((super::run::value(&mut run, "bar.angle") - 0.2).abs() < 1e-13);
+}
+
+/// A ladder on a rough floor at a smooth wall: the floor's friction is half the weight by the tangent.
+#[test]
+fn a_ladder_stands_or_slides() {
+    let angle = 60.0_f64.to_radians();
+    let ladder = |mu: f64| {
+        format!(
+            r#"
+name = "ladder"
+gravity = [0, -9.81]
+[bodies.ladder]
+mass = 10.0
+inertia = 7.5
+points = {{ foot = [-1.5, 0], head = [1.5, 0] }}
+[joints.floor_line]
+type = "contact"
+between = ["ground", "ladder.foot"]
+axis = [1, 0]
+friction = {{ mu = {mu:?} }}
+[joints.wall_line]
+type = "contact"
+between = ["ground", "ladder.head"]
+axis = [0, 1]
+[initial]
+"ladder.angle" = {:?}
+"ladder.x" = {{ guess = {:?} }}
+"ladder.y" = {{ guess = {:?} }}
+"#,
+            angle,
+            -1.5 * angle.cos(),
+            1.5 * angle.sin()
+        )
+    };
+    let weight = 10.0 * 9.81;
+    let statics = resting(&ladder(0.3));
+    close("friction", told(&statics, "sticks")[0].1, weight / (2.0 * angle.tan()), 1e-10, 1.0);
+    close("floor", told(&statics, "closed")[0].1, weight, 1e-10, 1.0);
+    close("wall", told(&statics, "closed")[1].1, weight / (2.0 * angle.tan()), 1e-10, 1.0);
+    let message = refused(&ladder(0.28), &[]);
+    assert!(message.contains("`floor_line.friction` would have to hold"), "{message}");
+}
+
+/// A pendulum on a block that sticks swings as one on the ground does.
+#[test]
+fn what_does_not_rub_swings_beside_what_sticks() {
+    let text = r#"
+name = "crane"
+gravity = [0, -9.81]
+[bodies.trolley]
+mass = 2.0
+[bodies.hook]
+mass = 1.0
+inertia = 0.02
+points = { top = [0, 0.8] }
+[joints.rail]
+type = "prismatic"
+between = ["ground", "trolley"]
+axis = [1, 0]
+friction = { mu = 0.1 }
+[joints.pin]
+type = "revolute"
+between = ["trolley", "hook.top"]
+[initial]
+"rail.s" = 0.3
+"hook.angle" = { guess = 0.4 }
+"#;
+    let statics = resting(text);
+    assert!((statics.value("hook.angle").unwrap()).abs() < 1e-9);
+    assert_eq!(statics.stability, Stability::Stable);
+    close("at most", told(&statics, "sticks")[1].1, 0.1 * 3.0 * 9.81, 1e-11, 1.0);
+    let modes = study(text, &[]).modes(None).unwrap().modes;
+    assert_eq!(modes.len(), 1);
+    let omega = (9.81_f64 * 0.8 / (0.64 + 0.02)).sqrt();
+    close("frequency", modes[0].frequency(), omega / std::f64::consts::TAU, 1e-9, 1.0);
+    let message = study(text, &[]).equilibrium_sensitivities(&["rail.s".to_owned()]).unwrap_err().to_string();
+    assert!(message.contains("the dry friction of prismatic joint `rail`"), "{message}");
+}
+
+#[test]
+fn a_freewheel_drives_or_turns_until_nothing_does() {
+    let ratchet = |torque: &str, angle: f64| {
+        format!(
+            r#"
+name = "ratchet"
+[bodies.disc]
+mass = 1.0
+inertia = 0.4
+[joints.axle]
+type = "revolute"
+between = ["ground", "disc"]
+[joints.ratchet]
+type = "one_way"
+between = ["ground", "disc"]
+[loads.drive]
+type = "torque"
+on = "disc"
+value = "{torque}"
+[initial]
+"disc.angle" = {angle:?}
+"#
+        )
+    };
+    let statics = resting(&ratchet("1[N.m] - disc.angle*1[N.m/rad]", 1.5));
+    assert_eq!(told(&statics, "caught"), [("ratchet".to_owned(), 0.5)]);
+    assert_eq!((statics.value("disc.angle").unwrap(), &statics.standing[..]), (1.5, &["ratchet".to_owned()][..]));
+    let statics = resting(&ratchet("1[N.m] - disc.angle*1[N.m/rad]", 0.2));
+    close("angle", statics.value("disc.angle").unwrap(), 1.0, 1e-12, 1.0);
+    assert_eq!(told(&statics, "free")[0].0, "ratchet");
+    assert!(statics.standing.is_empty());
+    let message = refused(&ratchet("0.3", 0.0), &[]);
+    assert!(message.contains("`ratchet` would hold back with 0.3 N.m"), "{message}");
+    assert!(message.contains("there is no rest in any of the 2 modes"), "{message}");
+    let message = refused(&ratchet("0.3", 0.0), &[("ratchet", "free")]);
+    assert!(message.contains("still accelerating there: `disc.angle`"), "{message}");
+}

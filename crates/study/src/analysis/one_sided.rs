@@ -184,7 +184,7 @@ impl Closure {
 
     /// The units of its gap and of its force.
     pub fn units(&self) -> [&'static str; 2] {
-        if self.angular { ["rad", "N m"] } else { ["m", "N"] }
+        if self.angular { ["rad", "N.m"] } else { ["m", "N"] }
     }
 
     pub(crate) fn unit_of_rate(&self) -> &'static str {

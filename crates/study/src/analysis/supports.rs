@@ -2,6 +2,8 @@
 //!
 //! A rest is one where what is open does not go in, what is closed presses, what is caught drives, and what sticks holds no more than it can.
 
+use std::cell::Cell;
+
 use cotree::equations::Pressing;
 use cotree::expr::{Symbol, Values};
 use cotree::formulate::Formulated;
@@ -40,12 +42,18 @@ pub(super) fn rest(
     }
     let modes = modes(formulated, guess, asked)?;
     let guess = standing(formulated, guess);
-    let (mut first, mut unsteady) = (None, None);
+    let (mut first, mut slid, mut unsteady) = (None, None, None);
     for (place, mode) in modes.iter().enumerate() {
         let mut point = guess.clone();
         mode.iter().enumerate().for_each(|(index, &closed)| point.set_parameter(mask(mechanism, index, closed)));
         let levelled = |point: &Point| levelled(formulated, variation, point);
-        let found = search(formulated, variation, point, |point| unfit(formulated, variation, &levelled(point)));
+        let slides = Cell::new(false);
+        let unfit = |point: &Point| {
+            let misfit = unfit(formulated, variation, &levelled(point))?;
+            slides.set(misfit.slides);
+            Some(misfit.why)
+        };
+        let found = search(formulated, variation, point, unfit);
         match found {
             Ok(point) => {
                 check_determined(formulated, variation, &point)?;
@@ -55,13 +63,16 @@ pub(super) fn rest(
                 }
                 unsteady = unsteady.or(Some(point));
             }
+            // It slides from where it was put: a rest in another mode is somewhere else.
+            Err(failure) if slides.get() && place == 0 => return Err(failure),
+            Err(failure) if slides.get() => slid = slid.or(Some(failure)),
             Err(failure) => first = first.or(Some(failure)),
         }
     }
     if let Some(point) = unsteady {
         return Ok(point);
     }
-    Err(match first {
+    Err(match slid.or(first) {
         Some(cause) if modes.len() > 1 => Failure::NoModeRests { tried: modes.len(), cause: Box::new(cause) },
         Some(cause) => cause,
         None => Failure::Instants("no mode is asked for in which anything could rest".to_owned()),
@@ -175,32 +186,46 @@ fn noise(formulated: &Formulated, variation: &Variation, point: &Point) -> [f64;
     [ROUNDING * energy, ROUNDING * energy / formulated.lowered.program.length]
 }
 
-/// What is wrong with a pose in which the loads balance.
-fn unfit(formulated: &Formulated, variation: &Variation, point: &Point) -> Option<String> {
+/// Why a pose in which the loads balance is no rest.
+struct Misfit {
+    why: String,
+    /// Does it slide, and everything else fits?
+    slides: bool,
+}
+
+fn unfit(formulated: &Formulated, variation: &Variation, point: &Point) -> Option<Misfit> {
     let mechanism = &formulated.equations.system.mechanism;
     let here = closures(formulated, point);
     let reactions = (0..formulated.equations.constraints.len()).map(|row| point.value(Symbol::Reaction(row)).abs());
     let least = TOUCHING * reactions.fold(0.0, f64::max);
     let noise = noise(formulated, variation, point);
-    here.iter().find_map(|own| {
-        let [length, force] = own.units();
-        let name = &own.name;
-        let least = least + if own.kind == Kind::Stop { 0.0 } else { noise[usize::from(!own.angular)] };
+    let stops = here.iter().find_map(|own| {
+        let ([length, force], name) = (own.units(), &own.name);
         match own.kind {
-            Kind::Stop | Kind::Freewheel if own.closed && own.force < -least => {
-                let verb = if own.kind == Kind::Stop { "pull" } else { "hold back" };
-                Some(format!("`{name}` would {verb} with {}", told(mechanism, -own.force, force)))
+            Kind::Stop if own.closed && own.force < -least => {
+                Some(format!("`{name}` would pull with {}", told(mechanism, -own.force, force)))
             }
-            Kind::Stop if own.is_passed() => Some(format!("`{name}` is passed by {}", told(mechanism, -own.gap, length))),
-            Kind::Friction { most, .. } if own.closed && own.force.abs() > most + least => {
-                let [needed, most] = [own.force.abs(), most].map(|value| told(mechanism, value, force));
-                Some(format!(
-                    "`{name}` would have to hold {needed}, and holds {most} at most: it slides from where it was put; put it elsewhere by `[initial]`, or let `simulate` find where it comes to rest"
-                ))
+            Kind::Freewheel if own.closed && own.force < -least - noise[usize::from(!own.angular)] => {
+                Some(format!("`{name}` would hold back with {}", told(mechanism, -own.force, force)))
+            }
+            Kind::Stop if own.is_passed() => {
+                Some(format!("`{name}` is passed by {}", told(mechanism, -own.gap, length)))
             }
             Kind::Stop | Kind::Freewheel | Kind::Friction { .. } => None,
         }
-    })
+    });
+    let slides = here.iter().find_map(|own| {
+        let (needed, most, unit) = (own.force.abs(), own.most()?, own.units()[1]);
+        (needed > most + least + noise[usize::from(!own.angular)]).then(|| {
+            let [needed, most] = [needed, most].map(|value| told(mechanism, value, unit));
+            format!(
+                "`{}` would have to hold {needed}, and holds {most} at most: it slides from where it was put; put it elsewhere by `[initial]`, or let `simulate` find where it comes to rest",
+                own.name
+            )
+        })
+    });
+    let slides = slides.map(|why| Misfit { why, slides: true });
+    stops.map(|why| Misfit { why, slides: false }).or(slides)
 }
 
 /// The loop equations that hold at a point: how many they are, and how many of them are independent.
