@@ -604,19 +604,13 @@ between = ["ground", "bar.root"]
 }
 
 #[test]
-fn brakes_hold_a_weight_and_two_of_them_share_it_as_nobody_knows() {
+fn a_brake_holds_a_weight() {
     let torque = 3.0 * 9.81 * 0.3 * 0.2_f64.cos();
     let statics = resting(&braked(&[9.0]));
     let sticks = told(&statics, "sticks");
     close("holds", sticks[0].1, torque, 1e-12, 1.0);
     close("at most", sticks[1].1, 9.0, 1e-12, 1.0);
     assert!(refused(&braked(&[8.0]), &[]).contains("`brake0.friction` would have to hold"));
-    let message = refused(&braked(&[9.0, 12.0]), &[]);
-    assert!(message.contains("`brake0.friction`, `brake1.friction`, which together hold something twice"), "{message}");
-    assert!(message.contains("--mode brake0.friction=idle"), "{message}");
-    let statics = study(&braked(&[9.0, 12.0]), &[("brake0", "idle")]).equilibrium().unwrap();
-    assert_eq!(statics.standing, ["brake1.friction"]);
-    close("holds", told(&statics, "sticks")[0].1, torque, 1e-12, 1.0);
     let message = refused(&braked(&[9.0]), &[("brake0", "slides+")]);
     assert!(message.contains("`brake0.friction` slides nowhere at rest"), "{message}");
     let message = linear(&braked(&[9.0, 12.0]), 0.0, &[("brake0", "sticks"), ("brake1", "sticks")]).unwrap_err();
@@ -628,6 +622,171 @@ fn brakes_hold_a_weight_and_two_of_them_share_it_as_nobody_knows() {
     let mut run = super::run::started(&model, None, 1.0, 1e-10);
     run.step_to(1.0).unwrap();
     assert!((super::run::value(&mut run, "bar.angle") - 0.2).abs() < 1e-13);
+}
+
+#[test]
+fn brakes_share_a_weight_in_one_way_of_many() {
+    let torque = 3.0 * 9.81 * 0.3 * 0.2_f64.cos();
+    let names = |count: usize| (0..count).map(|index| format!("brake{index}.friction")).collect::<Vec<_>>();
+    for (levels, holds) in [
+        (&[9.0, 12.0][..], &[torque][..]),
+        (&[5.0, 4.0], &[5.0, torque - 5.0]),
+        (&[3.0, 4.0, 2.0], &[3.0, 4.0, torque - 7.0]),
+    ] {
+        let statics = resting(&braked(levels));
+        let found = told(&statics, "sticks").into_iter().filter(|(name, _)| !name.ends_with("most"));
+        let found: Vec<f64> = found.map(|(_, value)| value).collect();
+        assert_eq!(found.len(), holds.len(), "{levels:?} {found:?}");
+        found.iter().zip(holds).for_each(|(found, expected)| close("share", *found, *expected, 1e-11, 1.0));
+        assert_eq!((&statics.shared, told(&statics, "further load")), (&names(levels.len()), Vec::new()));
+        assert_eq!(told(&statics, "idle").len(), levels.len() - holds.len());
+    }
+    let message = refused(&braked(&[5.0, 3.6]), &[]);
+    assert!(
+        message.contains("`brake0.friction`, `brake1.friction` would have to hold more than they can"),
+        "{message}"
+    );
+    let statics = study(&braked(&[9.0, 12.0]), &[("brake0", "idle")]).equilibrium().unwrap();
+    assert_eq!((statics.standing.len(), statics.shared.len()), (1, 0));
+    close("holds", told(&statics, "sticks")[0].1, torque, 1e-12, 1.0);
+    let message = refused(&braked(&[9.0, 8.0]), &[("brake0", "idle")]);
+    assert!(message.contains("without `brake0.friction`, which `--mode` makes idle"), "{message}");
+}
+
+/// A box on two rough feet on a slope, beside whose middle its weight acts: what it holds along the slope is determined, the share of each foot is not.
+#[test]
+fn a_box_stands_on_two_rough_feet() {
+    let (slope, foot) = (15.0_f64.to_radians(), 0.25);
+    let (sin, cos) = slope.sin_cos();
+    let case = |mu: f64| {
+        format!(
+            r#"
+name = "box"
+gravity = [0, -9.81]
+[bodies.box]
+mass = 6.0
+inertia = 0.3
+points = {{ left = [-{foot}, -0.2], right = [{foot}, -0.2] }}
+[joints.left_foot]
+type = "contact"
+between = ["ground", "box.left"]
+axis = [{cos:?}, {sin:?}]
+friction = {{ mu = {mu:?} }}
+[joints.right_foot]
+type = "contact"
+between = ["ground", "box.right"]
+axis = [{cos:?}, {sin:?}]
+friction = {{ mu = {mu:?} }}
+[initial]
+"box.angle" = {slope:?}
+"box.x" = {{ guess = {:?} }}
+"box.y" = {{ guess = {:?} }}
+"#,
+            -0.2 * sin,
+            0.2 * cos
+        )
+    };
+    let weight = 6.0 * 9.81;
+    let statics = resting(&case(0.3));
+    // Moments about the middle between the feet.
+    let off = 0.5 * weight * sin * 0.2 / foot;
+    close("left", told(&statics, "closed")[0].1, 0.5 * weight * cos + off, 1e-10, 1.0);
+    close("right", told(&statics, "closed")[1].1, 0.5 * weight * cos - off, 1e-10, 1.0);
+    let holds = told(&statics, "sticks");
+    let total: f64 = holds.iter().filter(|(name, _)| name.ends_with("friction")).map(|(_, value)| value).sum();
+    close("both", total, weight * sin, 1e-10, 1.0);
+    assert_eq!(statics.shared, ["left_foot.friction", "right_foot.friction"]);
+    for mu in [slope.tan() + 1e-6, 0.8] {
+        assert_eq!(resting(&case(mu)).stability, Stability::Held);
+    }
+    for mu in [slope.tan() - 1e-6, 0.1] {
+        assert!(refused(&case(mu), &[]).contains("would have to hold more than they can together"), "{mu}");
+    }
+}
+
+/// A drawer that leans on its stop, with friction: the stop can hold all of it.
+#[test]
+fn what_a_stop_holds_need_not_stick() {
+    let drawer = |push: f64| {
+        DRAWER
+            .replace("20 + 15*guide.s", &format!("{push:?}"))
+            .replace("\"guide.s\" = 0.1\n\"guide.v\" = 0.3", "\"guide.s\" = 0.9")
+    };
+    let statics = resting(&drawer(30.0));
+    close("stop", told(&statics, "closed")[0].1, 30.0, 1e-11, 1.0);
+    assert_eq!(statics.shared, ["guide.max", "guide.friction"]);
+    // Pulled off its stop a little its friction holds, and more than it can moves it.
+    let statics = resting(&drawer(-1.0));
+    assert_eq!((told(&statics, "closed").len(), told(&statics, "sticks")[0].1.abs().round()), (0, 1.0));
+    assert!(refused(&drawer(-30.0), &[]).contains("`guide.friction` would have to hold"));
+}
+
+/// A four-bar whose pins rub rests where the runtime finds that it does: both fill the shares of the pins in ways of their own.
+#[test]
+fn pins_hold_a_four_bar_where_it_stays() {
+    let mu = 0.4;
+    let text = |torque: f64| {
+        format!(
+            r#"
+name = "linkage"
+gravity = [0, -9.81]
+[ground.points]
+right = [0.6, 0]
+[bodies.crank]
+mass = 1.0
+inertia = 0.01
+points = {{ a = [-0.15, 0], b = [0.15, 0] }}
+[bodies.coupler]
+mass = 1.5
+inertia = 0.04
+points = {{ a = [-0.3, 0], b = [0.3, 0] }}
+[bodies.rocker]
+mass = 1.2
+inertia = 0.03
+points = {{ a = [-0.25, 0], b = [0.25, 0] }}
+[joints.pin1]
+type = "revolute"
+between = ["ground", "crank.a"]
+friction = {{ mu = {mu:?}, radius = "40 mm" }}
+[joints.pin2]
+type = "revolute"
+between = ["crank.b", "coupler.a"]
+friction = {{ mu = {mu:?}, radius = "30 mm" }}
+[joints.pin3]
+type = "revolute"
+between = ["coupler.b", "rocker.b"]
+friction = {{ mu = {mu:?}, radius = "35 mm" }}
+[joints.pin4]
+type = "revolute"
+between = ["ground.right", "rocker.a"]
+friction = {{ mu = {mu:?}, radius = "25 mm" }}
+[loads.motor]
+type = "torque"
+on = "crank"
+value = {torque:?}
+[initial]
+"crank.angle" = "50 deg"
+"crank.omega" = 0.0
+"coupler.angle" = {{ guess = "15 deg" }}
+"rocker.angle" = {{ guess = "75 deg" }}
+[outputs]
+variables = ["crank.alpha"]
+[experiment]
+stop = 0.1
+tolerance = 1e-9
+"#
+        )
+    };
+    let mut seen = [0; 2];
+    for torque in (0..12).map(|step| 0.5 * f64::from(step)) {
+        let text = text(torque);
+        let found = study(&text, &[]).equilibrium();
+        let mut run = super::run::started(&super::run::model(&text), None, 0.1, 1e-9);
+        let stays = super::run::value(&mut run, "crank.alpha").abs() < 1e-9;
+        assert_eq!(found.is_ok(), stays, "{torque}: {:?}", found.err().map(|error| error.to_string()));
+        seen[usize::from(stays)] += 1;
+    }
+    assert!(seen.iter().all(|count| *count > 1), "{seen:?}");
 }
 
 /// A ladder on a rough floor at a smooth wall: the floor's friction is half the weight by the tangent.

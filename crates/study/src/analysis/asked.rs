@@ -107,6 +107,13 @@ pub(super) fn put(
     asked: &[Asked],
 ) -> Result<Point, Failure> {
     let point = Point::moving(model, state)?;
+    let sticks = closures(formulated, &point).iter().any(|own| own.most().is_some());
+    if asked.is_empty() && sticks && is_held_twice(formulated, variation, &point)? {
+        return Err(Failure::Instants(format!(
+            "at t = {} s several that stick hold something twice; say by `--mode NAME=idle` which of them carry nothing",
+            point.time()
+        )));
+    }
     if asked.is_empty() {
         return Ok(point);
     }

@@ -17,6 +17,7 @@ mod rest;
 mod resting;
 mod search;
 mod sensitivity;
+mod sharing;
 mod state_space;
 mod study;
 mod supports;

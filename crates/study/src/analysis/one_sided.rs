@@ -69,6 +69,7 @@ fn closure(formulated: &Formulated, point: &Point, (index, own): (usize, &Unilat
     let values = equations.system.arena.evaluate(&wanted, point);
     let rate = values[2..].iter().zip(rates).fold(values[1], |sum, (entry, rate)| sum + entry * rate);
     let held = -point.value(Symbol::Reaction(row));
+    let mut closed = point.value(Symbol::Parameter(own.closed.0)) != 0.0;
     let (kind, force) = match &own.slip {
         Some(slip) => {
             let parameters = equations.system.mechanism.parameters.len();
@@ -76,14 +77,17 @@ fn closure(formulated: &Formulated, point: &Point, (index, own): (usize, &Unilat
             let (level, direction) =
                 (point.value(Symbol::Reaction(row + 1)), point.value(Symbol::Parameter(slip.direction.0)));
             let most = constant::evaluate(&slip.law.ratio, &parameters) * level;
-            (Kind::Friction { direction, most }, held - direction * level)
+            let force = held - direction * level;
+            // At rest it sticks with all that it can.
+            closed |= point.rests() && direction != 0.0;
+            (Kind::Friction { direction: if point.rests() { 0.0 } else { direction }, most }, force)
         }
         None if own.held.of_rate => (Kind::Freewheel, held),
         None => (Kind::Stop, held),
     };
     Some(Closure {
         name: own.name.clone(),
-        closed: point.value(Symbol::Parameter(own.closed.0)) != 0.0,
+        closed,
         index,
         kind,
         gap: values[0],
@@ -167,6 +171,11 @@ impl Closure {
             Kind::Friction { most, .. } if self.closed => Some(most),
             Kind::Friction { .. } | Kind::Stop | Kind::Freewheel => None,
         }
+    }
+
+    /// Does it stick, and carries more than it can?
+    pub(super) fn carries_too_much(&self) -> bool {
+        self.most().is_some_and(|most| self.force.abs() > most)
     }
 
     /// 1 or -1 for what slides that way.

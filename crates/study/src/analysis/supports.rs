@@ -2,18 +2,19 @@
 //!
 //! A rest is one where what is open does not go in, what is closed presses, what is caught drives, and what sticks holds no more than it can.
 
-use std::cell::Cell;
+use std::cell::RefCell;
 
 use cotree::equations::Pressing;
 use cotree::expr::{Symbol, Values};
 use cotree::formulate::Formulated;
-use cotree::model::Mechanism;
+use cotree::model::{Mechanism, ParameterId};
 use nalgebra::DMatrix;
 
 use super::asked::{Asked, Wanted};
 use super::decompose::svd;
 use super::one_sided::{Closure, Kind, TOUCHING, closures, told};
-use super::search::{scales, search};
+use super::search::{Misfit, scales, search};
+use super::sharing::{share, sharing};
 use super::variation::{Column, RowBlock, Rubbing, Variation};
 use super::{Failure, Point};
 
@@ -23,6 +24,24 @@ const MOST: usize = 8;
 const DETERMINED: f64 = 1e-10;
 /// Rounding error of a force by the largest that a change of the size of the mechanism makes.
 const ROUNDING: f64 = 1e-14;
+
+/// What to do where it slides.
+pub(super) const ELSEWHERE: &str = "put it elsewhere by `[initial]`, or let `simulate` find where it comes to rest";
+
+/// Where something rests.
+pub(super) struct Rest {
+    pub point: Point,
+    /// What holds something together with others, so that how they share it is not determined: the point has one way.
+    pub shared: Vec<String>,
+}
+
+/// What becomes of a search in one mode.
+pub(super) enum Outcome {
+    Rests(Rest),
+    /// The loads balance and everything else fits, but what sticks holds more than it can at this point.
+    Slides(Failure, Box<Point>),
+    Fails(Failure),
+}
 
 /// Searches for a rest in one mode after another, from that in which everything that touches at the guess is closed to those that differ from it most. What rubs sticks where the guess puts it. In other
 /// modes than the guess's a rest that the slightest push would end (not `lasts`) counts only if there is no other.
@@ -35,10 +54,11 @@ pub(super) fn rest(
     guess: &Point,
     asked: &[Asked],
     lasts: impl Fn(&Point) -> Result<bool, Failure>,
-) -> Result<Point, Failure> {
+) -> Result<Rest, Failure> {
     let mechanism = &*formulated.equations.system.mechanism;
     if mechanism.unilaterals.is_empty() {
-        return search(formulated, variation, guess.clone(), |_| None);
+        let point = search(formulated, variation, guess.clone(), |_| None)?;
+        return Ok(Rest { point, shared: Vec::new() });
     }
     let modes = modes(formulated, guess, asked)?;
     let guess = standing(formulated, guess);
@@ -46,31 +66,22 @@ pub(super) fn rest(
     for (place, mode) in modes.iter().enumerate() {
         let mut point = guess.clone();
         mode.iter().enumerate().for_each(|(index, &closed)| point.set_parameter(mask(mechanism, index, closed)));
-        let levelled = |point: &Point| levelled(formulated, variation, point);
-        let slides = Cell::new(false);
-        let unfit = |point: &Point| {
-            let misfit = unfit(formulated, variation, &levelled(point))?;
-            slides.set(misfit.slides);
-            Some(misfit.why)
-        };
-        let found = search(formulated, variation, point, unfit);
-        match found {
-            Ok(point) => {
-                check_determined(formulated, variation, &point)?;
-                let point = levelled(&point);
-                if place == 0 || lasts(&point)? {
-                    return Ok(point);
+        match in_mode(formulated, variation, point)? {
+            Outcome::Rests(rest) => {
+                check_determined(formulated, variation, &rest.point)?;
+                if place == 0 || lasts(&rest.point)? {
+                    return Ok(rest);
                 }
-                unsteady = unsteady.or(Some(point));
+                unsteady = unsteady.or(Some(rest));
             }
             // It slides from where it was put: a rest in another mode is somewhere else.
-            Err(failure) if slides.get() && place == 0 => return Err(failure),
-            Err(failure) if slides.get() => slid = slid.or(Some(failure)),
-            Err(failure) => first = first.or(Some(failure)),
+            Outcome::Slides(failure, _) if place == 0 => return Err(without_idle(mechanism, asked, failure)),
+            Outcome::Slides(failure, _) => slid = slid.or(Some(without_idle(mechanism, asked, failure))),
+            Outcome::Fails(failure) => first = first.or(Some(failure)),
         }
     }
-    if let Some(point) = unsteady {
-        return Ok(point);
+    if let Some(rest) = unsteady {
+        return Ok(rest);
     }
     Err(match slid.or(first) {
         Some(cause) if modes.len() > 1 => Failure::NoModeRests { tried: modes.len(), cause: Box::new(cause) },
@@ -79,8 +90,44 @@ pub(super) fn rest(
     })
 }
 
+/// What could hold more is idle because that was asked for.
+fn without_idle(mechanism: &Mechanism, asked: &[Asked], failure: Failure) -> Failure {
+    let idle = asked.iter().filter(|own| own.wanted == Wanted::Idle);
+    let idle: Vec<String> = idle.map(|own| format!("`{}`", mechanism.unilaterals[own.index].name)).collect();
+    match failure {
+        Failure::Unfit { why } if !idle.is_empty() => {
+            Failure::Unfit { why: format!("without {}, which `--mode` makes idle, {why}", idle.join(", ")) }
+        }
+        failure => failure,
+    }
+}
+
+/// Searches in the mode of a point; where several that rub hold the same, they share it.
+fn in_mode(formulated: &Formulated, variation: &Variation, point: Point) -> Result<Outcome, Failure> {
+    match sharing(formulated, variation, &point)? {
+        None => Ok(attempt(formulated, variation, point)),
+        Some(sharing) => share(formulated, variation, point, sharing),
+    }
+}
+
+/// Searches from a point, in its mode.
+pub(super) fn attempt(formulated: &Formulated, variation: &Variation, point: Point) -> Outcome {
+    let slides = RefCell::new(None);
+    let found = search(formulated, variation, point, |point| {
+        let levelled = levelled(formulated, variation, point);
+        let misfit = unfit(formulated, variation, point, &levelled)?;
+        slides.replace(misfit.slides.then(|| Box::new(levelled)));
+        Some(misfit)
+    });
+    match (found, slides.into_inner()) {
+        (Ok(point), _) => Outcome::Rests(Rest { point: levelled(formulated, variation, &point), shared: Vec::new() }),
+        (Err(failure), Some(point)) => Outcome::Slides(failure, point),
+        (Err(failure), None) => Outcome::Fails(failure),
+    }
+}
+
 /// The parameter by which a part is open or closed, and its value.
-fn mask(mechanism: &Mechanism, index: usize, closed: bool) -> (usize, f64) {
+pub(super) fn mask(mechanism: &Mechanism, index: usize, closed: bool) -> (usize, f64) {
     (mechanism.unilaterals[index].closed.0, f64::from(u8::from(closed)))
 }
 
@@ -186,14 +233,8 @@ fn noise(formulated: &Formulated, variation: &Variation, point: &Point) -> [f64;
     [ROUNDING * energy, ROUNDING * energy / formulated.lowered.program.length]
 }
 
-/// Why a pose in which the loads balance is no rest.
-struct Misfit {
-    why: String,
-    /// Does it slide, and everything else fits?
-    slides: bool,
-}
-
-fn unfit(formulated: &Formulated, variation: &Variation, point: &Point) -> Option<Misfit> {
+/// Why a pose in which the loads balance is no rest; `searched` has the signs of what presses that the search has assumed.
+fn unfit(formulated: &Formulated, variation: &Variation, searched: &Point, point: &Point) -> Option<Misfit> {
     let mechanism = &formulated.equations.system.mechanism;
     let here = closures(formulated, point);
     let reactions = (0..formulated.equations.constraints.len()).map(|row| point.value(Symbol::Reaction(row)).abs());
@@ -219,26 +260,51 @@ fn unfit(formulated: &Formulated, variation: &Variation, point: &Point) -> Optio
         (needed > most + least + noise[usize::from(!own.angular)]).then(|| {
             let [needed, most] = [needed, most].map(|value| told(mechanism, value, unit));
             format!(
-                "`{}` would have to hold {needed}, and holds {most} at most: it slides from where it was put; put it elsewhere by `[initial]`, or let `simulate` find where it comes to rest",
+                "`{}` would have to hold {needed}, and holds {most} at most: it slides from where it was put; {ELSEWHERE}",
                 own.name
             )
         })
     });
+    let turned = here.iter().find_map(|own| {
+        let slip = mechanism.unilaterals[own.index].slip.as_ref()?;
+        let acts = point.value(Symbol::Parameter(slip.direction.0)) != 0.0;
+        let same = |sign: &ParameterId| {
+            let sign = Symbol::Parameter(sign.0);
+            searched.value(sign) == point.value(sign)
+        };
+        (acts && !slip.signs.iter().all(same))
+            .then(|| format!("what presses at `{}` does so the other way than it was looked for", own.name))
+    });
     let slides = slides.map(|why| Misfit { why, slides: true });
-    stops.map(|why| Misfit { why, slides: false }).or(slides)
+    stops.or(turned).map(|why| Misfit { why, slides: false }).or(slides)
 }
 
-/// The loop equations that hold at a point: how many they are, and how many of them are independent.
-fn ranked(formulated: &Formulated, variation: &Variation, point: &Point) -> Result<[usize; 2], Failure> {
+/// The Jacobian of the loop equations that hold at a point, in natural units, and which they are.
+pub(super) fn rows(
+    formulated: &Formulated,
+    variation: &Variation,
+    point: &Point,
+) -> Result<(DMatrix<f64>, Vec<usize>), Failure> {
     let numbers = variation.loops_at(&formulated.equations, point)?;
-    let (scales, rows) = (scales(formulated), numbers.block(RowBlock::Loops, Column::Positions));
-    let lengths: Vec<f64> = numbers.rows().map(|row| formulated.lowered.program.constraints[row].scale).collect();
-    let rows = DMatrix::from_fn(rows.nrows(), rows.ncols(), |i, j| rows[(i, j)] * scales[j] / lengths[i]);
+    let (scales, jacobian) = (scales(formulated), numbers.block(RowBlock::Loops, Column::Positions));
+    let rows: Vec<usize> = numbers.rows().collect();
+    let lengths: Vec<f64> = rows.iter().map(|&row| formulated.lowered.program.constraints[row].scale).collect();
+    let scaled = |i: usize, j: usize| jacobian[(i, j)] * scales[j] / lengths[i];
+    Ok((DMatrix::from_fn(jacobian.nrows(), jacobian.ncols(), scaled), rows))
+}
+
+/// How many loop equations hold at a point, and how many of them are independent.
+pub(super) fn ranked(formulated: &Formulated, variation: &Variation, point: &Point) -> Result<[usize; 2], Failure> {
+    let (rows, _) = rows(formulated, variation, point)?;
+    Ok([rows.nrows(), rank(&rows)?])
+}
+
+pub(super) fn rank(rows: &DMatrix<f64>) -> Result<usize, Failure> {
     if rows.is_empty() {
-        return Ok([0, 0]);
+        return Ok(0);
     }
     let values = svd(rows.clone(), false, false)?.singular_values;
-    Ok([rows.nrows(), values.iter().filter(|value| **value > DETERMINED * values.max()).count()])
+    Ok(values.iter().filter(|value| **value > DETERMINED * values.max()).count())
 }
 
 /// True if the loop equations that hold at a point depend on each other.
@@ -247,37 +313,43 @@ pub(super) fn is_held_twice(formulated: &Formulated, variation: &Variation, poin
     Ok(rank < rows)
 }
 
-/// Refuses a rest whose forces are not determined: more touches or sticks than is needed to hold it.
+/// Refuses a rest whose forces are not determined: more touches than is needed to hold it, or what sticks holds what does not rub.
 fn check_determined(formulated: &Formulated, variation: &Variation, point: &Point) -> Result<(), Failure> {
     let mechanism = &*formulated.equations.system.mechanism;
     let here = closures(formulated, point);
-    let holds = |own: &Closure| own.closed || own.touches();
+    let rubs = |own: &Closure| matches!(own.kind, Kind::Friction { .. });
+    let sticks =
+        |own: &Closure| rubs(own) && point.value(Symbol::Parameter(mechanism.unilaterals[own.index].closed.0)) != 0.0;
+    let stops = |own: &Closure| !rubs(own) && (own.closed || own.touches());
+    let all = |own: &Closure| sticks(own) || if rubs(own) { false } else { own.closed };
     let ranked = |held: &dyn Fn(&Closure) -> bool| {
         let mut point = point.clone();
         here.iter().for_each(|own| point.set_parameter(mask(mechanism, own.index, held(own))));
         ranked(formulated, variation, &point)
     };
-    let [always, all] = [ranked(&|_| false)?, ranked(&holds)?];
-    if all[1] - always[1] == all[0] - always[0] {
-        return Ok(());
-    }
-    // Those without which the others hold as much.
-    let mut concerned = Vec::new();
-    for own in here.iter().filter(|own| holds(own)) {
-        if ranked(&|other| holds(other) && other.index != own.index)?[1] == all[1] {
-            concerned.push(own);
+    let always = ranked(&|_| false)?;
+    for holds in [&stops as &dyn Fn(&Closure) -> bool, &all] {
+        let held = ranked(holds)?;
+        if held[1] - always[1] == held[0] - always[0] {
+            continue;
         }
-    }
-    let names: Vec<String> = concerned.iter().map(|own| format!("`{}`", own.name)).collect();
-    let rubs = concerned.iter().find(|own| matches!(own.kind, Kind::Friction { .. }));
-    let help = match rubs {
-        Some(own) => {
-            format!("let one of them carry nothing, such as by `--mode {}=idle`, or one give by a spring", own.name)
+        // Those without which the others hold as much.
+        let mut names = Vec::new();
+        for own in here.iter().filter(|own| holds(own)) {
+            if ranked(&|other| holds(other) && other.index != own.index)?[1] == held[1] {
+                names.push(own.name.clone());
+            }
         }
-        None => "leave one out, or let one give by a spring".to_owned(),
-    };
-    Err(Failure::Instants(format!(
-        "it rests on {}, which together hold something twice: what each of them carries is not determined; {help}",
+        return Err(not_determined(&names));
+    }
+    Ok(())
+}
+
+/// What is said where several hold something twice.
+pub(super) fn not_determined(names: &[String]) -> Failure {
+    let names: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+    Failure::Instants(format!(
+        "it rests on {}, which together hold something twice: what each of them carries is not determined; leave one out, or let one give by a spring",
         names.join(", ")
-    )))
+    ))
 }

@@ -179,6 +179,11 @@ impl Variation {
         self.holding(equations, point).loops.into_iter().map(|place| self.active[place]).collect()
     }
 
+    /// The rows of the levels that act at a point.
+    pub(super) fn levels_at(&self, equations: &Equations, point: &Point) -> Vec<usize> {
+        self.holding(equations, point).levels.into_iter().map(|place| self.levels[place].level.row).collect()
+    }
+
     /// Inputs and followers with their derivatives, as far as anything depends on them.
     pub(super) fn signals(&self) -> &[Symbol] {
         &self.columns[self.column(Column::Signals)]

@@ -24,6 +24,8 @@ pub struct Statics {
     pub groups: Vec<Group>,
     /// What sticks or is caught, and so holds wherever it was put: the rest is one of many.
     pub standing: Vec<String>,
+    /// What holds something together with others: how they share it is not determined, and one way is given.
+    pub shared: Vec<String>,
     /// A body whose missing mass keeps the reactions unknown.
     pub weightless: Option<String>,
 }
@@ -48,7 +50,7 @@ impl Statics {
         groups.push(reader.loads());
         let closures = closures(formulated, &equilibrium.point);
         groups.extend(GROUPS.map(|title| Group { title, values: closures_of(&closures, title) }));
-        groups.push(further_loads(&closures));
+        groups.push(further_loads(&closures, &equilibrium.shared));
         groups.retain(|group| !group.values.is_empty());
         Statics {
             name: mechanism.name.clone(),
@@ -57,6 +59,7 @@ impl Statics {
             by_motion: equilibrium.by_motion,
             stiffness: equilibrium.stiffness.clone(),
             groups,
+            shared: equilibrium.shared.clone(),
             standing: closures.iter().filter(|own| own.stands()).map(|own| own.name.clone()).collect(),
             weightless,
         }
@@ -78,14 +81,16 @@ impl Statics {
         }
         let moving = most.map_or(String::new(), |most| format!("; in it `{most}` moves most"));
         let mut title = row![line![self.name, " at rest, ", at(self.time)], format!("{sentence}{moving}")];
+        let listed = |names: &[String]| names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
         if !self.standing.is_empty() {
-            let names = self.standing.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
-            title.push(
-                format!(
-                    "one of many places: {names} would hold in others, too; `[initial]` says in which it is looked at"
-                )
-                .into(),
-            );
+            let names = listed(&self.standing);
+            let line =
+                format!("one of many places: {names} would hold in others, too; `[initial]` says where it is put");
+            title.push(line.into());
+        }
+        if !self.shared.is_empty() {
+            let names = listed(&self.shared);
+            title.push(format!("how {names} share what they hold is not determined: this is one way").into());
         }
         if !self.by_motion {
             title.push("(judged by stiffness alone: the motion cannot be linearised here)".into());
@@ -110,6 +115,7 @@ impl Statics {
                 "judged_by": if self.by_motion { "motion" } else { "stiffness" },
                 "stiffness": self.stiffness,
                 "standing": self.standing,
+                "shared": self.shared,
                 "values": groups.collect::<Value>(),
             }),
             ..Report::new(title)
@@ -193,8 +199,9 @@ impl Reader<'_> {
 }
 
 /// The loads that may be added along what sticks, one at a time, until it slides. Its own friction takes all of such a load, so that nothing else changes.
-fn further_loads(closures: &[Closure]) -> Group {
-    let values = closures.iter().filter_map(|own| {
+fn further_loads(closures: &[Closure], shared: &[String]) -> Group {
+    let alone = closures.iter().filter(|own| !shared.contains(&own.name));
+    let values = alone.filter_map(|own| {
         let (most, [_, force]) = (own.most()?, own.units());
         let end = |word: &str, load: f64| (format!("{}.{word}", own.name), load, force.to_owned());
         Some([end("from", own.force - most), end("to", own.force + most)])
