@@ -721,6 +721,20 @@ fn what_a_stop_holds_need_not_stick() {
     assert!(refused(&drawer(-30.0), &[]).contains("`guide.friction` would have to hold"));
 }
 
+#[test]
+fn a_drawer_jams_or_slides() {
+    // 0.45 x 2 x 0.5 / 0.4 > 1 of any push.
+    for push in [1.0, 20.0, 1e5] {
+        let text = DRAWER.replace("20 + 15*guide.s", &format!("{push:?}")).replace("\"guide.v\" = 0.3\n", "");
+        let statics = resting(&text.replace("[0, 0.2]", "[0, 0.5]"));
+        close("friction", told(&statics, "sticks")[0].1, -push, 1e-11, 1.0);
+        // The ends press by half the weight more or less, or against each other.
+        let at_ends = f64::max(6.0, 2.0 * push * 0.5 / 0.4);
+        close("at most", told(&statics, "sticks")[1].1, 0.45 * at_ends, 1e-11, 1.0);
+        assert_eq!(study(&text, &[]).equilibrium().is_ok(), push < 0.45 * f64::max(6.0, 2.0 * push * 0.2 / 0.4));
+    }
+}
+
 /// A four-bar whose pins rub rests where the runtime finds that it does: both fill the shares of the pins in ways of their own.
 #[test]
 fn pins_hold_a_four_bar_where_it_stays() {

@@ -66,8 +66,15 @@ pub(super) fn rest(
     for (place, mode) in modes.iter().enumerate() {
         let mut point = guess.clone();
         mode.iter().enumerate().for_each(|(index, &closed)| point.set_parameter(mask(mechanism, index, closed)));
-        match in_mode(formulated, variation, point)? {
-            Outcome::Rests(rest) => {
+        let outcome = in_mode(formulated, variation, point).and_then(|outcome| {
+            // Of forces that are not determined it is not known, either, whether what sticks can hold them.
+            if let Outcome::Slides(_, point) = &outcome {
+                check_determined(formulated, variation, point)?;
+            }
+            Ok(outcome)
+        });
+        match outcome {
+            Ok(Outcome::Rests(rest)) => {
                 check_determined(formulated, variation, &rest.point)?;
                 if place == 0 || lasts(&rest.point)? {
                     return Ok(rest);
@@ -75,9 +82,11 @@ pub(super) fn rest(
                 unsteady = unsteady.or(Some(rest));
             }
             // It slides from where it was put: a rest in another mode is somewhere else.
-            Outcome::Slides(failure, _) if place == 0 => return Err(without_idle(mechanism, asked, failure)),
-            Outcome::Slides(failure, _) => slid = slid.or(Some(without_idle(mechanism, asked, failure))),
-            Outcome::Fails(failure) => first = first.or(Some(failure)),
+            Ok(Outcome::Slides(failure, _)) if place == 0 => return Err(without_idle(mechanism, asked, failure)),
+            Ok(Outcome::Slides(failure, _)) => slid = slid.or(Some(without_idle(mechanism, asked, failure))),
+            Ok(Outcome::Fails(failure)) => first = first.or(Some(failure)),
+            Err(failure) if place == 0 => return Err(failure),
+            Err(failure) => slid = slid.or(Some(failure)),
         }
     }
     if let Some(rest) = unsteady {
