@@ -464,7 +464,7 @@ fn a_block_holds_on_a_slope_or_slides() {
             assert_eq!(name, expected.0);
             close(name, *value, expected.1, 1e-11, 1.0);
         }
-        let loads = told(&statics, "further load");
+        let loads = told(&statics, "margins");
         close("from", loads[0].1, holds - most, 1e-11, 1.0);
         close("to", loads[1].1, holds + most, 1e-11, 1.0);
         // Guessed above the slope, it is put where its foot is along it.
@@ -480,16 +480,16 @@ fn a_block_holds_on_a_slope_or_slides() {
     }
 }
 
-/// What may be added along it is what it holds in that very scene.
+/// What its margins say is what it holds in that very scene.
 #[test]
-fn it_holds_up_to_the_further_load() {
+fn it_holds_up_to_its_margins() {
     let pushed = |load: f64| {
         format!(
             "{}\n[loads.push]\ntype = \"force\"\non = \"block\"\nvector = [\"{load:?}*cos(10[deg])\", \"{load:?}*sin(10[deg])\"]\n",
             slope(10.0, 0.3, true)
         )
     };
-    let loads = told(&resting(&pushed(0.0)), "further load");
+    let loads = told(&resting(&pushed(0.0)), "margins");
     for (load, holds) in [(1.0, true), (1.0 + 1e-6, false)]
         .into_iter()
         .flat_map(|(share, holds)| loads.iter().map(move |(_, load)| (share * load, holds)))
@@ -638,7 +638,7 @@ fn brakes_share_a_weight_in_one_way_of_many() {
         let found: Vec<f64> = found.map(|(_, value)| value).collect();
         assert_eq!(found.len(), holds.len(), "{levels:?} {found:?}");
         found.iter().zip(holds).for_each(|(found, expected)| close("share", *found, *expected, 1e-11, 1.0));
-        assert_eq!((&statics.shared, told(&statics, "further load")), (&names(levels.len()), Vec::new()));
+        assert_eq!((&statics.shared, told(&statics, "margins")), (&names(levels.len()), Vec::new()));
         assert_eq!(told(&statics, "idle").len(), levels.len() - holds.len());
     }
     let message = refused(&braked(&[5.0, 3.6]), &[]);

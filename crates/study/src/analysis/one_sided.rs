@@ -77,7 +77,8 @@ fn closure(formulated: &Formulated, point: &Point, (index, own): (usize, &Unilat
             let (level, direction) =
                 (point.value(Symbol::Reaction(row + 1)), point.value(Symbol::Parameter(slip.direction.0)));
             let most = constant::evaluate(&slip.law.ratio, &parameters) * level;
-            let force = held - direction * level;
+            // No sign of a zero.
+            let force = held - direction * level + 0.0;
             // At rest it sticks with all that it can.
             closed |= point.rests() && direction != 0.0;
             (Kind::Friction { direction: if point.rests() { 0.0 } else { direction }, most }, force)
@@ -150,6 +151,12 @@ impl Closure {
             Kind::Friction { direction, .. } if direction < 0.0 => "slides-",
             Kind::Stop | Kind::Freewheel | Kind::Friction { .. } => self.group(),
         }
+    }
+
+    /// What it is, as a sentence.
+    pub(crate) fn sentence(&self) -> String {
+        let verb = if matches!(self.group(), "sticks" | "slides") { "" } else { "is " };
+        format!("{} {verb}{}", self.name, self.word())
     }
 
     /// The same whichever way it slides.

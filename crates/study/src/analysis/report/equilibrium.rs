@@ -50,7 +50,7 @@ impl Statics {
         groups.push(reader.loads());
         let closures = closures(formulated, &equilibrium.point);
         groups.extend(GROUPS.map(|title| Group { title, values: closures_of(&closures, title) }));
-        groups.push(further_loads(&closures, &equilibrium.shared));
+        groups.push(margins(&closures, &equilibrium.shared));
         groups.retain(|group| !group.values.is_empty());
         Statics {
             name: mechanism.name.clone(),
@@ -199,14 +199,14 @@ impl Reader<'_> {
 }
 
 /// The loads that may be added along what sticks, one at a time, until it slides. Its own friction takes all of such a load, so that nothing else changes.
-fn further_loads(closures: &[Closure], shared: &[String]) -> Group {
+fn margins(closures: &[Closure], shared: &[String]) -> Group {
     let alone = closures.iter().filter(|own| !shared.contains(&own.name));
     let values = alone.filter_map(|own| {
         let (most, [_, force]) = (own.most()?, own.units());
         let end = |word: &str, load: f64| (format!("{}.{word}", own.name), load, force.to_owned());
         Some([end("from", own.force - most), end("to", own.force + most)])
     });
-    Group { title: "further load", values: values.flatten().collect() }
+    Group { title: "margins", values: values.flatten().collect() }
 }
 
 fn joints(mechanism: &Mechanism) -> Vec<Variable> {
