@@ -230,12 +230,18 @@ fn with_signs(
         return Err(refused(state.time(), "leaves too many signs of what presses to be tried"));
     }
     let natural: Vec<f64> = signs.iter().map(|&sign| state.parameters()[sign]).collect();
-    let mut locks = false;
+    let (mut first, mut locks) = (None, false);
     for trial in 0..1_usize << signs.len() {
         for (place, (&sign, natural)) in signs.iter().zip(&natural).enumerate() {
             state.parameters_mut()[sign] = if trial >> place & 1 == 1 { -natural } else { *natural };
         }
-        let Ok(point) = Point::moving(model, state) else { continue };
+        let point = match Point::moving(model, state) {
+            Ok(point) => point,
+            Err(failure) => {
+                first = first.or(Some(failure));
+                continue;
+            }
+        };
         if have_signs(formulated, variation, &point) {
             if !is_locked(model, state)? {
                 return Ok(point);
@@ -246,9 +252,9 @@ fn with_signs(
     let why = if locks {
         "is none of a motion: friction locks the mechanism, what presses grows with the friction that follows from it"
     } else {
-        "has no accelerations, or nothing presses as its friction needs"
+        "is none of a motion: nothing presses in the way in which its friction would follow from it"
     };
-    Err(refused(state.time(), why))
+    Err(first.unwrap_or_else(|| refused(state.time(), why)))
 }
 
 /// True if what presses has the signs that its levels assume.

@@ -308,7 +308,7 @@ pub(super) fn ranked(formulated: &Formulated, variation: &Variation, point: &Poi
     Ok([rows.nrows(), rank(&rows)?])
 }
 
-pub(super) fn rank(rows: &DMatrix<f64>) -> Result<usize, Failure> {
+fn rank(rows: &DMatrix<f64>) -> Result<usize, Failure> {
     if rows.is_empty() {
         return Ok(0);
     }
@@ -330,7 +330,7 @@ fn check_determined(formulated: &Formulated, variation: &Variation, point: &Poin
     let sticks =
         |own: &Closure| rubs(own) && point.value(Symbol::Parameter(mechanism.unilaterals[own.index].closed.0)) != 0.0;
     let stops = |own: &Closure| !rubs(own) && (own.closed || own.touches());
-    let all = |own: &Closure| sticks(own) || if rubs(own) { false } else { own.closed };
+    let all = |own: &Closure| if rubs(own) { sticks(own) } else { own.closed };
     let ranked = |held: &dyn Fn(&Closure) -> bool| {
         let mut point = point.clone();
         here.iter().for_each(|own| point.set_parameter(mask(mechanism, own.index, held(own))));
