@@ -917,3 +917,64 @@ value = "{torque}"
     let message = refused(&ratchet("0.3", 0.0), &[("ratchet", "free")]);
     assert!(message.contains("still accelerating there: `disc.angle`"), "{message}");
 }
+
+#[test]
+fn asking_for_the_mode_that_it_is_in_changes_nothing() {
+    let names = [("main", "slides+"), ("big.friction", "slides-"), ("guide", "slides-")];
+    let natural = linear(CRANK, 0.0, &[]).unwrap();
+    let found: Vec<(&str, &str)> = words(&natural);
+    assert_eq!(found, [("main.friction", "slides+"), ("big.friction", "slides-"), ("guide.friction", "slides-")]);
+    let asked = linear(CRANK, 0.0, &names).unwrap();
+    for (one, other) in [(&natural.a, &asked.a), (&natural.b, &asked.b), (&natural.c, &asked.c)] {
+        assert_eq!(one, other);
+    }
+}
+
+/// A heavy pendulum on a rough rail: how the cart slides changes what the bob pulls with, and so on which side the rail presses.
+#[test]
+fn what_presses_turns_with_the_mode_that_is_asked_for() {
+    let cart = r#"
+name = "cart"
+gravity = [0, -9.81]
+[bodies.cart]
+mass = 0.5
+[bodies.bob]
+mass = 4.0
+inertia = 0.01
+points = { top = [-0.5, 0.5] }
+[joints.rail]
+type = "prismatic"
+between = ["ground", "cart"]
+axis = [1, 0]
+friction = { mu = 0.3 }
+[joints.pin]
+type = "revolute"
+between = ["cart", "bob.top"]
+[loads.lift]
+type = "force"
+on = "cart"
+vector = [0, LIFT]
+[initial]
+"rail.s" = 0.0
+"rail.v" = 0.0
+"bob.angle" = 0.1
+"bob.omega" = 0.5
+[outputs]
+variables = ["rail.fn", "rail.force"]
+"#;
+    let mut turned = 0;
+    for lift in (0..60).map(|step| 10.0 + 0.5 * f64::from(step)) {
+        let of = |mode: &str| linear(&cart.replace("LIFT", &format!("{lift:?}")), 0.0, &[("rail", mode)]);
+        let found = ["sticks", "slides+", "slides-"].map(|mode| of(mode).ok());
+        for (system, way) in found.iter().zip([0.0, 1.0, -1.0]) {
+            let Some(system) = system else { continue };
+            let [normal, friction] = [system.outputs[0].value, system.outputs[1].value];
+            if way != 0.0 {
+                close("friction", friction, -way * 0.3 * normal.abs(), 1e-11, 1.0);
+            }
+        }
+        let signs = found.iter().flatten().map(|system| system.outputs[0].value.signum());
+        turned += usize::from(signs.clone().any(|sign| sign > 0.0) && signs.clone().any(|sign| sign < 0.0));
+    }
+    assert!(turned > 0);
+}
