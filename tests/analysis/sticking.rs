@@ -510,6 +510,44 @@ fn a_spring_leaves_a_zone_of_rest() {
     }
 }
 
+/// The ends of the zones of rest: where it is about to slide.
+#[test]
+fn a_rest_is_found_in_which_something_is_about_to_slide() {
+    let about = |text: &str, name: &str, word: &str| {
+        let statics = study(text, &[(name, word)]).equilibrium().unwrap();
+        assert_eq!((statics.verging.len(), statics.shared.len(), statics.standing.len()), (1, 0, 1), "{word}");
+        let [force, most] = [0, 1].map(|place| told(&statics, "sticks")[place].1);
+        close("all that it can", force.abs(), most, 1e-9, 0.0);
+        statics
+    };
+    // Forwards, friction pulls back: the spring pushes, at the near end of the zone.
+    for (word, place) in [("slides+", -2.5 / 120.0), ("slides-", 2.5 / 120.0)] {
+        for from in [0.01, 0.4] {
+            let statics = about(&oscillator(from, 0.0), "guide", word);
+            close("end", statics.value("guide.s").unwrap(), place, 1e-11, 1.0);
+            assert_eq!(statics.stability, Stability::Held);
+        }
+    }
+    // A pin whose force depends on the pose: sin(angle) = mu r / l, of a weight that is carried whole.
+    let pendulum = "name = \"pendulum\"\ngravity = [0, -9.81]\n[bodies.bar]\nmass = 1.5\ninertia = 0.03\npoints = { top = [0, 0.4] }\n[joints.pin]\ntype = \"revolute\"\nbetween = [\"ground\", \"bar.top\"]\nfriction = { mu = 0.4, radius = \"50 mm\" }\n[initial]\n\"bar.angle\" = { guess = 0.3 }\n";
+    for (word, angle) in [("slides+", -(0.05_f64.asin())), ("slides-", 0.05_f64.asin())] {
+        close("angle", about(pendulum, "pin", word).value("bar.angle").unwrap(), angle, 1e-10, 1.0);
+    }
+    // What presses the other way: the guide of a block that a spring pulls up.
+    let text =
+        pressed(0.0).replace("\"guide.s\" = 0.4", "\"guide.s\" = { guess = 0.1 }").replace("\"guide.v\" = 0.0\n", "");
+    for word in ["slides+", "slides-"] {
+        let s = about(&text, "guide", word).value("guide.s").unwrap();
+        let length = s.hypot(0.5);
+        let [along, normal] = [s, 0.5].map(|part| 150.0 * (1.0 - 0.2 / length) * part);
+        close("Coulomb", along.abs(), 0.3 * (normal - 2.0 * 9.81).abs(), 1e-9, 1.0);
+        assert_eq!(s < 0.0, word == "slides+");
+    }
+    // Nothing brings a weight on level ground to its level.
+    let message = refused(&slope(0.0, 0.3, true), &[("plane", "slides+")]);
+    assert!(message.contains("still accelerating there: `plane.s`"), "{message}");
+}
+
 #[test]
 fn a_pin_holds_a_pendulum_out_of_the_vertical() {
     // Up to sin(angle) = mu r / l.
@@ -611,8 +649,8 @@ fn a_brake_holds_a_weight() {
     close("holds", sticks[0].1, torque, 1e-12, 1.0);
     close("at most", sticks[1].1, 9.0, 1e-12, 1.0);
     assert!(refused(&braked(&[8.0]), &[]).contains("`brake0.friction` would have to hold"));
-    let message = refused(&braked(&[9.0]), &[("brake0", "slides+")]);
-    assert!(message.contains("`brake0.friction` slides nowhere at rest"), "{message}");
+    let message = refused(&braked(&[9.0]), &[("brake0", "slides")]);
+    assert!(message.contains("write slides+ or slides- for the place in which it is about to"), "{message}");
     let message = linear(&braked(&[9.0, 12.0]), 0.0, &[("brake0", "sticks"), ("brake1", "sticks")]).unwrap_err();
     assert!(message.to_string().contains("holds something twice"), "{message}");
     // A run from there stays there.

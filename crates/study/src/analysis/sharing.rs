@@ -155,22 +155,28 @@ pub(super) fn share(
         // From there: the forces, and the signs of what presses, are nearly what they will be.
         point = *found;
         for (index, _) in sharing.groups.iter().flat_map(|group| &group.rubbing) {
-            point.set_parameter(mask(mechanism, *index, false));
-            if let Some(row) = formulated.equations.row_of_unilateral(*index) {
-                point.reactions_mut()[row] = 0.0;
-            }
+            let_go(formulated, &mut point, *index);
         }
-        carry_all(mechanism, &mut point, (index, way));
+        carry_all(formulated, &mut point, index, -way);
     }
 }
 
-/// Lets something that rubs carry all that it can, with a force of this sign.
-fn carry_all(mechanism: &Mechanism, point: &mut Point, (index, sign): (usize, f64)) {
+/// Lets something that rubs carry all that it can, against sliding this way.
+pub(super) fn carry_all(formulated: &Formulated, point: &mut Point, index: usize, way: f64) {
+    let mechanism = &*formulated.equations.system.mechanism;
     let parameters: Vec<f64> =
         (0..mechanism.parameters.len()).map(|place| point.value(Symbol::Parameter(place))).collect();
-    if let Some(slip) = &mechanism.unilaterals[index].slip {
-        // Its level at rest, against the motion that it keeps from beginning.
-        point.set_parameter((slip.direction.0, -sign * constant::evaluate(&slip.law.ratio, &parameters)));
+    let Some(slip) = &mechanism.unilaterals[index].slip else { return };
+    // Its level at rest.
+    point.set_parameter((slip.direction.0, way * constant::evaluate(&slip.law.ratio, &parameters)));
+    let_go(formulated, point, index);
+}
+
+/// Lets something no longer hold.
+fn let_go(formulated: &Formulated, point: &mut Point, index: usize) {
+    point.set_parameter(mask(&formulated.equations.system.mechanism, index, false));
+    if let Some(row) = formulated.equations.row_of_unilateral(index) {
+        point.reactions_mut()[row] = 0.0;
     }
 }
 

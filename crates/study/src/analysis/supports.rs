@@ -14,7 +14,7 @@ use super::asked::{Asked, Wanted};
 use super::decompose::svd;
 use super::one_sided::{Closure, Kind, TOUCHING, closures, told};
 use super::search::{Misfit, scales, search};
-use super::sharing::{share, sharing};
+use super::sharing::{carry_all, share, sharing};
 use super::variation::{Column, RowBlock, Rubbing, Variation};
 use super::{Failure, Point};
 
@@ -66,7 +66,7 @@ pub(super) fn rest(
     for (place, mode) in modes.iter().enumerate() {
         let mut point = guess.clone();
         mode.iter().enumerate().for_each(|(index, &closed)| point.set_parameter(mask(mechanism, index, closed)));
-        let outcome = in_mode(formulated, variation, point).and_then(|outcome| {
+        let outcome = in_mode(formulated, variation, point, asked).and_then(|outcome| {
             // Of forces that are not determined it is not known, either, whether what sticks can hold them.
             if let Outcome::Slides(_, point) = &outcome {
                 check_determined(formulated, variation, point)?;
@@ -111,11 +111,47 @@ fn without_idle(mechanism: &Mechanism, asked: &[Asked], failure: Failure) -> Fai
     }
 }
 
-/// Searches in the mode of a point; where several that rub hold the same, they share it.
-fn in_mode(formulated: &Formulated, variation: &Variation, point: Point) -> Result<Outcome, Failure> {
-    match sharing(formulated, variation, &point)? {
-        None => Ok(attempt(formulated, variation, point)),
-        Some(sharing) => share(formulated, variation, point, sharing),
+/// Searches in the mode of a point; where several that rub hold the same, they share it. Where something is to be about to slide, from where it balances if it sticks.
+fn in_mode(formulated: &Formulated, variation: &Variation, point: Point, asked: &[Asked]) -> Result<Outcome, Failure> {
+    let found = match sharing(formulated, variation, &point)? {
+        None => attempt(formulated, variation, point),
+        Some(sharing) => share(formulated, variation, point, sharing)?,
+    };
+    let verges = asked.iter().filter_map(|own| match own.wanted {
+        Wanted::Slides(way) => Some((own.index, way.unwrap_or_default())),
+        Wanted::Holds | Wanted::LetsGo | Wanted::Idle => None,
+    });
+    let verges: Vec<(usize, f64)> = verges.collect();
+    Ok(match found {
+        found if verges.is_empty() => found,
+        Outcome::Rests(Rest { point, .. }) => verge(formulated, variation, point, &verges),
+        Outcome::Slides(_, point) => verge(formulated, variation, *point, &verges),
+        Outcome::Fails(failure) => Outcome::Fails(failure),
+    })
+}
+
+/// Searches for where these hold all that they can, against sliding this way; and holds them there.
+fn verge(formulated: &Formulated, variation: &Variation, mut point: Point, verges: &[(usize, f64)]) -> Outcome {
+    verges.iter().for_each(|&(index, way)| carry_all(formulated, &mut point, index, way));
+    let mut outcome = attempt(formulated, variation, point);
+    if let Outcome::Rests(Rest { point, .. }) = &mut outcome {
+        let here = closures(formulated, point);
+        let verges = here.iter().filter(|own| verges.iter().any(|(index, _)| *index == own.index));
+        verges.for_each(|own| stick(formulated, point, own));
+    }
+    outcome
+}
+
+/// Lets what carries all that it can stick where it is, with the same force.
+fn stick(formulated: &Formulated, point: &mut Point, own: &Closure) {
+    let unilateral = &formulated.equations.system.mechanism.unilaterals[own.index];
+    point.set_parameter((unilateral.closed.0, 1.0));
+    if let (Some(place), Some(slip)) = (unilateral.place(), &unilateral.slip) {
+        point.set_parameter((place.0, point.value(Symbol::Parameter(place.0)) + own.gap));
+        point.set_parameter((slip.direction.0, 0.0));
+    }
+    if let Some(row) = formulated.equations.row_of_unilateral(own.index) {
+        point.reactions_mut()[row] = -own.force;
     }
 }
 
@@ -194,9 +230,9 @@ fn modes(formulated: &Formulated, guess: &Point, asked: &[Asked]) -> Result<Vec<
     closures(formulated, guess).iter().for_each(|own| start[own.index] = own.touches() || own.kind == Kind::Freewheel);
     for own in asked {
         start[own.index] = own.wanted == Wanted::Holds;
-        if let Wanted::Slides(_) = own.wanted {
+        if own.wanted == Wanted::Slides(None) {
             return Err(Failure::Instants(format!(
-                "`{}` slides nowhere at rest: what rubs sticks there; ask for it at a time of the motion (`--at`)",
+                "`{}` slides nowhere at rest: write slides+ or slides- for the place in which it is about to, or ask for it at a time of the motion (`--at`)",
                 mechanism.unilaterals[own.index].name
             )));
         }
@@ -227,7 +263,7 @@ fn modes(formulated: &Formulated, guess: &Point, asked: &[Asked]) -> Result<Vec<
     let is_possible = |mode: &Vec<bool>| {
         let closed = || (0..count).filter(|&index| mode[index] && !rubs(index));
         closed().all(|one| closed().all(|other| one == other || owner(one) != owner(other)))
-            && asked.iter().all(|own| own.wanted != Wanted::Holds || mode[own.index])
+            && asked.iter().all(|own| !matches!(own.wanted, Wanted::Holds | Wanted::Slides(_)) || mode[own.index])
     };
     Ok(changes.into_iter().map(mode).filter(is_possible).collect())
 }

@@ -11,6 +11,9 @@ use super::{GROUPS, at, closures_of};
 use crate::analysis::one_sided::closures;
 use crate::analysis::{Closure, Equilibrium, Point, Stability};
 
+/// What holds as much as it can but for this share is about to slide: an equilibrium is found to about as much.
+const VERGE: f64 = 1e-9;
+
 #[derive(Clone, Debug, PartialEq)]
 pub struct Statics {
     pub name: String,
@@ -24,6 +27,8 @@ pub struct Statics {
     pub groups: Vec<Group>,
     /// What sticks or is caught, and so holds wherever it was put: the rest is one of many.
     pub standing: Vec<String>,
+    /// What of it holds all that it can, alone: it is about to slide.
+    pub verging: Vec<String>,
     /// What holds something together with others: how they share it is not determined, and one way is given.
     pub shared: Vec<String>,
     /// A body whose missing mass keeps the reactions unknown.
@@ -59,6 +64,7 @@ impl Statics {
             by_motion: equilibrium.by_motion,
             stiffness: equilibrium.stiffness.clone(),
             groups,
+            verging: verging(&closures, &equilibrium.shared),
             shared: equilibrium.shared.clone(),
             standing: closures.iter().filter(|own| own.stands()).map(|own| own.name.clone()).collect(),
             weightless,
@@ -82,11 +88,15 @@ impl Statics {
         let moving = most.map_or(String::new(), |most| format!("; in it `{most}` moves most"));
         let mut title = row![line![self.name, " at rest, ", at(self.time)], format!("{sentence}{moving}")];
         let listed = |names: &[String]| names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
-        if !self.standing.is_empty() {
-            let names = listed(&self.standing);
+        let within: Vec<String> = self.standing.iter().filter(|name| !self.verging.contains(name)).cloned().collect();
+        if !within.is_empty() {
+            let names = listed(&within);
             let line =
                 format!("one of many places: {names} would hold in others, too; `[initial]` says where it is put");
             title.push(line.into());
+        }
+        if !self.verging.is_empty() {
+            title.push(format!("about to slide: {} holds all that it can", listed(&self.verging)).into());
         }
         if !self.shared.is_empty() {
             let names = listed(&self.shared);
@@ -115,6 +125,7 @@ impl Statics {
                 "judged_by": if self.by_motion { "motion" } else { "stiffness" },
                 "stiffness": self.stiffness,
                 "standing": self.standing,
+                "verging": self.verging,
                 "shared": self.shared,
                 "values": groups.collect::<Value>(),
             }),
@@ -196,6 +207,14 @@ impl Reader<'_> {
         });
         self.read("loads", variables.collect())
     }
+}
+
+/// What sticks alone with all that it can.
+fn verging(closures: &[Closure], shared: &[String]) -> Vec<String> {
+    let alone = closures.iter().filter(|own| !shared.contains(&own.name));
+    let verges =
+        alone.filter(|own| own.most().is_some_and(|most| most > 0.0 && own.force.abs() >= (1.0 - VERGE) * most));
+    verges.map(|own| own.name.clone()).collect()
 }
 
 /// The loads that may be added along what sticks, one at a time, until it slides. Its own friction takes all of such a load, so that nothing else changes.
