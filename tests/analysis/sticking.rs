@@ -691,6 +691,61 @@ fn brakes_share_a_weight_in_one_way_of_many() {
     assert!(message.contains("without `brake0.friction`, which `--mode` makes idle"), "{message}");
 }
 
+/// Two braked bars: each pair of brakes shares a freedom of its own.
+#[test]
+fn each_freedom_is_shared_by_its_own() {
+    let second = |text: &str| {
+        let own = text.split("[bodies.bar]").nth(1).unwrap().split("[initial]").next().unwrap().to_owned();
+        let own = own.replace("bar", "arm").replace("axle", "hinge").replace("joints.brake", "joints.stop");
+        text.replace("[initial]", &format!("[bodies.arm]{own}[initial]\n\"arm.angle\" = 0.2"))
+    };
+    let torque = 3.0 * 9.81 * 0.3 * 0.2_f64.cos();
+    let statics = resting(&second(&braked(&[5.0, 4.0])));
+    for (name, expected) in [("brake0", 5.0), ("brake1", torque - 5.0), ("stop0", 5.0), ("stop1", torque - 5.0)] {
+        let own = told(&statics, "sticks").into_iter().find(|(known, _)| *known == format!("{name}.friction"));
+        close(name, own.unwrap().1, expected, 1e-11, 1.0);
+    }
+    assert_eq!(statics.shared.len(), 4);
+    let weak = second(&braked(&[5.0, 4.0]))
+        .replace("between = [\"ground\", \"arm\"]\nlevel = 4.0", "between = [\"ground\", \"arm\"]\nlevel = 3.0");
+    assert!(refused(&weak, &[]).contains("`stop0.friction`, `stop1.friction` would have to hold more"), "{weak}");
+}
+
+/// Blocks in a row, each on the one before: each friction carries what acts on all that hang on it.
+#[test]
+fn random_chains_rest_where_every_friction_suffices() {
+    let mut random = crate::support::hard::random::Random(77);
+    let mut seen = [0; 2];
+    for case in 0..60 {
+        let count = 1 + case % 4;
+        let mut text = "name = \"chain\"\n".to_owned();
+        let mut blocks = Vec::new();
+        for index in 0..count {
+            let (load, level, ratio) = (random.between(-3.0, 3.0), random.between(1.0, 8.0), random.between(1.0, 1.5));
+            let before = if index == 0 { "ground".to_owned() } else { format!("b{}", index - 1) };
+            text += &format!(
+                "[bodies.b{index}]\nmass = 1.0\n[joints.j{index}]\ntype = \"prismatic\"\nbetween = [\"{before}\", \"b{index}\"]\naxis = [1, 0]\nfriction = {{ coulomb = {level:?}, static = {ratio:?} }}\n\
+                 [loads.f{index}]\ntype = \"force\"\non = \"b{index}\"\nvector = [{load:?}, 0]\n"
+            );
+            blocks.push((load, level * ratio));
+        }
+        let carried = |index: usize| -> f64 { blocks[index..].iter().map(|(load, _)| load).sum() };
+        let holds = (0..count).all(|index| carried(index).abs() <= blocks[index].1);
+        match study(&text, &[]).equilibrium() {
+            Ok(statics) => {
+                let forces = told(&statics, "sticks").into_iter().filter(|(name, _)| !name.ends_with("most"));
+                for (index, (name, force)) in forces.enumerate() {
+                    close(&name, force, -carried(index), 1e-12, 1.0);
+                }
+                assert!(holds, "{case}");
+            }
+            Err(error) => assert!(!holds && error.to_string().contains("it slides"), "{case}: {error}"),
+        }
+        seen[usize::from(holds)] += 1;
+    }
+    assert!(seen.iter().all(|count| *count > 10), "{seen:?}");
+}
+
 /// A box on two rough feet on a slope, beside whose middle its weight acts: what it holds along the slope is determined, the share of each foot is not.
 #[test]
 fn a_box_stands_on_two_rough_feet() {
@@ -880,6 +935,10 @@ axis = [0, 1]
     close("wall", told(&statics, "closed")[1].1, weight / (2.0 * angle.tan()), 1e-10, 1.0);
     let message = refused(&ladder(0.28), &[]);
     assert!(message.contains("`floor_line.friction` would have to hold"), "{message}");
+    // The flattest ladder: tan(angle) = 1/(2 mu).
+    let flattest = study(&ladder(0.4), &[("floor_line", "slides-")]).equilibrium().unwrap();
+    close("angle", flattest.value("ladder.angle").unwrap(), (1.0_f64 / 0.8).atan(), 1e-9, 1.0);
+    assert_eq!(flattest.verging, ["floor_line.friction"]);
 }
 
 /// A pendulum on a block that sticks swings as one on the ground does.
