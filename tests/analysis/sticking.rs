@@ -687,6 +687,8 @@ fn brakes_share_a_weight_in_one_way_of_many() {
     let statics = study(&braked(&[9.0, 12.0]), &[("brake0", "idle")]).equilibrium().unwrap();
     assert_eq!((statics.standing.len(), statics.shared.len()), (1, 0));
     close("holds", told(&statics, "sticks")[0].1, torque, 1e-12, 1.0);
+    let message = refused(&braked(&[9.0, 12.0]), &[("brake0", "slides+")]);
+    assert!(message.contains("`brake1.friction` hold the same together: which of them is about to slide"), "{message}");
     let message = refused(&braked(&[9.0, 8.0]), &[("brake0", "idle")]);
     assert!(message.contains("without `brake0.friction`, which `--mode` makes idle"), "{message}");
 }
@@ -1074,4 +1076,26 @@ variables = ["rail.fn", "rail.force"]
         turned += usize::from(signs.clone().any(|sign| sign > 0.0) && signs.clone().any(|sign| sign < 0.0));
     }
     assert!(turned > 0);
+}
+
+#[test]
+fn contacts_and_freewheels_are_asked_for_too() {
+    let contact = "\"disc.x\" = 0.0\n\"lane.gap\" = 0.0\n\"lane.v\" = 2.0\n\"disc.angle\" = 0.0";
+    let disc = DISC.replace("JOINT", "contact").replace("START", contact);
+    let flies = linear(&disc, 0.0, &[("lane", "open")]).unwrap();
+    assert_eq!((words(&flies), flies.states.len()), (vec![("lane", "open"), ("lane.friction", "idle")], 6));
+    // As without friction.
+    let smooth = disc.replace("friction = { mu = 0.2 }\n", "").replace(", \"lane.ft\"", "");
+    let smooth = smooth.replace("\"lane.v\" = 2.0\n", "\"disc.vx\" = 2.0\n");
+    let free = linear(&smooth, 0.0, &[("lane", "open")]).unwrap();
+    assert!((&flies.a - &free.a).amax() < 1e-12 && flies.a.amax() > 1.0);
+    let because = |text: &str, modes: &[(&str, &str)], why: &str| {
+        let message = linear(text, 0.0, modes).unwrap_err().to_string();
+        assert!(message.contains(why), "{message}");
+    };
+    because(&disc, &[("lane", "open"), ("lane.friction", "slides+")], "nothing presses there, `lane` is open");
+    because(&TRAIN.replace("RING", "9.0"), &[("ratchet", "caught")], "`ratchet` cannot be caught: it turns by 9 rad/s");
+    let train = TRAIN.replace("RING", "0.0");
+    let [caught, free] = ["caught", "free"].map(|word| linear(&train, 0.0, &[("ratchet", word)]).unwrap());
+    assert_eq!((caught.states.len() + 2, free.closures[0].word()), (free.states.len(), "free"));
 }

@@ -136,10 +136,9 @@ fn target(mechanism: &Mechanism, here: &[Closure], asked: &[Asked]) -> Result<Ve
     let is_friction = |own: &Closure| matches!(own.kind, Kind::Friction { .. });
     for (place, own) in here.iter().enumerate().filter(|(_, own)| !is_friction(own)) {
         let Some(wanted) = wanted(own) else { continue };
-        target[place].closed = wanted == Wanted::Holds;
-        if let Some(why) =
-            Some(own).filter(|_| wanted == Wanted::Holds).and_then(|own| why_open(mechanism, own, fastest))
-        {
+        let holds = wanted == Wanted::Holds;
+        target[place].closed = holds;
+        if let Some(why) = why_open(mechanism, own, fastest).filter(|_| holds) {
             let word = if own.kind == Kind::Freewheel { "caught" } else { "closed" };
             return Err(format!("`{}` cannot be {word}: it {why}", own.name));
         }

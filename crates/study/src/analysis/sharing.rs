@@ -40,6 +40,17 @@ pub(super) struct Sharing {
     names: Vec<String>,
 }
 
+impl Sharing {
+    /// Which of them slides first depends on how they share.
+    pub fn has_no_verge(&self) -> Failure {
+        let names: Vec<String> = self.names.iter().map(|name| format!("`{name}`")).collect();
+        Failure::Instants(format!(
+            "{} hold the same together: which of them is about to slide is not determined; let the others carry nothing by `--mode NAME=idle`",
+            names.join(", ")
+        ))
+    }
+}
+
 /// What sticks at a point and holds with others what fewer of them would hold; none if there is no such thing.
 ///
 /// # Errors

@@ -113,15 +113,16 @@ fn without_idle(mechanism: &Mechanism, asked: &[Asked], failure: Failure) -> Fai
 
 /// Searches in the mode of a point; where several that rub hold the same, they share it. Where something is to be about to slide, from where it balances if it sticks.
 fn in_mode(formulated: &Formulated, variation: &Variation, point: Point, asked: &[Asked]) -> Result<Outcome, Failure> {
-    let found = match sharing(formulated, variation, &point)? {
-        None => attempt(formulated, variation, point),
-        Some(sharing) => share(formulated, variation, point, sharing)?,
-    };
     let verges = asked.iter().filter_map(|own| match own.wanted {
         Wanted::Slides(way) => Some((own.index, way.unwrap_or_default())),
         Wanted::Holds | Wanted::LetsGo | Wanted::Idle => None,
     });
     let verges: Vec<(usize, f64)> = verges.collect();
+    let found = match sharing(formulated, variation, &point)? {
+        None => attempt(formulated, variation, point),
+        Some(sharing) if verges.is_empty() => return share(formulated, variation, point, sharing),
+        Some(sharing) => return Err(sharing.has_no_verge()),
+    };
     Ok(match found {
         found if verges.is_empty() => found,
         Outcome::Rests(Rest { point, .. }) => verge(formulated, variation, point, &verges),
