@@ -480,21 +480,47 @@ fn a_block_holds_on_a_slope_or_slides() {
     }
 }
 
-/// What its margins say is what it holds in that very scene.
+/// What its margins say is what it holds in that very scene: loads along a guide, about a pin, on a worm.
 #[test]
 fn it_holds_up_to_its_margins() {
-    let pushed = |load: f64| {
+    let block = |load: f64| {
+        let [x, y] = ["cos", "sin"].map(|part| format!("{load:?}*{part}(10[deg])"));
         format!(
-            "{}\n[loads.push]\ntype = \"force\"\non = \"block\"\nvector = [\"{load:?}*cos(10[deg])\", \"{load:?}*sin(10[deg])\"]\n",
+            "{}\n[loads.push]\ntype = \"force\"\non = \"block\"\nvector = [\"{x}\", \"{y}\"]\n",
             slope(10.0, 0.3, true)
         )
     };
-    let loads = told(&resting(&pushed(0.0)), "margins");
-    for (load, holds) in [(1.0, true), (1.0 + 1e-6, false)]
-        .into_iter()
-        .flat_map(|(share, holds)| loads.iter().map(move |(_, load)| (share * load, holds)))
-    {
-        assert_eq!(study(&pushed(load), &[]).equilibrium().is_ok(), holds, "{load}");
+    let bar =
+        |load: f64| format!("{}[loads.hand]\ntype = \"torque\"\non = \"bar\"\nvalue = {load:?}\n", braked(&[9.0]));
+    let worm = |load: f64| {
+        let bodies = TRAIN.split("[bodies.fan]").next().unwrap();
+        let wheels = TRAIN.split("[joints.first]").nth(1).unwrap().split("[joints.third]").next().unwrap();
+        format!(
+            r#"{bodies}[joints.first]{wheels}
+[joints.mesh]
+type = "gear"
+between = ["worm", "wheel"]
+ratio = 0.2
+friction = {{ mu = 1.2 }}
+[loads.weight]
+type = "torque"
+on = "wheel"
+value = -3.0
+[loads.hand]
+type = "torque"
+on = "worm"
+value = {load:?}
+"#
+        )
+    };
+    for text in [&block as &dyn Fn(f64) -> String, &bar, &worm] {
+        let margins = told(&resting(&text(0.0)), "margins");
+        assert_eq!(margins.len(), 2);
+        for (name, load) in margins {
+            for (share, holds) in [(1.0, true), (1.0 + 1e-6, false)] {
+                assert_eq!(study(&text(share * load), &[]).equilibrium().is_ok(), holds, "{name} {load}");
+            }
+        }
     }
 }
 
@@ -691,6 +717,62 @@ fn brakes_share_a_weight_in_one_way_of_many() {
     assert!(message.contains("`brake1.friction` hold the same together: which of them is about to slide"), "{message}");
     let message = refused(&braked(&[9.0, 8.0]), &[("brake0", "idle")]);
     assert!(message.contains("without `brake0.friction`, which `--mode` makes idle"), "{message}");
+}
+
+/// A box that is pushed at its ear rests where the runtime finds that it does, on one foot, on both or on neither.
+#[test]
+fn random_boxes_rest_where_the_runtime_lets_them() {
+    let mut random = crate::support::hard::random::Random(5);
+    let mut seen = [0; 2];
+    for case in 0..40 {
+        let (angle, mu) = (random.between(-0.4, 0.4_f64), random.between(0.1, 0.9));
+        let (x, y) = (random.between(-12.0, 12.0), random.between(-10.0, 25.0));
+        let (sin, cos) = angle.sin_cos();
+        let foot = |name: &str| {
+            format!(
+                "[joints.{name}_foot]\ntype = \"contact\"\nbetween = [\"ground\", \"box.{name}\"]\naxis = [{cos:?}, {sin:?}]\nfriction = {{ mu = {mu:?} }}\n"
+            )
+        };
+        let text = format!(
+            r#"
+name = "box"
+gravity = [0, -9.81]
+[bodies.box]
+mass = 3.0
+inertia = 0.1
+points = {{ left = [-0.25, -0.2], right = [0.25, -0.2], ear = [0.3, 0.1] }}
+{}{}
+[loads.push]
+type = "force"
+on = "box.ear"
+vector = [{x:?}, {y:?}]
+[initial]
+"left_foot.gap" = 0.0
+"left_foot.s" = 0.0
+"box.angle" = {angle:?}
+"box.vx" = 0.0
+"box.vy" = 0.0
+"box.omega" = 0.0
+[outputs]
+variables = ["box.ax", "box.ay", "box.alpha", "left_foot.fn", "right_foot.fn", "box.x", "box.y"]
+"#,
+            foot("left"),
+            foot("right")
+        );
+        let mut run = super::run::started(&super::run::model(&text), None, 1.0, 1e-9);
+        let mut value = |name: &str| super::run::value(&mut run, name);
+        let rests = ["box.ax", "box.ay", "box.alpha"].iter().all(|name| value(name).abs() < 1e-9);
+        let found = study(&text, &[]).equilibrium();
+        let stays = found.as_ref().is_ok_and(|statics| {
+            ["box.x", "box.y"].iter().all(|name| (statics.value(name).unwrap() - value(name)).abs() < 1e-9)
+        });
+        assert_eq!(stays, rests, "{case}: {:?}", found.map(|statics| statics.groups));
+        for (name, force) in found.iter().filter(|_| rests).flat_map(|statics| told(statics, "closed")) {
+            close(&name, force, value(&format!("{name}.fn")), 1e-8, 1.0);
+        }
+        seen[usize::from(rests)] += 1;
+    }
+    assert!(seen.iter().all(|count| *count > 5), "{seen:?}");
 }
 
 /// Two braked bars: each pair of brakes shares a freedom of its own.
