@@ -375,7 +375,8 @@ class Model(Commands):
         with raised():
             report = json.loads(self._core.equilibrium(given.settings(set)))
         values = {name: value for group in report["values"].values() for name, value in group.items()}
-        return Equilibrium(report["time"], report["stability"], report["moves_most"], values, report["values"])
+        held = [tuple(report[name]) for name in ("standing", "verging", "shared")]
+        return Equilibrium(report["time"], report["stability"], report["moves_most"], values, report["values"], *held)
 
     def modes(
         self,

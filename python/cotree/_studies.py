@@ -20,6 +20,8 @@ class Equilibrium(Compared):
     """Where a mechanism rests: poses, reactions and loads by name [SI], and what a small disturbance does.
 
     `stability` is "held", "stable", "neutral", "undecided" or "unstable"; `moves_most` names the coordinate of the mode that decides.
+    `standing` are the frictions and freewheels that hold where they were put, so that this is one place of many; those in `verging` hold all that they can.
+    How those in `shared` share what they hold is not determined, and the values have one way.
     """
 
     time: float
@@ -27,6 +29,9 @@ class Equilibrium(Compared):
     moves_most: str | None
     values: dict[str, float]
     groups: dict[str, dict[str, float]] = field(repr=False)
+    standing: tuple[str, ...] = ()
+    verging: tuple[str, ...] = ()
+    shared: tuple[str, ...] = ()
 
     def __getitem__(self, name: str) -> float:
         if name not in self.values:

@@ -57,6 +57,14 @@ pub struct Removable {
     pub there: ParameterId,
 }
 
+impl Unilateral {
+    /// From where its gap counts, of what is held wherever it stands: friction that sticks, and freewheels.
+    pub fn place(&self) -> Option<ParameterId> {
+        // Held values follow each other: closed, impulse, place.
+        (self.slip.is_some() || self.held.of_rate).then_some(ParameterId(self.closed.0 + 2))
+    }
+}
+
 impl Limits {
     /// The limits as relations on one side.
     pub fn one_sided(&self) -> Vec<OneSided> {

@@ -207,3 +207,33 @@ fn numbers_far_from_one_come_to_an_end() {
         }
     }
 }
+
+/// What rubs, in words, as data and in a script.
+#[test]
+fn modes_are_asked_for_and_told_in_words() {
+    let folder = folder();
+    std::fs::write(folder.path().join("belt.toml"), scene_of("stick_slip")).unwrap();
+    let run = |arguments: &[&str]| cotree(folder.path(), arguments);
+    let rest = stdout(&run(&["equilibrium", "belt.toml", "--set", "block.x=80 mm"]));
+    assert!(rest.contains("one of many places: `rubbing.friction` would hold in others, too"), "{rest}");
+    let data: Value = serde_json::from_str(&stdout(&run(&["equilibrium", "belt.toml", "--json"]))).unwrap();
+    assert_eq!((&data["standing"][0], &data["shared"]), (&"rubbing.friction".into(), &Value::Array(Vec::new())));
+    let most = 0.3 * 1.5 * 1.5 * 9.81;
+    assert!((data["values"]["margins"]["rubbing.friction.to"].as_f64().unwrap() - most).abs() < 1e-9);
+    let arguments = ["linearize", "belt.toml", "--mode", "rubbing=slides-"];
+    let data: Value = serde_json::from_str(&stdout(&run(&[&arguments[..], &["--json"]].concat()))).unwrap();
+    assert_eq!(data["slides"]["rubbing.friction.direction"], -1.0);
+    assert_eq!(data.get("closed"), None);
+    assert!(run(&[&arguments[..], &["-o", "belt.m"]].concat()).status.success());
+    let script = std::fs::read_to_string(folder.path().join("belt.m")).unwrap();
+    assert!(script.contains("% rubbing.friction slides-\n"), "{script}");
+    for (mode, code, message) in [
+        ("rubbing", 2, "write NAME=WORD"),
+        ("rubbing=closed", 2, "write rubbing=sticks or rubbing=slides"),
+        ("rubbing=slides", 3, "write slides+ or slides-"),
+    ] {
+        let output = run(&["linearize", "belt.toml", "--mode", mode]);
+        assert_eq!(output.status.code(), Some(code), "{mode}: {}", stderr(&output));
+        assert!(stderr(&output).contains(message), "{mode}: {}", stderr(&output));
+    }
+}

@@ -9,4 +9,5 @@ mod equilibrium;
 mod linear;
 mod one_sided;
 mod slopes;
+mod sticking;
 mod support;

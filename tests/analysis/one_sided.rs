@@ -7,9 +7,10 @@ use cotree_study::analysis::report::Statics;
 use cotree_study::analysis::{At, Stability, StateSpace, Study};
 use nalgebra::{Complex, DMatrix};
 
-fn study(text: &str, modes: &[(&str, bool)]) -> Study {
+fn study(text: &str, modes: &[(&str, &str)]) -> Study {
     let mut study = Study::new(&Scene::from_toml(text).unwrap()).unwrap();
-    let modes: Vec<(String, bool)> = modes.iter().map(|(name, closed)| ((*name).to_owned(), *closed)).collect();
+    let modes: Vec<(String, String)> =
+        modes.iter().map(|(name, word)| ((*name).to_owned(), (*word).to_owned())).collect();
     study.set_modes(&modes).unwrap();
     study
 }
@@ -18,7 +19,7 @@ fn resting(text: &str) -> Statics {
     study(text, &[]).equilibrium().unwrap()
 }
 
-fn refused(text: &str, modes: &[(&str, bool)]) -> String {
+fn refused(text: &str, modes: &[(&str, &str)]) -> String {
     study(text, modes).equilibrium().unwrap_err().to_string()
 }
 
@@ -91,7 +92,7 @@ fn what_is_closed_is_a_loop_equation_and_what_is_open_is_not_there() {
     let free = arms("", start, 9.0, "");
     let limited = arms(LIMITS, start, 9.0, "");
     let at = At::Times(vec![0.0]);
-    let of = |text: &str, modes: &[(&str, bool)]| {
+    let of = |text: &str, modes: &[(&str, &str)]| {
         let mut found = study(text, modes).linearize(&at).unwrap();
         found.points.remove(0)
     };
@@ -100,15 +101,17 @@ fn what_is_closed_is_a_loop_equation_and_what_is_open_is_not_there() {
     let words: Vec<(&str, bool)> = closed.closures.iter().map(|own| (own.name.as_str(), own.closed)).collect();
     assert_eq!(words, [("elbow.min", false), ("elbow.max", true)]);
     assert!(closed.closures[1].force > 0.0 && (closed.closures[0].gap - 1.2).abs() < 1e-12);
-    let open = of(&limited, &[("elbow.max", false)]);
+    let open = of(&limited, &[("elbow.max", "open")]);
     same(&open, &of(&free, &[]));
     assert_ne!(open.a.shape(), closed.a.shape());
     // Along the motion it is what it is at each time: pulled away, it opens at once.
     let leaving = arms(LIMITS, start, -9.0, "");
     same(&of(&leaving, &[]), &of(&arms("", start, -9.0, ""), &[]));
-    let later = study(&leaving, &[("elbow.max", true)]).linearize(&At::Times(vec![0.1])).unwrap_err().to_string();
+    let later = study(&leaving, &[("elbow.max", "closed")]).linearize(&At::Times(vec![0.1])).unwrap_err().to_string();
     assert!(later.contains("`elbow.max` cannot be closed: it is open by"), "{later}");
-    let unknown = Study::new(&Scene::from_toml(&limited).unwrap()).unwrap().set_modes(&[("elbow".to_owned(), true)]);
+    let unknown = Study::new(&Scene::from_toml(&limited).unwrap())
+        .unwrap()
+        .set_modes(&[("elbow".to_owned(), "closed".to_owned())]);
     assert!(unknown.unwrap_err().contains("`elbow`"));
 }
 
@@ -118,7 +121,7 @@ fn vibrations_are_those_in_the_mode_of_the_rest() {
     let start = "\"elbow.angle\" = 0.3\n\"elbow.omega\" = 0.0".replace("\"elbow.omega\" = 0.0", "");
     let limited = arms(LIMITS, &start, 9.0, "").replace("\"upper.omega\" = 0.4", "");
     let driven = arms("", "", 9.0, &format!("[drivers.hold]\njoint = \"elbow\"\nangle = {held}\n"));
-    let frequencies = |text: &str, modes: &[(&str, bool)]| {
+    let frequencies = |text: &str, modes: &[(&str, &str)]| {
         let found = study(text, modes).modes(None).unwrap();
         let mut all: Vec<Complex<f64>> = found.modes.iter().map(|mode| mode.eigenvalue).collect();
         all.sort_by(|a, b| a.im.total_cmp(&b.im));
@@ -131,7 +134,7 @@ fn vibrations_are_those_in_the_mode_of_the_rest() {
     let open = frequencies(&limited.replace("start = 9.0", "start = 0.0"), &[]);
     assert_eq!(open.len(), 2);
     // The rest that is asked for is none.
-    let message = study(&limited, &[("elbow.max", false)]).modes(None).unwrap_err().to_string();
+    let message = study(&limited, &[("elbow.max", "open")]).modes(None).unwrap_err().to_string();
     assert!(message.contains("`elbow.max` is passed by") || message.contains("accelerating"), "{message}");
 }
 

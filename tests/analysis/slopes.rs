@@ -51,7 +51,10 @@ impl Nearby<'_> {
     /// Dependent positions by Newton's method, dependent rates from the linear equations.
     fn close(&self, state: &mut State) {
         let (model, tapes) = (self.model, &self.model.program().tapes);
-        let active = model.active();
+        // Rows of what is open, free or slides are empty.
+        let here = cotree_fmu::constraints::poses::jacobian(model, state);
+        let holds = |row: &usize| here.row(*row).amax() > 0.0;
+        let active = &model.active().iter().copied().filter(holds).collect::<Vec<usize>>()[..];
         if active.is_empty() {
             return;
         }
@@ -108,7 +111,7 @@ impl Nearby<'_> {
 }
 
 /// Compares with central differences at some times of a motion.
-fn against_differences(text: &str, times: &[f64]) {
+pub fn against_differences(text: &str, times: &[f64]) {
     with(text, |formulated| {
         let variation = Variation::new(formulated);
         let model = Arc::new(Model::new(formulated.lowered.program.clone()).unwrap());

@@ -22,8 +22,8 @@ pub struct Arguments {
     /// Set a parameter or an input, such as rod_length="1.2 m"; may be given several times
     #[arg(long = "set", value_name = "NAME=VALUE")]
     settings: Vec<String>,
-    /// Which limits, contacts or ropes are open or closed there, such as guide.max=closed,pad=open [default: as they are]
-    #[arg(long = "mode", value_name = "NAME=open|closed", value_delimiter = ',')]
+    /// What limits, contacts and ropes (open, closed), freewheels (free, caught) and dry friction (sticks, slides+, slides-, idle) do there, such as guide.max=closed,pad.friction=sticks [default: as they are]
+    #[arg(long = "mode", value_name = "NAME=WORD", value_delimiter = ',')]
     modes: Vec<String>,
     #[command(flatten)]
     units: InUnits,
@@ -105,15 +105,12 @@ pub fn compiled(scene: &Scene, asked: &Asked, settings: &[String]) -> Result<Com
     }
 }
 
-/// `name=open` or `name=closed`
-fn mode(text: &str) -> Result<(String, bool), String> {
-    let (name, word) = text.split_once('=').unwrap_or((text, ""));
-    let closed = match word.trim() {
-        "closed" => true,
-        "open" => false,
-        _ => return Err(format!("--mode {text}: write NAME=open or NAME=closed")),
-    };
-    Ok((name.trim().to_owned(), closed))
+/// `name=word`
+fn mode(text: &str) -> Result<(String, String), String> {
+    let (name, word) = text
+        .split_once('=')
+        .ok_or_else(|| format!("--mode {text}: write NAME=WORD, such as NAME=open, NAME=closed or NAME=sticks"))?;
+    Ok((name.trim().to_owned(), word.trim().to_owned()))
 }
 
 /// `name=value` for a parameter or an input.

@@ -5,10 +5,11 @@ use cotree_fmu::constraints::projection::check_redundant;
 use cotree_fmu::model::Model;
 use nalgebra::DMatrix;
 
+use super::asked::Asked;
 use super::decompose::symmetric_eigen;
 use super::modes::{Mode, modes};
-use super::one_sided::{Asked, rest};
 use super::search::{null_space, scales};
+use super::supports::{Rest, rest};
 use super::variation::{Column, RowBlock, Variation};
 use super::{Failure, Point, StateSpace};
 
@@ -27,6 +28,8 @@ const SYMMETRIC: f64 = 1e-9;
 pub struct Equilibrium {
     pub point: Point,
     pub stability: Stability,
+    /// What holds something together with others: how they share it is not determined, and the point has one way.
+    pub shared: Vec<String>,
     /// Was that judged by the linearised motion, with damping and inertia? Otherwise, where that cannot be had, by stiffness alone.
     pub by_motion: bool,
     /// Eigenvalues of the projected stiffness \[J\], for changes of 1 rad and of the mechanism's length, ascending.
@@ -49,7 +52,7 @@ pub enum Stability {
 }
 
 impl Equilibrium {
-    /// Searches from the scene's guess, with these parts open or closed. `formulated` belongs to the mechanism [at rest](super::at_rest).
+    /// Searches from the scene's guess, with these parts held as they are asked to be. `formulated` belongs to the mechanism [at rest](super::at_rest).
     ///
     /// # Errors
     /// There is no equilibrium, or none was found.
@@ -60,7 +63,7 @@ impl Equilibrium {
             let statics = Statics::new(formulated, variation, point)?;
             Ok(!matches!(statics.stability(formulated), Stability::Unstable(_)))
         };
-        let point = rest(formulated, variation, &guess, asked, lasts)?;
+        let Rest { point, shared } = rest(formulated, variation, &guess, asked, lasts)?;
         let mut state = formulated.state.clone();
         state.positions_mut().copy_from_slice(point.positions());
         check_redundant(&model, &state)?;
@@ -72,7 +75,7 @@ impl Equilibrium {
             Ok(modes) => (judged(formulated, &statics, &modes), true),
             Err(_) => (statics.stability(formulated), false),
         };
-        Ok(Equilibrium { point, stability, by_motion, stiffness: statics.stiffness })
+        Ok(Equilibrium { point, stability, shared, by_motion, stiffness: statics.stiffness })
     }
 }
 

@@ -1,6 +1,7 @@
 //! Analysis without simulation: equilibria and their stability, linearisation, natural vibrations. All derivatives are exact: the equations are
 //! differentiated symbolically.
 
+mod asked;
 pub(crate) mod decompose;
 mod driven;
 mod equilibrium;
@@ -16,8 +17,10 @@ mod rest;
 mod resting;
 mod search;
 mod sensitivity;
+mod sharing;
 mod state_space;
 mod study;
+mod supports;
 mod variation;
 
 use cotree_fmu::failure;
@@ -26,6 +29,7 @@ use cotree_fmu::program::check::Fault;
 use nalgebra::DMatrix;
 use thiserror::Error;
 
+pub use asked::{Asked, Wanted};
 pub use equilibrium::{Equilibrium, Stability};
 pub use matrix::{dense, saddle};
 pub use modes::{Mode, modes};
@@ -63,7 +67,7 @@ pub enum Failure {
     Unfit { why: String },
     /// Of what is held on one side only.
     #[error(
-        "{cause} (this is so in the mode of the start; there is no rest in any of the {tried} modes of what is open or closed)"
+        "{cause} (this is so in the mode of the start; there is no rest in any of the {tried} modes of what is open or closed, free or caught)"
     )]
     NoModeRests { tried: usize, cause: Box<Failure> },
     /// The loop equations depend on each other in this pose only.
@@ -106,6 +110,11 @@ pub enum Failure {
     /// One turn or stroke of an input, and its figures.
     #[error("{0}")]
     Turn(String),
+    /// Nothing is left that could vibrate.
+    #[error(
+        "nothing can vibrate: {sticking} in this mode, and nothing else moves; ask for a mode in which it slides at a time of the motion (`--at 0 --mode {first}=slides+`), or for one without it (`--mode {first}=idle`)"
+    )]
+    Stuck { sticking: String, first: String },
     #[error("the eigenvalues cannot be computed: the iteration does not converge")]
     Eigenvalues,
     /// What is computed here leaves the range of numbers.

@@ -15,6 +15,8 @@ pub struct Point {
     layout: Layout,
     /// The first part of the register file, up to and with the reactions.
     registers: Vec<f64>,
+    /// Is it one at rest?
+    rests: bool,
 }
 
 impl Point {
@@ -27,7 +29,7 @@ impl Point {
         machine.load(model, state);
         Accelerations::new(model).evaluate(model, &mut machine)?;
         let layout = *model.layout();
-        Ok(Point { layout, registers: machine.registers()[..layout.constants()].to_vec() })
+        Ok(Point { layout, registers: machine.registers()[..layout.constants()].to_vec(), rests: false })
     }
 
     /// A point at rest in the pose of a state, with inputs that do not change and without reactions.
@@ -43,12 +45,17 @@ impl Point {
         for range in kept {
             registers[range.clone()].copy_from_slice(&state.registers()[range]);
         }
-        Point { layout, registers }
+        Point { layout, registers, rests: true }
     }
 
     /// Time \[s\].
     pub fn time(&self) -> f64 {
         self.registers[self.layout.time()]
+    }
+
+    /// True for a point at rest: there nothing slides, and what rubs with all that it can sticks, too.
+    pub(super) fn rests(&self) -> bool {
+        self.rests
     }
 
     /// Sets a parameter: its place, and its value.

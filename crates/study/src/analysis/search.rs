@@ -1,4 +1,4 @@
-//! The search for a pose in which nothing accelerates: Q(q, 0, z, t0) - Phi_q^T lambda = 0, Phi = 0, g = 0.
+//! The search for a pose in which nothing accelerates: Q(q, 0, z, t0) - Phi_q^T lambda = 0, Phi = 0, g = 0; and s = F + mu p(lambda) of what rubs with all that it can.
 //!
 //! Levenberg-Marquardt from the guess, with the exact Jacobian. Where it stagnates at no solution (a level pendulum has zero stiffness), the mechanism is
 //! moved along its accelerations from rest for a while, and the search continues from there; if it converges to the same point again, the motion from the
@@ -28,12 +28,19 @@ const MOVE: f64 = 0.1;
 /// Accelerations below this are those of nothing [scales of the coordinates by s2]: where the loops are regular, the loads are balanced then.
 const STILL: f64 = 5e-4;
 
+/// Why a pose in which the loads balance is no rest.
+pub(super) struct Misfit {
+    pub why: String,
+    /// Does it slide from where it was put, and everything else fits? Then other poses are of no use.
+    pub slides: bool,
+}
+
 /// Searches for an equilibrium from a resting point; `unfit` says why a pose in which the loads balance is none, for reasons of its own.
 pub(super) fn search(
     formulated: &Formulated,
     variation: &Variation,
     guess: Point,
-    unfit: impl Fn(&Point) -> Option<String>,
+    unfit: impl Fn(&Point) -> Option<Misfit>,
 ) -> Result<Point, Failure> {
     let mut search = Search::new(formulated, variation, guess)?;
     let mut released = search.point.clone();
@@ -41,9 +48,10 @@ pub(super) fn search(
     for _ in 0..RELEASES {
         search.descend()?;
         if search.is_balanced()? {
-            wrong = unfit(&search.point);
-            if wrong.is_none() {
-                return Ok(search.point);
+            match unfit(&search.point) {
+                None => return Ok(search.point),
+                Some(misfit) if misfit.slides => return Err(Failure::Unfit { why: misfit.why }),
+                Some(misfit) => wrong = Some(misfit.why),
             }
             // Nothing moves it away from there.
             break;
@@ -64,7 +72,7 @@ pub(super) fn search(
         if search.is_balanced()? {
             match unfit(&search.point) {
                 None => return Ok(search.point),
-                why => wrong = wrong.or(why),
+                Some(misfit) => wrong = wrong.or(Some(misfit.why)),
             }
         }
     }
@@ -78,8 +86,8 @@ pub(super) fn search(
 /// Accelerations of a point when it is released from rest.
 fn accelerations(numbers: &Numbers, point: &Point) -> Result<DVector<f64>, Failure> {
     let coordinates = point.positions().len();
-    let (motion, loops) = (numbers.values(RowBlock::Motion), numbers.values(RowBlock::Accelerations));
-    let right = DVector::from_iterator(motion.len() + loops.len(), motion.iter().chain(&loops).map(|value| -value));
+    let rows = [RowBlock::Motion, RowBlock::Accelerations, RowBlock::Levels].map(|row| numbers.values(row));
+    let right = DVector::from_vec(rows.iter().flatten().map(|value| -value).collect());
     // The solution holds changes of the reactions too. In a singular pose: the solution of least norm.
     Ok(least_squares(&numbers.system(), &right, 0.0)?.rows(0, coordinates).into_owned())
 }
@@ -145,6 +153,8 @@ struct Search<'a> {
     rows: Vec<usize>,
     /// Their scales.
     gaps: Vec<f64>,
+    /// The rows of the levels that act, and the scales of what they act along.
+    levels: Vec<(usize, f64)>,
     /// Forces are measured in units of this energy [J] by the scales.
     energy: f64,
     /// The number of coordinates of the mechanism; those after them stand for states of the scene, whose rates are to vanish.
@@ -156,9 +166,10 @@ impl<'a> Search<'a> {
         let constraints = &formulated.lowered.program.constraints;
         let rows = variation.rows_at(&formulated.equations, &point);
         let gaps = rows.iter().map(|&row| constraints[row].scale).collect();
-        let mechanical = formulated.equations.coordinates.len();
-        let mut search =
-            Search { formulated, variation, point, scales: scales(formulated), rows, gaps, energy: 1.0, mechanical };
+        let levels = variation.levels_at(&formulated.equations, &point);
+        let levels = levels.into_iter().map(|row| (row, constraints[row].scale)).collect();
+        let (mechanical, scales) = (formulated.equations.coordinates.len(), scales(formulated));
+        let mut search = Search { formulated, variation, point, scales, rows, gaps, levels, energy: 1.0, mechanical };
         let numbers = variation.motion_at(&formulated.equations, &search.point)?;
         let (jacobian, residual) = (search.jacobian(&numbers), search.scaled(&numbers.values(RowBlock::Motion)));
         let n = search.mechanical;
@@ -200,23 +211,40 @@ impl<'a> Search<'a> {
         let motion = self.scaled(&self.variation.values(equations, point, RowBlock::Motion));
         let loops = self.variation.values(equations, point, RowBlock::Loops);
         let loops = loops.iter().zip(&self.gaps).map(|(gap, scale)| gap / scale);
-        DVector::from_iterator(motion.len() + self.gaps.len(), motion.iter().copied().chain(loops))
+        let levels = self.variation.values(equations, point, RowBlock::Levels);
+        let levels = levels.iter().zip(&self.levels).map(|(level, (_, scale))| level * scale / self.energy);
+        DVector::from_vec(motion.iter().copied().chain(loops).chain(levels).collect())
     }
 
-    /// Derivatives of the residual by coordinates and reactions in natural units.
+    /// Derivatives of the residual by coordinates, reactions and levels in natural units.
     fn jacobian(&self, numbers: &Numbers) -> DMatrix<f64> {
-        let (n, m) = (self.scales.len(), self.gaps.len());
-        let mut stiffness = numbers.block(RowBlock::Motion, Column::Positions);
-        let rates = numbers.block(RowBlock::Motion, Column::Rates);
-        (self.mechanical..n).for_each(|state| stiffness.set_column(state, &rates.column(state)));
-        let reactions = numbers.block(RowBlock::Motion, Column::Reactions);
-        let loops = numbers.block(RowBlock::Loops, Column::Positions);
-        DMatrix::from_fn(n + m, n + m, |row, column| match (row.checked_sub(n), column.checked_sub(n)) {
-            (None, None) => stiffness[(row, column)] * self.weight(row) * self.scales[column],
-            (None, Some(k)) => reactions[(row, k)] * self.scales[row] / self.gaps[k],
-            (Some(k), None) => loops[(k, column)] * self.scales[column] / self.gaps[k],
-            (Some(_), Some(_)) => 0.0,
-        })
+        let (n, m, l) = (self.scales.len(), self.gaps.len(), self.levels.len());
+        let by_positions = |row: RowBlock| {
+            let mut slopes = numbers.block(row, Column::Positions);
+            let rates = numbers.block(row, Column::Rates);
+            (self.mechanical..n).for_each(|state| slopes.set_column(state, &rates.column(state)));
+            slopes
+        };
+        let mut whole = DMatrix::zeros(n + m + l, n + m + l);
+        let mut put =
+            |(row, column): (usize, usize), block: DMatrix<f64>, scaled: &dyn Fn(f64, usize, usize) -> f64| {
+                let block = DMatrix::from_fn(block.nrows(), block.ncols(), |i, j| scaled(block[(i, j)], i, j));
+                whole.view_mut((row, column), block.shape()).copy_from(&block);
+            };
+        let (scales, gaps) = (&self.scales, &self.gaps);
+        put((0, 0), by_positions(RowBlock::Motion), &|value, i, j| value * self.weight(i) * scales[j]);
+        put((0, n), numbers.block(RowBlock::Motion, Column::Reactions), &|value, i, j| value * scales[i] / gaps[j]);
+        put((n, 0), numbers.block(RowBlock::Loops, Column::Positions), &|value, i, j| value * scales[j] / gaps[i]);
+        if l > 0 {
+            let of = |column: Column| numbers.block(RowBlock::Levels, column);
+            let level = |i: usize| self.levels[i].1;
+            let acting = numbers.block(RowBlock::Motion, Column::Levels);
+            put((0, n + m), acting, &|value, i, j| value * scales[i] / level(j));
+            put((n + m, 0), by_positions(RowBlock::Levels), &|value, i, j| value * scales[j] * level(i) / self.energy);
+            put((n + m, n), of(Column::Reactions), &|value, i, j| value * level(i) / gaps[j]);
+            put((n + m, n + m), of(Column::Levels), &|value, i, j| value * level(i) / level(j));
+        }
+        whole
     }
 
     fn is_balanced(&self) -> Result<bool, Failure> {
@@ -263,7 +291,8 @@ impl<'a> Search<'a> {
         next.positions_mut().iter_mut().zip(own).for_each(|(q, change)| *q += change);
         next.states_mut().iter_mut().zip(changes).for_each(|(z, change)| *z += change);
         let reactions = next.reactions_mut();
-        for ((&row, scale), change) in self.rows.iter().zip(&self.gaps).zip(step.iter().skip(n)) {
+        let levels = self.levels.iter().map(|(row, scale)| (row, scale));
+        for ((&row, scale), change) in self.rows.iter().zip(&self.gaps).chain(levels).zip(step.iter().skip(n)) {
             reactions[row] += share * change * self.energy / scale;
         }
         next

@@ -3,7 +3,7 @@
 //! The states are the independent coordinates, their rates, those of the scene, and what drivers integrate: as many as the mechanism has, so the
 //! loops leave no spurious modes. The derivatives go through the loop equations implicitly: with J = Phi_q, varying
 //! Phi = 0 and its rate gives the dependent coordinates and rates, varying \[M J^T; J 0\] {a, lambda} = {Q, gamma} the accelerations and
-//! reactions. Nothing is approximated.
+//! reactions. What slides adds its level s to the unknowns and its law s = F + mu p(a, lambda) to the equations. Nothing is approximated.
 
 use cotree::expr::{Order, Symbol, Values};
 use cotree::formulate::Formulated;
@@ -155,6 +155,8 @@ struct MotionChanges {
     rates: DMatrix<f64>,
     accelerations: DMatrix<f64>,
     reactions: DMatrix<f64>,
+    /// Of what slides.
+    levels: DMatrix<f64>,
 }
 
 struct Basis {
@@ -230,17 +232,22 @@ impl Basis {
         let turning = numbers.block(RowBlock::Rates, Column::Positions) * &positions
             + numbers.block(RowBlock::Rates, Column::Signals) * &self.signals;
         let rates = complete(moving.len(), independent, turning)?;
+        let system = numbers.system();
         let m = jacobian.nrows();
-        let mut right = DMatrix::zeros(n + m, count);
-        for (first, size, row) in [(0, n, RowBlock::Motion), (n, m, RowBlock::Accelerations)] {
+        let levels = system.nrows() - n - m;
+        let mut right = DMatrix::zeros(n + m + levels, count);
+        for (first, size, row) in
+            [(0, n, RowBlock::Motion), (n, m, RowBlock::Accelerations), (n + m, levels, RowBlock::Levels)]
+        {
             let change = numbers.block(row, Column::Positions) * &positions
                 + numbers.block(row, Column::Rates) * &rates
                 + numbers.block(row, Column::Signals) * &self.signals;
             right.rows_mut(first, size).copy_from(&-change);
         }
-        let solution = solve(numbers.system(), &right)?;
-        let (accelerations, reactions) = (solution.rows(0, n).into_owned(), solution.rows(n, m).into_owned());
-        Some(MotionChanges { positions, rates, accelerations, reactions })
+        let solution = solve(system, &right)?;
+        let [accelerations, reactions, levels] =
+            [(0, n), (n, m), (n + m, levels)].map(|(first, size)| solution.rows(first, size).into_owned());
+        Some(MotionChanges { positions, rates, accelerations, reactions, levels })
     }
 
     fn outputs(&self, numbers: &Numbers, motion: &MotionChanges) -> DMatrix<f64> {
@@ -249,6 +256,7 @@ impl Basis {
             + of(Column::Rates) * &motion.rates
             + of(Column::Accelerations) * &motion.accelerations
             + of(Column::Reactions) * &motion.reactions
+            + of(Column::Levels) * &motion.levels
             + of(Column::Signals) * &self.signals
     }
 

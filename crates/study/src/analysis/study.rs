@@ -12,10 +12,10 @@ use cotree_fmu::instance::Instance;
 use cotree_fmu::model::{Model, State};
 use thiserror::Error;
 
+use super::asked::{self, Asked};
 use super::driven::Driven;
 use super::kept::{Kept, Key, Pose};
 use super::local::Local;
-use super::one_sided::{self, closures};
 use super::report::{Linearization, Statics, Vibration};
 use super::sensitivity::Differentiated;
 use super::{Equilibrium, Failure, Point, StateSpace, Variation, at_rest, modes};
@@ -32,8 +32,8 @@ pub struct Study {
     local: Kept<Pose, Local>,
     pub(super) outputs: Vec<Output>,
     driven: Driven,
-    /// What is to be open or closed where it rests or is linearised.
-    asked: Vec<one_sided::Asked>,
+    /// What is to be open or closed, caught or free, to stick or slide where it rests or is linearised.
+    asked: Vec<Asked>,
     pub(super) source: Source,
     pub(super) warnings: Vec<Fault>,
 }
@@ -117,12 +117,13 @@ impl Study {
         self.mechanism.experiment = experiment;
     }
 
-    /// Which parts are open or closed, of those that are held on one side only, where it rests or is linearised.
+    /// What parts are where it rests or is linearised, in words: limits, contacts and ropes `closed` or `open`, freewheels `caught` or `free`; what rubs `sticks`, `slides` (as it does), `slides+` or
+    /// `slides-`, or is `idle`: something else holds what it could.
     ///
     /// # Errors
-    /// There is no such part.
-    pub fn set_modes(&mut self, modes: &[(String, bool)]) -> Result<(), String> {
-        self.asked = one_sided::asked(&self.mechanism, modes)?;
+    /// There is no such part, or it cannot be that.
+    pub fn set_modes(&mut self, modes: &[(String, String)]) -> Result<(), String> {
+        self.asked = asked::asked(&self.mechanism, modes)?;
         Ok(())
     }
 
@@ -254,7 +255,7 @@ impl Study {
         };
         let (driven, asked) = (self.driven.clone(), self.asked.clone());
         self.formulated(false, |formulated, variation| {
-            let point = Followed::new(formulated, driven)?.point(formulated, (time, time), &asked)?;
+            let point = Followed::new(formulated, driven)?.point((formulated, variation), (time, time), &asked)?;
             vibration(formulated, variation, &point, false)
         })
     }
@@ -296,12 +297,6 @@ impl Study {
     }
 
     fn made_local(&mut self, mechanism: &Mechanism) -> Result<Local, StudyError> {
-        if let Some(held) = mechanism.first_held_anywhere() {
-            return Err(Failure::Instants(format!(
-                "{held} holds wherever it stands: what rests with it is one of many places, and a linear system that of one of its modes, which cannot be chosen; use `simulate`, or friction with `velocity`"
-            ))
-            .into());
-        }
         let formulated = formulate_written(mechanism, &self.outputs);
         let mut formulated = formulated.map_err(|list| Faults::new(self.source.clone(), list))?;
         self.warnings.append(&mut formulated.warnings);
@@ -335,14 +330,14 @@ fn can_rest(mechanism: &Mechanism) -> Result<(), Failure> {
 fn along(
     formulated: &Formulated,
     variation: &Variation,
-    (driven, asked): (Driven, &[one_sided::Asked]),
+    (driven, asked): (Driven, &[Asked]),
     times: &[f64],
 ) -> Result<Vec<StateSpace>, Failure> {
     let mut motion = Followed::new(formulated, driven)?;
     let mut systems: Vec<StateSpace> = Vec::with_capacity(times.len());
     let end = times.last().copied().unwrap_or_default();
     for &time in times {
-        let point = motion.point(formulated, (time, end), asked)?;
+        let point = motion.point((formulated, variation), (time, end), asked)?;
         systems.push(StateSpace::new(formulated, variation, &point, systems.last())?);
     }
     Ok(systems)
@@ -355,13 +350,21 @@ fn vibration(
     resting: bool,
 ) -> Result<Vibration, Failure> {
     let system = StateSpace::new(formulated, variation, point, None)?;
+    let sticking: Vec<&str> = system.closures.iter().filter(|own| own.most().is_some()).map(|own| &*own.name).collect();
+    if let Some(first) = sticking.first().filter(|_| system.states.is_empty()) {
+        let sticking = match &sticking[..] {
+            [one] => format!("`{one}` sticks"),
+            all => format!("`{}` stick", all.join("`, `")),
+        };
+        return Err(Failure::Stuck { sticking, first: (*first).to_owned() });
+    }
     Ok(Vibration {
         name: formulated.equations.system.mechanism.name.clone(),
         time: point.time(),
         resting,
         coordinates: formulated.lowered.program.coordinates.iter().map(|own| own.name.clone()).collect(),
         states: formulated.equations.states.len(),
-        closures: closures(formulated, point),
+        closures: system.closures.clone(),
         modes: modes(formulated, &system)?,
     })
 }
@@ -406,21 +409,14 @@ impl Followed {
         Ok(self.instance.state())
     }
 
-    /// The point at a time, with these parts open or closed.
+    /// The point at a time, with parts held as they are asked to be.
     fn point(
         &mut self,
-        formulated: &Formulated,
+        equations: (&Formulated, &Variation),
         (time, end): (f64, f64),
-        asked: &[one_sided::Asked],
+        asked: &[Asked],
     ) -> Result<Point, Failure> {
         let mut state = self.state(time, end)?;
-        let point = Point::moving(&self.model, &state)?;
-        if asked.is_empty() {
-            return Ok(point);
-        }
-        for (mask, value) in one_sided::put(formulated, &point, asked)? {
-            state.parameters_mut()[mask] = value;
-        }
-        Point::moving(&self.model, &state)
+        asked::put(equations, &self.model, &mut state, asked)
     }
 }

@@ -3,8 +3,8 @@
 
 use std::ops::Range;
 
-use cotree::equations::Equations;
-use cotree::expr::{Expr, Order, Symbol};
+use cotree::equations::{Equations, Level, Pressing};
+use cotree::expr::{Expr, Order, Symbol, Unary};
 use cotree::formulate::Formulated;
 use cotree::laws::motion_indicators;
 use cotree::model::Output;
@@ -27,6 +27,8 @@ pub(super) enum RowBlock {
     Motion,
     /// Phi_q a - gamma.
     Accelerations,
+    /// s - F - mu p(a, lambda) of what slides.
+    Levels,
     Outputs,
     /// Known initial positions less what they should be.
     Starts,
@@ -45,6 +47,8 @@ pub(super) enum Column {
     Accelerations,
     /// lambda of the independent loop equations.
     Reactions,
+    /// s of what slides.
+    Levels,
     Signals,
 }
 
@@ -62,16 +66,38 @@ pub struct Variation {
     active: Vec<usize>,
     /// Of each of them, what is 1 while it holds: those of what is held on one side only.
     masks: Vec<Option<Expr>>,
+    /// The levels of what rubs.
+    levels: Vec<Rubbing>,
     /// Loads without a limit where their ends come together, with the squares of their lengths.
     lines: Vec<(String, Expr)>,
     /// The names of the outputs, if they are differentiated.
     outputs: Vec<String>,
 }
 
+/// What rubs: a force of direction x level while it slides.
+#[derive(Clone, Debug)]
+pub(super) struct Rubbing {
+    /// Its place among what the mechanism holds.
+    pub place: usize,
+    pub level: Level,
+    /// 1 or -1 while it slides that way, else 0.
+    direction: Expr,
+}
+
+/// What counts at a point.
+#[derive(Clone, Debug)]
+struct Holding {
+    /// Places among the independent loop equations of those that hold.
+    loops: Vec<usize>,
+    /// Places among the levels of those that slide.
+    levels: Vec<usize>,
+}
+
 impl Variation {
     /// Differentiates the equations and the outputs of a mechanism by inputs and followers.
     pub fn new(formulated: &mut Formulated) -> Self {
-        let roots = roots(formulated, &active(formulated));
+        let levels = rubbing(&mut formulated.equations);
+        let roots = roots(formulated, &active(formulated), &levels);
         let symbols = formulated.equations.system.arena.symbols(roots.iter().flat_map(|(_, roots)| roots).copied());
         let signals = symbols.into_iter().filter(|symbol| matches!(symbol, Symbol::Input(..) | Symbol::Follower(..)));
         Variation::by(formulated, signals.collect())
@@ -80,9 +106,10 @@ impl Variation {
     /// Derivatives by these symbols.
     pub(super) fn by(formulated: &mut Formulated, signals: Vec<Symbol>) -> Self {
         let active = active(formulated);
-        let roots = roots(formulated, &active);
+        let levels = rubbing(&mut formulated.equations);
+        let roots = roots(formulated, &active, &levels);
         let outputs = names(&formulated.outputs);
-        Variation { outputs, ..Variation::of(&mut formulated.equations, active, roots, signals) }
+        Variation { outputs, ..Variation::of(&mut formulated.equations, (active, levels), roots, signals) }
     }
 
     /// Of the loops, the start and the switching functions only.
@@ -96,12 +123,12 @@ impl Variation {
         roots.push((RowBlock::Repeated, repeated(equations, &active)));
         let switches = motion_indicators(equations, &formulated.lowered.solved);
         roots.push((RowBlock::Switches, switches));
-        Variation::of(equations, active, roots, signals)
+        Variation::of(equations, (active, Vec::new()), roots, signals)
     }
 
     fn of(
         equations: &mut Equations,
-        active: Vec<usize>,
+        (active, levels): (Vec<usize>, Vec<Rubbing>),
         groups: Vec<(RowBlock, Vec<Expr>)>,
         signals: Vec<Symbol>,
     ) -> Self {
@@ -110,7 +137,7 @@ impl Variation {
         let arena = &mut equations.system.arena;
         let columns: Vec<Symbol> = (Order::ALL.into_iter())
             .flat_map(|order| (0..coordinates).map(move |index| unknown(mechanical, index, order)))
-            .chain(active.iter().map(|&row| Symbol::Reaction(row)))
+            .chain(active.iter().copied().chain(levels.iter().map(|own| own.level.row)).map(Symbol::Reaction))
             .chain(signals)
             .collect();
         let (mut roots, mut rows) = (Vec::new(), Vec::new());
@@ -130,18 +157,31 @@ impl Variation {
         let lines = lines(equations);
         let mask = |&row: &usize| equations.constraints[row].one_sided.as_ref().map(|gap| gap.closed);
         let masks = active.iter().map(mask).collect();
-        Variation { roots, columns, places, derivatives, rows, coordinates, active, masks, lines, outputs: Vec::new() }
+        let outputs = Vec::new();
+        Variation { roots, columns, places, derivatives, rows, coordinates, active, masks, levels, lines, outputs }
     }
 
-    /// Places among the independent loop equations of those that hold at a point: what is open does not count there.
-    fn holding(&self, equations: &Equations, point: &Point) -> Vec<usize> {
-        let is_closed = |mask: Expr| equations.system.arena.evaluate(&[mask], point)[0] != 0.0;
-        (0..self.active.len()).filter(|&place| self.masks[place].is_none_or(is_closed)).collect()
+    /// What counts at a point: what is open does not, nor does the level of what sticks.
+    fn holding(&self, equations: &Equations, point: &Point) -> Holding {
+        let counts = |mask: Expr| equations.system.arena.evaluate(&[mask], point)[0] != 0.0;
+        let loops = (0..self.active.len()).filter(|&place| self.masks[place].is_none_or(counts)).collect();
+        let levels = (0..self.levels.len()).filter(|&place| counts(self.levels[place].direction)).collect();
+        Holding { loops, levels }
+    }
+
+    /// What rubs.
+    pub(super) fn rubbing(&self) -> &[Rubbing] {
+        &self.levels
     }
 
     /// The independent loop equations that hold at a point.
     pub(super) fn rows_at(&self, equations: &Equations, point: &Point) -> Vec<usize> {
-        self.holding(equations, point).into_iter().map(|place| self.active[place]).collect()
+        self.holding(equations, point).loops.into_iter().map(|place| self.active[place]).collect()
+    }
+
+    /// The rows of the levels that act at a point.
+    pub(super) fn levels_at(&self, equations: &Equations, point: &Point) -> Vec<usize> {
+        self.holding(equations, point).levels.into_iter().map(|place| self.levels[place].level.row).collect()
     }
 
     /// Inputs and followers with their derivatives, as far as anything depends on them.
@@ -188,12 +228,15 @@ impl Variation {
         for (&place, &value) in self.places.iter().zip(derivatives) {
             matrix[place] = value;
         }
+        let holding = self.holding(equations, point);
+        // The size of a force in a pin has no derivative at zero; where the pin sticks nobody asks for it.
+        let levels = self.row(RowBlock::Levels);
+        let idle = |row: usize| levels.contains(&row) && !holding.levels.contains(&(row - levels.start));
         let finite = |row: &usize| values[*row].is_finite() && matrix.row(*row).iter().all(|value| value.is_finite());
-        if let Some(row) = (0..values.len()).find(|row| asked(*row) && !finite(row)) {
+        if let Some(row) = (0..values.len()).find(|row| asked(*row) && !idle(*row) && !finite(row)) {
             let unknown = || Failure::NotFinite { time: point.time(), what: self.name(equations, row) };
             return Err(self.together(equations, point, 1.0).unwrap_or_else(unknown));
         }
-        let holding = self.holding(equations, point);
         Ok(Numbers { variation: self, holding, values: DVector::from_column_slice(values), matrix })
     }
 
@@ -231,16 +274,18 @@ impl Variation {
         DVector::from_vec(equations.system.arena.evaluate(&roots.collect::<Vec<Expr>>(), point))
     }
 
-    /// The roots of this kind, of loop equations those that hold.
-    fn held_rows(&self, row: RowBlock, holding: &[usize]) -> Vec<usize> {
+    /// The roots of this kind, of loop equations those that hold, of levels those of what slides.
+    fn held_rows(&self, row: RowBlock, holding: &Holding) -> Vec<usize> {
         let range = self.row(row);
         match row {
             RowBlock::Loops | RowBlock::Rates | RowBlock::Accelerations if !range.is_empty() => {
-                holding.iter().map(|place| range.start + place).collect()
+                holding.loops.iter().map(|place| range.start + place).collect()
             }
+            RowBlock::Levels if !range.is_empty() => holding.levels.iter().map(|place| range.start + place).collect(),
             RowBlock::Loops
             | RowBlock::Rates
             | RowBlock::Accelerations
+            | RowBlock::Levels
             | RowBlock::Motion
             | RowBlock::Outputs
             | RowBlock::Starts
@@ -250,11 +295,12 @@ impl Variation {
         }
     }
 
-    /// The columns of this kind, of reactions those of loop equations that hold.
-    fn held_columns(&self, column: Column, holding: &[usize]) -> Vec<usize> {
+    /// The columns of this kind, of reactions those of loop equations that hold, of levels those of what slides.
+    fn held_columns(&self, column: Column, holding: &Holding) -> Vec<usize> {
         let range = self.column(column);
         match column {
-            Column::Reactions => holding.iter().map(|place| range.start + place).collect(),
+            Column::Reactions => holding.loops.iter().map(|place| range.start + place).collect(),
+            Column::Levels => holding.levels.iter().map(|place| range.start + place).collect(),
             Column::Positions | Column::Rates | Column::Accelerations | Column::Signals => range.collect(),
         }
     }
@@ -264,13 +310,14 @@ impl Variation {
     }
 
     fn column(&self, column: Column) -> Range<usize> {
-        let (n, m) = (self.coordinates, self.active.len());
+        let (n, m, l) = (self.coordinates, self.active.len(), self.levels.len());
         match column {
             Column::Positions => 0..n,
             Column::Rates => n..2 * n,
             Column::Accelerations => 2 * n..3 * n,
             Column::Reactions => 3 * n..3 * n + m,
-            Column::Signals => 3 * n + m..self.columns.len(),
+            Column::Levels => 3 * n + m..3 * n + m + l,
+            Column::Signals => 3 * n + m + l..self.columns.len(),
         }
     }
 
@@ -285,6 +332,8 @@ impl Variation {
                 None => equations.coordinates[coordinate].name.position.clone(),
                 Some(state) => equations.system.mechanism.states[state].name.clone(),
             }
+        } else if let Some(level) = within(RowBlock::Levels) {
+            equations.system.mechanism.unilaterals[self.levels[level].place].name.clone()
         } else {
             let place = [RowBlock::Loops, RowBlock::Rates, RowBlock::Accelerations].into_iter().find_map(within);
             match place.and_then(|place| self.active.get(place)) {
@@ -320,12 +369,25 @@ fn names(outputs: &[Output]) -> Vec<String> {
     outputs.iter().map(|output| output.name.clone()).collect()
 }
 
-fn roots(formulated: &mut Formulated, active: &[usize]) -> Vec<(RowBlock, Vec<Expr>)> {
+/// Everything that rubs.
+fn rubbing(equations: &mut Equations) -> Vec<Rubbing> {
+    let levels = equations.levels();
+    let mechanism = equations.system.mechanism.clone();
+    let of = |(place, level): (usize, Level)| {
+        let slip = mechanism.unilaterals[place].slip.as_ref()?;
+        let direction = equations.system.arena.symbol(Symbol::Parameter(slip.direction.0));
+        Some(Rubbing { place, level, direction })
+    };
+    levels.into_iter().filter_map(of).collect()
+}
+
+fn roots(formulated: &mut Formulated, active: &[usize], levels: &[Rubbing]) -> Vec<(RowBlock, Vec<Expr>)> {
     let Formulated { equations, outputs, .. } = formulated;
     let mut roots = loops(equations, active);
     roots.extend([
         (RowBlock::Motion, motion(equations)),
         (RowBlock::Accelerations, active.iter().map(|&row| acceleration(equations, row)).collect()),
+        (RowBlock::Levels, levels.iter().map(|own| level(equations, &own.level)).collect()),
         (RowBlock::Outputs, outputs.iter().map(|output| equations.formula(&output.value)).collect()),
         (RowBlock::Repeated, repeated(equations, active)),
     ]);
@@ -402,11 +464,30 @@ fn acceleration(equations: &mut Equations, row: usize) -> Expr {
     arena.sum(terms)
 }
 
+/// s - F - mu p(a, lambda)
+fn level(equations: &mut Equations, law: &Level) -> Expr {
+    let arena = &mut equations.system.arena;
+    let pressing = match &law.pressing {
+        Pressing::Sum(signed) => {
+            let terms = signed.iter().map(|&(sign, sum)| arena.multiply(sign, sum));
+            let terms: Vec<Expr> = terms.collect();
+            arena.sum(terms)
+        }
+        Pressing::Size(both) => {
+            let squares = both.map(|sum| arena.square(sum)).to_vec();
+            let square = arena.sum(squares);
+            arena.unary(Unary::Sqrt, square)
+        }
+    };
+    let level = arena.symbol(Symbol::Reaction(law.row));
+    let rest = arena.subtract(level, law.free);
+    arena.subtract_product(rest, law.share, pressing)
+}
+
 #[derive(Clone, Debug)]
 pub(super) struct Numbers<'v> {
     variation: &'v Variation,
-    /// Places among the independent loop equations of those that hold.
-    holding: Vec<usize>,
+    holding: Holding,
     values: DVector<f64>,
     matrix: DMatrix<f64>,
 }
@@ -436,13 +517,26 @@ impl Numbers<'_> {
 
     /// The independent loop equations that hold.
     pub fn rows(&self) -> impl Iterator<Item = usize> {
-        self.holding.iter().map(|&place| self.variation.active[place])
+        self.holding.loops.iter().map(|&place| self.variation.active[place])
     }
 
-    /// \[M Phi_q^T; Phi_q 0\]
+    /// \[M Phi_q^T; Phi_q 0\]; where something slides its level is one more unknown, with its law as one more row.
     pub fn system(&self) -> DMatrix<f64> {
         let [mass, reactions] =
             [Column::Accelerations, Column::Reactions].map(|column| self.block(RowBlock::Motion, column));
-        saddle(&mass, &reactions, &self.block(RowBlock::Accelerations, Column::Accelerations))
+        let without = saddle(&mass, &reactions, &self.block(RowBlock::Accelerations, Column::Accelerations));
+        let (size, levels) = (without.nrows(), self.holding.levels.len());
+        if levels == 0 {
+            return without;
+        }
+        let mut whole = without.resize(size + levels, size + levels, 0.0);
+        let (n, m) = (mass.ncols(), reactions.ncols());
+        whole.view_mut((0, size), (n, levels)).copy_from(&self.block(RowBlock::Motion, Column::Levels));
+        for (first, count, column) in
+            [(0, n, Column::Accelerations), (n, m, Column::Reactions), (size, levels, Column::Levels)]
+        {
+            whole.view_mut((size, first), (levels, count)).copy_from(&self.block(RowBlock::Levels, column));
+        }
+        whole
     }
 }

@@ -7,9 +7,12 @@ use cotree::report::data::{Report, Table, number, unit};
 use cotree::{line, row};
 use serde_json::{Value, json};
 
-use super::{MODES, at, closures_of};
+use super::{GROUPS, at, closures_of};
 use crate::analysis::one_sided::closures;
-use crate::analysis::{Equilibrium, Point, Stability};
+use crate::analysis::{Closure, Equilibrium, Point, Stability};
+
+/// What holds as much as it can but for this share is about to slide: an equilibrium is found to about as much.
+const VERGE: f64 = 1e-9;
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct Statics {
@@ -22,6 +25,12 @@ pub struct Statics {
     /// Eigenvalues of the projected stiffness \[J\].
     pub stiffness: Vec<f64>,
     pub groups: Vec<Group>,
+    /// What sticks or is caught, and so holds wherever it was put: the rest is one of many.
+    pub standing: Vec<String>,
+    /// What of it holds all that it can, alone: it is about to slide.
+    pub verging: Vec<String>,
+    /// What holds something together with others: how they share it is not determined, and one way is given.
+    pub shared: Vec<String>,
     /// A body whose missing mass keeps the reactions unknown.
     pub weightless: Option<String>,
 }
@@ -45,7 +54,8 @@ impl Statics {
         }
         groups.push(reader.loads());
         let closures = closures(formulated, &equilibrium.point);
-        groups.extend(MODES.map(|title| Group { title, values: closures_of(&closures, title) }));
+        groups.extend(GROUPS.map(|title| Group { title, values: closures_of(&closures, title) }));
+        groups.push(margins(&closures, &equilibrium.shared));
         groups.retain(|group| !group.values.is_empty());
         Statics {
             name: mechanism.name.clone(),
@@ -54,6 +64,9 @@ impl Statics {
             by_motion: equilibrium.by_motion,
             stiffness: equilibrium.stiffness.clone(),
             groups,
+            verging: verging(&closures, &equilibrium.shared),
+            shared: equilibrium.shared.clone(),
+            standing: closures.iter().filter(|own| own.stands()).map(|own| own.name.clone()).collect(),
             weightless,
         }
     }
@@ -65,11 +78,30 @@ impl Statics {
 
     pub fn report(&self) -> Report {
         let (word, mut sentence, most) = self.stability.told();
-        if self.stability == Stability::Held && self.groups.iter().any(|group| group.title == MODES[0]) {
+        let holds = |title: &str| self.groups.iter().any(|group| group.title == title);
+        if self.stability == Stability::Held && !self.standing.is_empty() {
+            sentence =
+                "joints, drivers and what sticks, is caught or closed constrain every coordinate: nothing can move";
+        } else if self.stability == Stability::Held && holds(GROUPS[0]) {
             sentence = "joints, drivers and what is closed constrain every coordinate: nothing can move";
         }
         let moving = most.map_or(String::new(), |most| format!("; in it `{most}` moves most"));
         let mut title = row![line![self.name, " at rest, ", at(self.time)], format!("{sentence}{moving}")];
+        let listed = |names: &[String]| names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+        let within: Vec<String> = self.standing.iter().filter(|name| !self.verging.contains(name)).cloned().collect();
+        if !within.is_empty() {
+            let names = listed(&within);
+            let line =
+                format!("one of many places: {names} would hold in others, too; `[initial]` says where it is put");
+            title.push(line.into());
+        }
+        if !self.verging.is_empty() {
+            title.push(format!("about to slide: {} holds all that it can", listed(&self.verging)).into());
+        }
+        if !self.shared.is_empty() {
+            let names = listed(&self.shared);
+            title.push(format!("how {names} share what they hold is not determined: this is one way").into());
+        }
         if !self.by_motion {
             title.push("(judged by stiffness alone: the motion cannot be linearised here)".into());
         }
@@ -92,6 +124,9 @@ impl Statics {
                 "moves_most": most,
                 "judged_by": if self.by_motion { "motion" } else { "stiffness" },
                 "stiffness": self.stiffness,
+                "standing": self.standing,
+                "verging": self.verging,
+                "shared": self.shared,
                 "values": groups.collect::<Value>(),
             }),
             ..Report::new(title)
@@ -172,6 +207,25 @@ impl Reader<'_> {
         });
         self.read("loads", variables.collect())
     }
+}
+
+/// What sticks alone with all that it can.
+fn verging(closures: &[Closure], shared: &[String]) -> Vec<String> {
+    let alone = closures.iter().filter(|own| !shared.contains(&own.name));
+    let verges =
+        alone.filter(|own| own.most().is_some_and(|most| most > 0.0 && own.force.abs() >= (1.0 - VERGE) * most));
+    verges.map(|own| own.name.clone()).collect()
+}
+
+/// The loads that may be added along what sticks, one at a time, until it slides. Its own friction takes all of such a load, so that nothing else changes.
+fn margins(closures: &[Closure], shared: &[String]) -> Group {
+    let alone = closures.iter().filter(|own| !shared.contains(&own.name));
+    let values = alone.filter_map(|own| {
+        let (most, [_, force]) = (own.most()?, own.units());
+        let end = |word: &str, load: f64| (format!("{}.{word}", own.name), load, force.to_owned());
+        Some([end("from", own.force - most), end("to", own.force + most)])
+    });
+    Group { title: "margins", values: values.flatten().collect() }
 }
 
 fn joints(mechanism: &Mechanism) -> Vec<Variable> {

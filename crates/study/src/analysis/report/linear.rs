@@ -170,7 +170,7 @@ impl Linearization {
         };
         let mut text = format!("% {}: {}; at t = {:?} s, in SI units\n", self.name, self.law(), point.time);
         text += &self.step.map(|step| format!("h = {step:?}; % s from k to k + 1\n")).unwrap_or_default();
-        text += &point.closures.iter().map(|own| format!("% {} is {}\n", own.name, own.word())).collect::<String>();
+        text += &point.closures.iter().map(|own| format!("% {}\n", own.sentence())).collect::<String>();
         text += &names("states", &point.states);
         text += &names("inputs", &point.inputs);
         text += &names("outputs", &point.outputs);

@@ -26,33 +26,45 @@ fn exact(value: f64) -> Cell {
     plain(value, 0.0)
 }
 
-/// Closed, and with what force; open, and by how much.
-pub(crate) const MODES: [&str; 2] = ["closed", "open"];
+/// How parts are held: closed, caught and sticking ones with their forces, open ones with their gaps, free ones with their rates, sliding ones with their friction and its direction.
+pub(crate) const GROUPS: [&str; 7] = ["closed", "open", "caught", "free", "sticks", "slides", "idle"];
 
-/// The values and units of what is closed, or of what is open.
-fn closures_of(closures: &[Closure], word: &str) -> Vec<(String, f64, String)> {
-    let own = closures.iter().filter(|own| own.word() == word);
-    own.map(|own| {
-        let ([length, force], closed) = (own.units(), own.closed);
-        let (value, si) = if closed { (own.force, force) } else { (own.gap, length) };
-        (own.name.clone(), value, si.to_owned())
-    })
-    .collect()
-}
-
-/// What is closed and what is open, one table each.
-fn closure_tables(closures: &[Closure]) -> impl Iterator<Item = Table> + '_ {
-    let table = |word| {
-        let rows = closures_of(closures, word);
-        (!rows.is_empty())
-            .then(|| Table::list(word, rows.iter().map(|(name, value, si)| row![name, number(*value, si), unit(si)])))
+/// The values and units of what is held so. What sticks has a second one: the most that it could hold.
+fn closures_of(closures: &[Closure], group: &str) -> Vec<(String, f64, String)> {
+    let values = |own: &Closure| {
+        let [length, force] = own.units();
+        let (value, si) = match own.group() {
+            "open" => (own.gap, length),
+            "free" => (own.rate, own.unit_of_rate()),
+            _ => (own.force, force),
+        };
+        let named = |word: &str, value: f64, si: &str| (format!("{}{word}", own.name), value, si.to_owned());
+        let more = [
+            own.most().map(|most| named(".most", most, force)),
+            own.direction().map(|direction| named(".direction", direction, "")),
+        ];
+        std::iter::once(named("", value, si)).chain(more.into_iter().flatten()).collect::<Vec<_>>()
     };
-    MODES.into_iter().filter_map(table)
+    closures.iter().filter(|own| own.group() == group).flat_map(values).collect()
 }
 
-/// The same as data, where anything is held on one side only.
+/// How everything is held that need not be, one table each.
+fn closure_tables(closures: &[Closure]) -> impl Iterator<Item = Table> + '_ {
+    let table = |group| {
+        let rows = closures_of(closures, group);
+        (!rows.is_empty())
+            .then(|| Table::list(group, rows.iter().map(|(name, value, si)| row![name, number(*value, si), unit(si)])))
+    };
+    GROUPS.into_iter().filter_map(table)
+}
+
+/// The same as data; of stops both words, which of them are open or closed is asked for most.
 fn closure_data(closures: &[Closure], data: &mut Value) {
-    for word in MODES.into_iter().filter(|_| !closures.is_empty()) {
-        data[word] = closures_of(closures, word).into_iter().map(|(name, value, _)| (name, json!(value))).collect();
+    let is_stop = |own: &Closure| GROUPS[..2].contains(&own.group());
+    for group in GROUPS {
+        let values = closures_of(closures, group);
+        if !values.is_empty() || GROUPS[..2].contains(&group) && closures.iter().any(is_stop) {
+            data[group] = values.into_iter().map(|(name, value, _)| (name, json!(value))).collect();
+        }
     }
 }

@@ -52,7 +52,11 @@ impl Vibration {
                 "shape": shape,
             }));
         }
-        let still = modes.is_empty().then(|| "\nThe drivers determine the motion: nothing can vibrate.".into());
+        let held = match self.closures.iter().any(|own| own.closed) {
+            true => "\nDrivers and what is closed or caught hold everything: nothing can vibrate.",
+            false => "\nThe drivers determine the motion: nothing can vibrate.",
+        };
+        let still = modes.is_empty().then(|| held.into());
         let about =
             if self.resting { "about its equilibrium" } else { "about its motion, as if the point stood still" };
         let mut tables = if modes.is_empty() { Vec::new() } else { vec![table, self.shapes()] };

@@ -129,7 +129,8 @@ impl Differentiated {
         let parameters = varied(&formulated, to)?;
         let program = &formulated.lowered.program;
         let refused = |what: String| Failure::NoDerivative { time: program.experiment.start, what };
-        if let Some(held) = formulated.equations.system.mechanism.first_held_anywhere() {
+        let may_hold = formulated.equations.system.mechanism.first_held_anywhere().filter(|_| !program.is_driven());
+        if let Some(held) = may_hold {
             return Err(refused(format!(
                 "{held} holds wherever it stands, where derivatives are not followed: compare runs with other values instead, with `cotree sweep`, or give friction a `velocity`"
             )));

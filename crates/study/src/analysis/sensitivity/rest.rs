@@ -9,6 +9,7 @@
 
 use cotree::expr::Symbol;
 use cotree::formulate::Formulated;
+use cotree::model::Mechanism;
 use nalgebra::{Complex, DMatrix};
 
 use super::super::decompose::{null_vector, svd};
@@ -53,6 +54,7 @@ impl Study {
     /// A name that cannot be set, no equilibrium, or one without derivatives: a motion without stiffness against it, or redundant joints that fit for these
     /// very lengths only.
     pub fn equilibrium_sensitivities(&mut self, to: &[String]) -> Result<Sensitivities, StudyError> {
+        can_differentiate(&self.mechanism)?;
         self.rest(|formulated, _, equilibrium| {
             let parameters = varied(formulated, to)?;
             let rest = Rest::new(formulated, &equilibrium.point, &parameters)?;
@@ -77,6 +79,7 @@ impl Study {
     /// # Errors
     /// Those of [`Study::equilibrium_sensitivities`].
     pub fn mode_sensitivities(&mut self, to: &[String]) -> Result<ModeChanges, StudyError> {
+        can_differentiate(&self.mechanism)?;
         self.rest(|formulated, variation, equilibrium| {
             let Equilibrium { point, .. } = equilibrium;
             let modes = modes(formulated, &StateSpace::new(formulated, variation, point, None)?)?;
@@ -87,6 +90,15 @@ impl Study {
             Ok(ModeChanges { name, parameters: named(&parameters), modes, derivatives })
         })
     }
+}
+
+/// What is held wherever it stands keeps its place, and slides where a parameter takes it past its level.
+fn can_differentiate(mechanism: &Mechanism) -> Result<(), Failure> {
+    let Some(held) = mechanism.first_held_anywhere() else { return Ok(()) };
+    let what = format!(
+        "{held} holds wherever it stands: such a rest does not follow its parameters; compare rests with other values instead, with `--set`, or give friction a `velocity`"
+    );
+    Err(Failure::NoDerivative { time: mechanism.experiment.start, what })
 }
 
 fn named(parameters: &[Varied]) -> Vec<(String, String)> {

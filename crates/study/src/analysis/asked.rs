@@ -1,0 +1,282 @@
+//! Which modes are asked for, and what they are at a point of a motion.
+
+use cotree::diagnostic::suggest;
+use cotree::equations::Pressing;
+use cotree::expr::Expr;
+use cotree::formulate::Formulated;
+use cotree::model::{Mechanism, Unilateral};
+use cotree_fmu::integrator::accelerations::Accelerations;
+use cotree_fmu::machine::Machine;
+use cotree_fmu::model::{Model, State};
+
+use super::one_sided::{Closure, Kind, closures, told};
+use super::supports::is_held_twice;
+use super::variation::Variation;
+use super::{Failure, Point};
+
+/// Signs of what presses are tried: of no more than this.
+const MOST_SIGNS: usize = 12;
+/// A sum has its sign within this share of the largest.
+const SIGNED: f64 = 1e-9;
+
+/// What a part is to be where something rests or is linearised.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Wanted {
+    /// Closed, caught, or sticking.
+    Holds,
+    /// Open or free.
+    LetsGo,
+    /// Sliding: 1 or -1 for the way, or none for that in which it slides.
+    Slides(Option<f64>),
+    /// Something else holds what it could.
+    Idle,
+}
+
+/// A part that is to be something: its place among the mechanism's.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Asked {
+    pub index: usize,
+    pub wanted: Wanted,
+}
+
+/// How a part is held: 1 or -1 if it slides that way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Holding {
+    closed: bool,
+    direction: f64,
+}
+
+const IDLE: Holding = Holding { closed: false, direction: 0.0 };
+const STICKS: Holding = Holding { closed: true, direction: 0.0 };
+
+/// What a part can be asked to be: the words, and what they mean.
+fn words(own: &Unilateral) -> &'static [(&'static str, Wanted)] {
+    match (&own.slip, own.held.of_rate) {
+        (Some(_), _) => &[
+            ("sticks", Wanted::Holds),
+            ("slides", Wanted::Slides(None)),
+            ("slides+", Wanted::Slides(Some(1.0))),
+            ("slides-", Wanted::Slides(Some(-1.0))),
+            ("idle", Wanted::Idle),
+        ],
+        (None, true) => &[("caught", Wanted::Holds), ("free", Wanted::LetsGo)],
+        (None, false) => &[("closed", Wanted::Holds), ("open", Wanted::LetsGo)],
+    }
+}
+
+/// The parts that are named, with what they are to be: where a word fits one thing of a joint only, the joint may be named itself.
+///
+/// # Errors
+/// There is no such part, or it cannot be that.
+pub(super) fn asked(mechanism: &Mechanism, modes: &[(String, String)]) -> Result<Vec<Asked>, String> {
+    modes.iter().map(|(name, word)| find(mechanism, name, word)).collect()
+}
+
+fn find(mechanism: &Mechanism, name: &str, word: &str) -> Result<Asked, String> {
+    let all = &mechanism.unilaterals;
+    let is_named =
+        |own: &Unilateral| own.name == name || own.name.rsplit_once('.').is_some_and(|(part, _)| part == name);
+    let named: Vec<usize> = (0..all.len()).filter(|&index| is_named(&all[index])).collect();
+    let known = || suggest::known(name, all.iter().map(|own| own.name.as_str()));
+    if named.is_empty() {
+        return Err(format!("nothing of the name `{name}` is held on one side only or rubs; {}", known()));
+    }
+    let meant = |index: &usize| words(&all[*index]).iter().find(|(own, _)| *own == word).map(|(_, wanted)| *wanted);
+    let fitting: Vec<(usize, Wanted)> =
+        named.iter().filter_map(|index| meant(index).map(|wanted| (*index, wanted))).collect();
+    let exact = fitting.iter().find(|(index, _)| all[*index].name == name);
+    match (exact, &fitting[..]) {
+        (Some(&(index, wanted)), _) | (None, &[(index, wanted)]) => Ok(Asked { index, wanted }),
+        (None, []) => {
+            let words: Vec<String> =
+                named.iter().flat_map(|&index| words(&all[index])).map(|(own, _)| format!("{name}={own}")).collect();
+            Err(format!("`{name}` cannot be `{word}`; write {}", words.join(" or ")))
+        }
+        (None, _) => Err(format!("`{name}` is more than one thing; {}", known())),
+    }
+}
+
+/// A point of a motion, with parts as they are asked to be.
+///
+/// # Errors
+/// What is to be closed does not touch there, or moves away or in; what is to stick slides, or the other way; nothing presses; friction would lock.
+pub(super) fn put(
+    (formulated, variation): (&Formulated, &Variation),
+    model: &Model,
+    state: &mut State,
+    asked: &[Asked],
+) -> Result<Point, Failure> {
+    let point = Point::moving(model, state)?;
+    let sticks = closures(formulated, &point).iter().any(|own| own.most().is_some());
+    if asked.is_empty() && sticks && is_held_twice(formulated, variation, &point)? {
+        return Err(Failure::Instants(format!(
+            "at t = {} s several that stick hold something twice; say by `--mode NAME=idle` which of them carry nothing",
+            point.time()
+        )));
+    }
+    if asked.is_empty() {
+        return Ok(point);
+    }
+    let here = closures(formulated, &point);
+    let mechanism = &*formulated.equations.system.mechanism;
+    let target = target(mechanism, &here, asked)
+        .map_err(|why| Failure::Instants(format!("at t = {} s {why}; choose another time", point.time())))?;
+    for (own, holding) in here.iter().zip(target) {
+        hold(mechanism, state, own, holding);
+    }
+    with_signs((formulated, variation), model, state)
+}
+
+/// What everything is once some of it is what is asked for, or why it cannot be.
+fn target(mechanism: &Mechanism, here: &[Closure], asked: &[Asked]) -> Result<Vec<Holding>, String> {
+    let fastest = here.iter().fold(0.0, |most: f64, own| most.max(own.rate.abs()));
+    let wanted = |own: &Closure| asked.iter().rev().find(|asked| asked.index == own.index).map(|asked| asked.wanted);
+    let mut target: Vec<Holding> =
+        here.iter().map(|own| Holding { closed: own.closed, direction: own.direction().unwrap_or_default() }).collect();
+    let is_friction = |own: &Closure| matches!(own.kind, Kind::Friction { .. });
+    for (place, own) in here.iter().enumerate().filter(|(_, own)| !is_friction(own)) {
+        let Some(wanted) = wanted(own) else { continue };
+        let holds = wanted == Wanted::Holds;
+        target[place].closed = holds;
+        if let Some(why) = why_open(mechanism, own, fastest).filter(|_| holds) {
+            let word = if own.kind == Kind::Freewheel { "caught" } else { "closed" };
+            return Err(format!("`{}` cannot be {word}: it {why}", own.name));
+        }
+    }
+    for (place, own) in here.iter().enumerate().filter(|(_, own)| is_friction(own)) {
+        let on = mechanism.unilaterals[own.index].slip.as_ref().and_then(|slip| slip.on);
+        let on = on.and_then(|on| here.iter().position(|own| own.index == on));
+        if let Some(on) = on.filter(|&on| !target[on].closed) {
+            if wanted(own).is_some_and(|wanted| wanted != Wanted::Idle) {
+                return Err(format!("`{}` cannot rub: nothing presses there, `{}` is open", own.name, here[on].name));
+            }
+            target[place] = IDLE;
+            continue;
+        }
+        let begins = on.is_some_and(|on| !here[on].closed);
+        target[place] = rubs(mechanism, (own, target[place]), (wanted(own), begins), fastest)?;
+    }
+    Ok(target)
+}
+
+/// Why a stop or a freewheel cannot be closed.
+fn why_open(mechanism: &Mechanism, own: &Closure, fastest: f64) -> Option<String> {
+    let rate = || told(mechanism, own.rate, own.unit_of_rate());
+    if own.kind == Kind::Freewheel {
+        return (!own.closed && own.moves(fastest)).then(|| format!("turns by {}", rate()));
+    }
+    if !own.touches() {
+        return Some(format!("is open by {}", told(mechanism, own.gap, own.units()[0])));
+    }
+    own.moves(fastest).then(|| format!("touches, but its gap changes by {}", rate()))
+}
+
+/// How something rubs that can: as asked, or as it does; what `begins` to be pressed sticks if it stands.
+fn rubs(
+    mechanism: &Mechanism,
+    (own, natural): (&Closure, Holding),
+    (wanted, begins): (Option<Wanted>, bool),
+    fastest: f64,
+) -> Result<Holding, String> {
+    let (name, moves) = (&own.name, own.moves(fastest));
+    let rate = || told(mechanism, own.rate, own.unit_of_rate());
+    let slides = |direction: f64| Holding { closed: false, direction };
+    match wanted {
+        None if begins => Ok(if moves { slides(own.rate.signum()) } else { STICKS }),
+        None => Ok(natural),
+        Some(Wanted::Holds | Wanted::LetsGo) if moves => Err(format!("`{name}` cannot stick: it slides by {}", rate())),
+        Some(Wanted::Holds | Wanted::LetsGo) => Ok(STICKS),
+        Some(Wanted::Idle) if moves => Err(format!("`{name}` cannot be idle: it slides by {}", rate())),
+        Some(Wanted::Idle) => Ok(IDLE),
+        Some(Wanted::Slides(None)) if moves => Ok(slides(own.rate.signum())),
+        Some(Wanted::Slides(None)) => {
+            Err(format!("`{name}` stands still: write slides+ or slides- for the way in which it begins to slide"))
+        }
+        Some(Wanted::Slides(Some(direction))) if moves && own.rate * direction < 0.0 => {
+            Err(format!("`{name}` slides the other way, by {}", rate()))
+        }
+        Some(Wanted::Slides(Some(direction))) => Ok(slides(direction)),
+    }
+}
+
+/// Holds one part so in a state: what begins to be held is held where it stands.
+fn hold(mechanism: &Mechanism, state: &mut State, own: &Closure, holding: Holding) {
+    let unilateral = &mechanism.unilaterals[own.index];
+    let parameters = state.parameters_mut();
+    parameters[unilateral.closed.0] = f64::from(u8::from(holding.closed));
+    if let Some(slip) = &unilateral.slip {
+        parameters[slip.direction.0] = holding.direction;
+    }
+    if let Some(place) = unilateral.place().filter(|_| !own.closed) {
+        parameters[place.0] += own.gap;
+    }
+}
+
+/// The point at a state, with the signs that what presses has in its mode.
+fn with_signs(
+    (formulated, variation): (&Formulated, &Variation),
+    model: &Model,
+    state: &mut State,
+) -> Result<Point, Failure> {
+    let refused = |time: f64, why: &str| Failure::Instants(format!("at t = {time} s the mode that is asked for {why}"));
+    if is_held_twice(formulated, variation, &Point::resting(model, state))? {
+        return Err(refused(state.time(), "holds something twice; let one of what holds it be open, free or idle"));
+    }
+    let unilaterals = &formulated.equations.system.mechanism.unilaterals;
+    let slips = variation.rubbing().iter().filter_map(|own| unilaterals[own.place].slip.as_ref());
+    let signs: Vec<usize> = slips.flat_map(|slip| slip.signs.iter().map(|sign| sign.0)).collect();
+    if signs.len() > MOST_SIGNS {
+        return Err(refused(state.time(), "leaves too many signs of what presses to be tried"));
+    }
+    let natural: Vec<f64> = signs.iter().map(|&sign| state.parameters()[sign]).collect();
+    let (mut first, mut locks) = (None, false);
+    for trial in 0..1_usize << signs.len() {
+        for (place, (&sign, natural)) in signs.iter().zip(&natural).enumerate() {
+            state.parameters_mut()[sign] = if trial >> place & 1 == 1 { -natural } else { *natural };
+        }
+        let point = match Point::moving(model, state) {
+            Ok(point) => point,
+            Err(failure) => {
+                first = first.or(Some(failure));
+                continue;
+            }
+        };
+        if have_signs(formulated, variation, &point) {
+            if !is_locked(model, state)? {
+                return Ok(point);
+            }
+            locks = true;
+        }
+    }
+    let why = if locks {
+        "is none of a motion: friction locks the mechanism, what presses grows with the friction that follows from it"
+    } else {
+        "is none of a motion: nothing presses in the way in which its friction would follow from it"
+    };
+    Err(first.unwrap_or_else(|| refused(state.time(), why)))
+}
+
+/// True if what presses has the signs that its levels assume.
+fn have_signs(formulated: &Formulated, variation: &Variation, point: &Point) -> bool {
+    let signed: Vec<Expr> = (variation.rubbing().iter())
+        .flat_map(|own| match &own.level.pressing {
+            Pressing::Sum(signed) => signed.iter().flat_map(|&(sign, sum)| [sign, sum]).collect(),
+            Pressing::Size(_) => Vec::new(),
+        })
+        .collect();
+    let values = formulated.equations.system.arena.evaluate(&signed, point);
+    let largest = values.chunks(2).fold(0.0, |most: f64, own| most.max(own[1].abs()));
+    values.chunks(2).all(|own| own[0] * own[1] >= -SIGNED * largest)
+}
+
+/// True where friction permits no accelerations that follow from it steadily.
+fn is_locked(model: &Model, state: &State) -> Result<bool, Failure> {
+    let Some(contacts) = &model.program().instants.contacts else { return Ok(false) };
+    let mut machine = Machine::new(model);
+    machine.load(model, state);
+    Accelerations::new(model).evaluate(model, &mut machine)?;
+    let mut locks = vec![0.0; contacts.locks.results.len()];
+    machine.evaluate(&contacts.locks, &mut locks);
+    // What is not a number is not positive.
+    Ok(!locks.iter().all(|&lock| lock > 0.0))
+}

@@ -1,0 +1,401 @@
+//! What carries where something rests: the modes of what is held on one side only, tried one after the other; what rubs sticks.
+//!
+//! A rest is one where what is open does not go in, what is closed presses, what is caught drives, and what sticks holds no more than it can.
+
+use std::cell::RefCell;
+
+use cotree::equations::Pressing;
+use cotree::expr::{Symbol, Values};
+use cotree::formulate::Formulated;
+use cotree::model::{Mechanism, ParameterId};
+use nalgebra::DMatrix;
+
+use super::asked::{Asked, Wanted};
+use super::decompose::svd;
+use super::one_sided::{Closure, Kind, TOUCHING, closures, told};
+use super::search::{Misfit, scales, search};
+use super::sharing::{carry_all, share, sharing};
+use super::variation::{Column, RowBlock, Rubbing, Variation};
+use super::{Failure, Point};
+
+/// All modes are tried: of more parts than these there are too many.
+const MOST: usize = 8;
+/// Rows depend on each other where a singular value is below this share of the largest.
+const DETERMINED: f64 = 1e-10;
+/// Rounding error of a force by the largest that a change of the size of the mechanism makes.
+const ROUNDING: f64 = 1e-14;
+
+/// What to do where it slides.
+pub(super) const ELSEWHERE: &str = "put it elsewhere by `[initial]`, or let `simulate` find where it comes to rest";
+
+/// Where something rests.
+pub(super) struct Rest {
+    pub point: Point,
+    /// What holds something together with others, so that how they share it is not determined: the point has one way.
+    pub shared: Vec<String>,
+}
+
+/// What becomes of a search in one mode.
+pub(super) enum Outcome {
+    Rests(Rest),
+    /// The loads balance and everything else fits, but what sticks holds more than it can at this point.
+    Slides(Failure, Box<Point>),
+    Fails(Failure),
+}
+
+/// Searches for a rest in one mode after another, from that in which everything that touches at the guess is closed to those that differ from it most. What rubs sticks where the guess puts it. In other
+/// modes than the guess's a rest that the slightest push would end (not `lasts`) counts only if there is no other.
+///
+/// # Errors
+/// There is none in any mode, or what carries is not determined.
+pub(super) fn rest(
+    formulated: &Formulated,
+    variation: &Variation,
+    guess: &Point,
+    asked: &[Asked],
+    lasts: impl Fn(&Point) -> Result<bool, Failure>,
+) -> Result<Rest, Failure> {
+    let mechanism = &*formulated.equations.system.mechanism;
+    if mechanism.unilaterals.is_empty() {
+        let point = search(formulated, variation, guess.clone(), |_| None)?;
+        return Ok(Rest { point, shared: Vec::new() });
+    }
+    let modes = modes(formulated, guess, asked)?;
+    let guess = standing(formulated, guess);
+    let (mut first, mut slid, mut unsteady) = (None, None, None);
+    for (place, mode) in modes.iter().enumerate() {
+        let mut point = guess.clone();
+        mode.iter().enumerate().for_each(|(index, &closed)| point.set_parameter(mask(mechanism, index, closed)));
+        let outcome = in_mode(formulated, variation, point, asked).and_then(|outcome| {
+            // Of forces that are not determined it is not known, either, whether what sticks can hold them.
+            if let Outcome::Slides(_, point) = &outcome {
+                check_determined(formulated, variation, point)?;
+            }
+            Ok(outcome)
+        });
+        match outcome {
+            Ok(Outcome::Rests(rest)) => {
+                check_determined(formulated, variation, &rest.point)?;
+                if place == 0 || lasts(&rest.point)? {
+                    return Ok(rest);
+                }
+                unsteady = unsteady.or(Some(rest));
+            }
+            // It slides from where it was put: a rest in another mode is somewhere else.
+            Ok(Outcome::Slides(failure, _)) if place == 0 => return Err(without_idle(mechanism, asked, failure)),
+            Ok(Outcome::Slides(failure, _)) => slid = slid.or(Some(without_idle(mechanism, asked, failure))),
+            Ok(Outcome::Fails(failure)) => first = first.or(Some(failure)),
+            Err(failure) if place == 0 => return Err(failure),
+            Err(failure) => slid = slid.or(Some(failure)),
+        }
+    }
+    if let Some(rest) = unsteady {
+        return Ok(rest);
+    }
+    Err(match slid.or(first) {
+        Some(cause) if modes.len() > 1 => Failure::NoModeRests { tried: modes.len(), cause: Box::new(cause) },
+        Some(cause) => cause,
+        None => Failure::Instants("no mode is asked for in which anything could rest".to_owned()),
+    })
+}
+
+/// What could hold more is idle because that was asked for.
+fn without_idle(mechanism: &Mechanism, asked: &[Asked], failure: Failure) -> Failure {
+    let idle = asked.iter().filter(|own| own.wanted == Wanted::Idle);
+    let idle: Vec<String> = idle.map(|own| format!("`{}`", mechanism.unilaterals[own.index].name)).collect();
+    match failure {
+        Failure::Unfit { why } if !idle.is_empty() => {
+            Failure::Unfit { why: format!("without {}, which `--mode` makes idle, {why}", idle.join(", ")) }
+        }
+        failure => failure,
+    }
+}
+
+/// Searches in the mode of a point; where several that rub hold the same, they share it. Where something is to be about to slide, from where it balances if it sticks.
+fn in_mode(formulated: &Formulated, variation: &Variation, point: Point, asked: &[Asked]) -> Result<Outcome, Failure> {
+    let verges = asked.iter().filter_map(|own| match own.wanted {
+        Wanted::Slides(way) => Some((own.index, way.unwrap_or_default())),
+        Wanted::Holds | Wanted::LetsGo | Wanted::Idle => None,
+    });
+    let verges: Vec<(usize, f64)> = verges.collect();
+    let found = match sharing(formulated, variation, &point)? {
+        None => attempt(formulated, variation, point),
+        Some(sharing) if verges.is_empty() => return share(formulated, variation, point, sharing),
+        Some(sharing) => return Err(sharing.has_no_verge()),
+    };
+    Ok(match found {
+        found if verges.is_empty() => found,
+        Outcome::Rests(Rest { point, .. }) => verge(formulated, variation, point, &verges),
+        Outcome::Slides(_, point) => verge(formulated, variation, *point, &verges),
+        Outcome::Fails(failure) => Outcome::Fails(failure),
+    })
+}
+
+/// Searches for where these hold all that they can, against sliding this way; and holds them there.
+fn verge(formulated: &Formulated, variation: &Variation, mut point: Point, verges: &[(usize, f64)]) -> Outcome {
+    verges.iter().for_each(|&(index, way)| carry_all(formulated, &mut point, index, way));
+    let mut outcome = attempt(formulated, variation, point);
+    if let Outcome::Rests(Rest { point, .. }) = &mut outcome {
+        let here = closures(formulated, point);
+        let verges = here.iter().filter(|own| verges.iter().any(|(index, _)| *index == own.index));
+        verges.for_each(|own| stick(formulated, point, own));
+    }
+    outcome
+}
+
+/// Lets what carries all that it can stick where it is, with the same force.
+fn stick(formulated: &Formulated, point: &mut Point, own: &Closure) {
+    let unilateral = &formulated.equations.system.mechanism.unilaterals[own.index];
+    point.set_parameter((unilateral.closed.0, 1.0));
+    if let (Some(place), Some(slip)) = (unilateral.place(), &unilateral.slip) {
+        point.set_parameter((place.0, point.value(Symbol::Parameter(place.0)) + own.gap));
+        point.set_parameter((slip.direction.0, 0.0));
+    }
+    if let Some(row) = formulated.equations.row_of_unilateral(own.index) {
+        point.reactions_mut()[row] = -own.force;
+    }
+}
+
+/// Searches from a point, in its mode.
+pub(super) fn attempt(formulated: &Formulated, variation: &Variation, point: Point) -> Outcome {
+    let slides = RefCell::new(None);
+    let found = search(formulated, variation, point, |point| {
+        let levelled = levelled(formulated, variation, point);
+        let misfit = unfit(formulated, variation, point, &levelled)?;
+        slides.replace(misfit.slides.then(|| Box::new(levelled)));
+        Some(misfit)
+    });
+    match (found, slides.into_inner()) {
+        (Ok(point), _) => Outcome::Rests(Rest { point: levelled(formulated, variation, &point), shared: Vec::new() }),
+        (Err(failure), Some(point)) => Outcome::Slides(failure, point),
+        (Err(failure), None) => Outcome::Fails(failure),
+    }
+}
+
+/// The parameter by which a part is open or closed, and its value.
+pub(super) fn mask(mechanism: &Mechanism, index: usize, closed: bool) -> (usize, f64) {
+    (mechanism.unilaterals[index].closed.0, f64::from(u8::from(closed)))
+}
+
+/// A point at which what is held wherever it stands is held where it stands, and nothing slides.
+fn standing(formulated: &Formulated, guess: &Point) -> Point {
+    let mut point = guess.clone();
+    for own in closures(formulated, guess) {
+        let unilateral = &formulated.equations.system.mechanism.unilaterals[own.index];
+        if let Some(place) = unilateral.place() {
+            point.set_parameter((place.0, guess.value(Symbol::Parameter(place.0)) + own.gap));
+        }
+        if let Some(slip) = &unilateral.slip {
+            point.set_parameter((slip.direction.0, 0.0));
+        }
+    }
+    point
+}
+
+/// The same point with the levels of what rubs, and the signs of what presses there.
+fn levelled(formulated: &Formulated, variation: &Variation, point: &Point) -> Point {
+    let mut found = point.clone();
+    for own in variation.rubbing() {
+        let (level, sums) = level(formulated, own, point);
+        found.reactions_mut()[own.level.row] = level;
+        let slip = formulated.equations.system.mechanism.unilaterals[own.place].slip.as_ref();
+        for (sign, sum) in slip.into_iter().flat_map(|slip| &slip.signs).zip(sums) {
+            found.set_parameter((sign.0, if sum < 0.0 { -1.0 } else { 1.0 }));
+        }
+    }
+    found
+}
+
+/// The level of something that rubs, with the sums whose sizes press.
+fn level(formulated: &Formulated, own: &Rubbing, point: &Point) -> (f64, Vec<f64>) {
+    let sums = match &own.level.pressing {
+        Pressing::Sum(signed) => signed.iter().map(|(_, sum)| *sum).collect(),
+        Pressing::Size(both) => both.to_vec(),
+    };
+    let wanted = [[own.level.free, own.level.share].as_slice(), &sums].concat();
+    let values = formulated.equations.system.arena.evaluate(&wanted, point);
+    let sums = values[2..].to_vec();
+    let pressing = match &own.level.pressing {
+        Pressing::Sum(_) => sums.iter().map(|sum| sum.abs()).sum(),
+        Pressing::Size(_) => sums.iter().fold(0.0, |size: f64, sum| size.hypot(*sum)),
+    };
+    (values[0] + values[1] * pressing, sums)
+}
+
+/// Which parts are closed, in every mode that there can be: next to that of the guess first. What rubs sticks wherever something presses.
+fn modes(formulated: &Formulated, guess: &Point, asked: &[Asked]) -> Result<Vec<Vec<bool>>, Failure> {
+    let mechanism = &*formulated.equations.system.mechanism;
+    let count = mechanism.unilaterals.len();
+    let mut start = vec![false; count];
+    // A freewheel stands still at rest, and so touches.
+    closures(formulated, guess).iter().for_each(|own| start[own.index] = own.touches() || own.kind == Kind::Freewheel);
+    for own in asked {
+        start[own.index] = own.wanted == Wanted::Holds;
+        if own.wanted == Wanted::Slides(None) {
+            return Err(Failure::Instants(format!(
+                "`{}` slides nowhere at rest: write slides+ or slides- for the place in which it is about to, or ask for it at a time of the motion (`--at`)",
+                mechanism.unilaterals[own.index].name
+            )));
+        }
+    }
+    let rubs = |index: usize| mechanism.unilaterals[index].slip.is_some();
+    let is_free = |index: &usize| !rubs(*index) && asked.iter().all(|own| own.index != *index);
+    let free: Vec<usize> = (0..count).filter(is_free).collect();
+    if free.len() > MOST {
+        return Err(Failure::Instants(format!(
+            "{} parts are held on one side only, and all their modes would be tried: of no more than {MOST} that is done; say by --mode which of them are open or closed",
+            free.len()
+        )));
+    }
+    let mut changes: Vec<usize> = (0..1 << free.len()).collect();
+    changes.sort_by_key(|change| change.count_ones());
+    let is_idle = |index: usize| asked.iter().any(|own| own.index == index && own.wanted == Wanted::Idle);
+    let mode = |change: usize| {
+        let mut mode = start.clone();
+        free.iter().enumerate().for_each(|(place, &index)| mode[index] ^= change >> place & 1 == 1);
+        for index in (0..count).filter(|&index| rubs(index)) {
+            let on = mechanism.unilaterals[index].slip.as_ref().and_then(|slip| slip.on);
+            mode[index] = on.is_none_or(|on| mode[on]) && !is_idle(index);
+        }
+        mode
+    };
+    // A joint is not at both of its limits, and what is to stick is pressed.
+    let owner = |index: usize| mechanism.unilaterals[index].owner;
+    let is_possible = |mode: &Vec<bool>| {
+        let closed = || (0..count).filter(|&index| mode[index] && !rubs(index));
+        closed().all(|one| closed().all(|other| one == other || owner(one) != owner(other)))
+            && asked.iter().all(|own| !matches!(own.wanted, Wanted::Holds | Wanted::Slides(_)) || mode[own.index])
+    };
+    Ok(changes.into_iter().map(mode).filter(is_possible).collect())
+}
+
+/// Rounding errors of forces along angles and along lengths: of a balance of what is as large as the stiffness makes it.
+fn noise(formulated: &Formulated, variation: &Variation, point: &Point) -> [f64; 2] {
+    let numbers = variation.motion_at(&formulated.equations, point);
+    let tangent = numbers.map_or_else(|_| DMatrix::zeros(0, 0), |own| own.block(RowBlock::Motion, Column::Positions));
+    let scales = &scales(formulated)[..formulated.equations.coordinates.len().min(tangent.nrows())];
+    let places = (0..scales.len()).flat_map(|i| (0..scales.len()).map(move |j| (i, j)));
+    let energy = places.fold(0.0, |most: f64, (i, j)| most.max((tangent[(i, j)] * scales[i] * scales[j]).abs()));
+    [ROUNDING * energy, ROUNDING * energy / formulated.lowered.program.length]
+}
+
+/// Why a pose in which the loads balance is no rest; `searched` has the signs of what presses that the search has assumed.
+fn unfit(formulated: &Formulated, variation: &Variation, searched: &Point, point: &Point) -> Option<Misfit> {
+    let mechanism = &formulated.equations.system.mechanism;
+    let here = closures(formulated, point);
+    let reactions = (0..formulated.equations.constraints.len()).map(|row| point.value(Symbol::Reaction(row)).abs());
+    let least = TOUCHING * reactions.fold(0.0, f64::max);
+    let noise = noise(formulated, variation, point);
+    let stops = here.iter().find_map(|own| {
+        let ([length, force], name) = (own.units(), &own.name);
+        match own.kind {
+            Kind::Stop if own.closed && own.force < -least => {
+                Some(format!("`{name}` would pull with {}", told(mechanism, -own.force, force)))
+            }
+            Kind::Freewheel if own.closed && own.force < -least - noise[usize::from(!own.angular)] => {
+                Some(format!("`{name}` would hold back with {}", told(mechanism, -own.force, force)))
+            }
+            Kind::Stop if own.is_passed() => {
+                Some(format!("`{name}` is passed by {}", told(mechanism, -own.gap, length)))
+            }
+            Kind::Stop | Kind::Freewheel | Kind::Friction { .. } => None,
+        }
+    });
+    let slides = here.iter().find_map(|own| {
+        let (needed, most, unit) = (own.force.abs(), own.most()?, own.units()[1]);
+        (needed > most + least + noise[usize::from(!own.angular)]).then(|| {
+            let [needed, most] = [needed, most].map(|value| told(mechanism, value, unit));
+            format!(
+                "`{}` would have to hold {needed}, and holds {most} at most: it slides from where it was put; {ELSEWHERE}",
+                own.name
+            )
+        })
+    });
+    let turned = here.iter().find_map(|own| {
+        let slip = mechanism.unilaterals[own.index].slip.as_ref()?;
+        let acts = point.value(Symbol::Parameter(slip.direction.0)) != 0.0;
+        let same = |sign: &ParameterId| {
+            let sign = Symbol::Parameter(sign.0);
+            searched.value(sign) == point.value(sign)
+        };
+        (acts && !slip.signs.iter().all(same))
+            .then(|| format!("what presses at `{}` does so the other way than it was looked for", own.name))
+    });
+    let slides = slides.map(|why| Misfit { why, slides: true });
+    stops.or(turned).map(|why| Misfit { why, slides: false }).or(slides)
+}
+
+/// The Jacobian of the loop equations that hold at a point, in natural units, and which they are.
+pub(super) fn rows(
+    formulated: &Formulated,
+    variation: &Variation,
+    point: &Point,
+) -> Result<(DMatrix<f64>, Vec<usize>), Failure> {
+    let numbers = variation.loops_at(&formulated.equations, point)?;
+    let (scales, jacobian) = (scales(formulated), numbers.block(RowBlock::Loops, Column::Positions));
+    let rows: Vec<usize> = numbers.rows().collect();
+    let lengths: Vec<f64> = rows.iter().map(|&row| formulated.lowered.program.constraints[row].scale).collect();
+    let scaled = |i: usize, j: usize| jacobian[(i, j)] * scales[j] / lengths[i];
+    Ok((DMatrix::from_fn(jacobian.nrows(), jacobian.ncols(), scaled), rows))
+}
+
+/// How many loop equations hold at a point, and how many of them are independent.
+pub(super) fn ranked(formulated: &Formulated, variation: &Variation, point: &Point) -> Result<[usize; 2], Failure> {
+    let (rows, _) = rows(formulated, variation, point)?;
+    Ok([rows.nrows(), rank(&rows)?])
+}
+
+fn rank(rows: &DMatrix<f64>) -> Result<usize, Failure> {
+    if rows.is_empty() {
+        return Ok(0);
+    }
+    let values = svd(rows.clone(), false, false)?.singular_values;
+    Ok(values.iter().filter(|value| **value > DETERMINED * values.max()).count())
+}
+
+/// True if the loop equations that hold at a point depend on each other.
+pub(super) fn is_held_twice(formulated: &Formulated, variation: &Variation, point: &Point) -> Result<bool, Failure> {
+    let [rows, rank] = ranked(formulated, variation, point)?;
+    Ok(rank < rows)
+}
+
+/// Refuses a rest whose forces are not determined: more touches than is needed to hold it, or what sticks holds what does not rub.
+fn check_determined(formulated: &Formulated, variation: &Variation, point: &Point) -> Result<(), Failure> {
+    let mechanism = &*formulated.equations.system.mechanism;
+    let here = closures(formulated, point);
+    let rubs = |own: &Closure| matches!(own.kind, Kind::Friction { .. });
+    let sticks =
+        |own: &Closure| rubs(own) && point.value(Symbol::Parameter(mechanism.unilaterals[own.index].closed.0)) != 0.0;
+    let stops = |own: &Closure| !rubs(own) && (own.closed || own.touches());
+    let all = |own: &Closure| if rubs(own) { sticks(own) } else { own.closed };
+    let ranked = |held: &dyn Fn(&Closure) -> bool| {
+        let mut point = point.clone();
+        here.iter().for_each(|own| point.set_parameter(mask(mechanism, own.index, held(own))));
+        ranked(formulated, variation, &point)
+    };
+    let always = ranked(&|_| false)?;
+    for holds in [&stops as &dyn Fn(&Closure) -> bool, &all] {
+        let held = ranked(holds)?;
+        if held[1] - always[1] == held[0] - always[0] {
+            continue;
+        }
+        // Those without which the others hold as much.
+        let mut names = Vec::new();
+        for own in here.iter().filter(|own| holds(own)) {
+            if ranked(&|other| holds(other) && other.index != own.index)?[1] == held[1] {
+                names.push(own.name.clone());
+            }
+        }
+        return Err(not_determined(&names));
+    }
+    Ok(())
+}
+
+/// What is said where several hold something twice.
+pub(super) fn not_determined(names: &[String]) -> Failure {
+    let names: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+    Failure::Instants(format!(
+        "it rests on {}, which together hold something twice: what each of them carries is not determined; leave one out, or let one give by a spring",
+        names.join(", ")
+    ))
+}
