@@ -331,3 +331,18 @@ fn friction_beside_free_motion_is_refused() {
         assert!(refused.contains(word), "{refused}");
     }
 }
+
+/// At rest nothing says what drivers have to overcome.
+#[test]
+fn analysis_of_driven_friction_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("press.toml"), PRESS).unwrap();
+    for command in ["equilibrium", "linearize", "modes"] {
+        let output = cotree(folder.path(), &[command, "press.toml"]);
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(
+            !output.status.success() && said.contains("acts where drivers determine the motion"),
+            "{command}: {said}"
+        );
+    }
+}

@@ -31,6 +31,16 @@ pub enum Pressing {
     Sizes(Vec<Vec<Expr>>),
 }
 
+impl Pressing {
+    /// Every sum in it.
+    pub fn sums(&self) -> Vec<Expr> {
+        match self {
+            Pressing::Sum(signed) => signed.iter().map(|(_, sum)| *sum).collect(),
+            Pressing::Sizes(vectors) => vectors.concat(),
+        }
+    }
+}
+
 impl Equations {
     /// The levels of everything that rubs, with the place of each in the mechanism.
     pub fn levels(&mut self) -> Vec<(usize, Level)> {

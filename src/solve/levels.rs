@@ -191,15 +191,6 @@ impl Level {
     }
 }
 
-impl Pressing {
-    fn sums(&self) -> Vec<Expr> {
-        match self {
-            Pressing::Sum(signed) => signed.iter().map(|(_, sum)| *sum).collect(),
-            Pressing::Sizes(vectors) => vectors.concat(),
-        }
-    }
-}
-
 /// The size of a vector, and its direction.
 fn direction_of(arena: &mut Arena, vector: &[Expr]) -> (Expr, Vec<Expr>) {
     let size = match vector {

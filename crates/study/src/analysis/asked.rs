@@ -261,7 +261,7 @@ fn have_signs(formulated: &Formulated, variation: &Variation, point: &Point) -> 
     let signed: Vec<Expr> = (variation.rubbing().iter())
         .flat_map(|own| match &own.level.pressing {
             Pressing::Sum(signed) => signed.iter().flat_map(|&(sign, sum)| [sign, sum]).collect(),
-            Pressing::Size(_) => Vec::new(),
+            Pressing::Sizes(_) => Vec::new(),
         })
         .collect();
     let values = formulated.equations.system.arena.evaluate(&signed, point);

@@ -159,7 +159,7 @@ impl Closure {
         match self.kind {
             Kind::Friction { direction, .. } if direction > 0.0 => "slides+",
             Kind::Friction { direction, .. } if direction < 0.0 => "slides-",
-            Kind::Stop | Kind::Freewheel | Kind::Friction { .. } => self.group(),
+            Kind::Stop | Kind::Freewheel | Kind::Friction { .. } | Kind::Led => self.group(),
         }
     }
 
@@ -178,6 +178,7 @@ impl Closure {
             (Kind::Freewheel, false) => "free",
             (Kind::Friction { .. }, true) => "sticks",
             (Kind::Friction { direction, .. }, false) if direction != 0.0 => "slides",
+            (Kind::Led, _) => "slides",
             (Kind::Friction { .. }, false) => "idle",
         }
     }
@@ -186,7 +187,7 @@ impl Closure {
     pub fn most(&self) -> Option<f64> {
         match self.kind {
             Kind::Friction { most, .. } if self.closed => Some(most),
-            Kind::Friction { .. } | Kind::Stop | Kind::Freewheel => None,
+            Kind::Friction { .. } | Kind::Stop | Kind::Freewheel | Kind::Led => None,
         }
     }
 
@@ -199,7 +200,7 @@ impl Closure {
     pub fn direction(&self) -> Option<f64> {
         match self.kind {
             Kind::Friction { direction, .. } => Some(direction).filter(|direction| *direction != 0.0),
-            Kind::Stop | Kind::Freewheel => None,
+            Kind::Stop | Kind::Freewheel | Kind::Led => None,
         }
     }
 

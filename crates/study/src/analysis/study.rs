@@ -299,6 +299,12 @@ impl Study {
     fn made_local(&mut self, mechanism: &Mechanism) -> Result<Local, StudyError> {
         let formulated = formulate_written(mechanism, &self.outputs);
         let mut formulated = formulated.map_err(|list| Faults::new(self.source.clone(), list))?;
+        if let Some(slips) = mechanism.first_slip().filter(|_| formulated.equations.is_driven()) {
+            return Err(Failure::Instants(format!(
+                "{slips} acts where drivers determine the motion: at rest it is not determined, and no linear system has it; use `simulate`, or `motion`"
+            ))
+            .into());
+        }
         self.warnings.append(&mut formulated.warnings);
         Ok(Local::new(formulated))
     }

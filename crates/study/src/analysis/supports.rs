@@ -208,16 +208,15 @@ fn levelled(formulated: &Formulated, variation: &Variation, point: &Point) -> Po
 
 /// The level of something that rubs, with the sums whose sizes press.
 fn level(formulated: &Formulated, own: &Rubbing, point: &Point) -> (f64, Vec<f64>) {
-    let sums = match &own.level.pressing {
-        Pressing::Sum(signed) => signed.iter().map(|(_, sum)| *sum).collect(),
-        Pressing::Size(both) => both.to_vec(),
-    };
-    let wanted = [[own.level.free, own.level.share].as_slice(), &sums].concat();
+    let wanted = [[own.level.free, own.level.share].as_slice(), &own.level.pressing.sums()].concat();
     let values = formulated.equations.system.arena.evaluate(&wanted, point);
     let sums = values[2..].to_vec();
-    let pressing = match &own.level.pressing {
+    let pressing: f64 = match &own.level.pressing {
         Pressing::Sum(_) => sums.iter().map(|sum| sum.abs()).sum(),
-        Pressing::Size(_) => sums.iter().fold(0.0, |size: f64, sum| size.hypot(*sum)),
+        Pressing::Sizes(vectors) => {
+            let mut rest = sums.iter();
+            vectors.iter().map(|own| rest.by_ref().take(own.len()).fold(0.0, |size: f64, sum| size.hypot(*sum))).sum()
+        }
     };
     (values[0] + values[1] * pressing, sums)
 }
@@ -298,7 +297,7 @@ fn unfit(formulated: &Formulated, variation: &Variation, searched: &Point, point
             Kind::Stop if own.is_passed() => {
                 Some(format!("`{name}` is passed by {}", told(mechanism, -own.gap, length)))
             }
-            Kind::Stop | Kind::Freewheel | Kind::Friction { .. } => None,
+            Kind::Stop | Kind::Freewheel | Kind::Friction { .. } | Kind::Led => None,
         }
     });
     let slides = here.iter().find_map(|own| {

@@ -473,10 +473,14 @@ fn level(equations: &mut Equations, law: &Level) -> Expr {
             let terms: Vec<Expr> = terms.collect();
             arena.sum(terms)
         }
-        Pressing::Size(both) => {
-            let squares = both.map(|sum| arena.square(sum)).to_vec();
-            let square = arena.sum(squares);
-            arena.unary(Unary::Sqrt, square)
+        Pressing::Sizes(vectors) => {
+            let mut size = |vector: &Vec<Expr>| {
+                let squares: Vec<Expr> = vector.iter().map(|&sum| arena.square(sum)).collect();
+                let square = arena.sum(squares);
+                arena.unary(Unary::Sqrt, square)
+            };
+            let sizes: Vec<Expr> = vectors.iter().map(&mut size).collect();
+            arena.sum(sizes)
         }
     };
     let level = arena.symbol(Symbol::Reaction(law.row));
