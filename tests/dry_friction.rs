@@ -927,3 +927,116 @@ tolerance = 1e-11
         }
     }
 }
+
+/// Places and rates of the blocks at so many times, at a tolerance.
+fn chain_at(chain: &Chain, method: Engine, tolerance: f64) -> Vec<f64> {
+    let mut run = started(&model(&chain.scene()), Some(method), 3.0, tolerance);
+    let mut found = Vec::new();
+    for time in 1..=15 {
+        run.step_to(0.1 * f64::from(time)).unwrap();
+        for block in 0..chain.masses.len() {
+            found.extend(["x", "vx"].map(|own| value(&mut run, &format!("b{block}.{own}"))));
+        }
+    }
+    found
+}
+
+/// The largest error of a chain at each of these tolerances, by that tolerance; the finest run is the reference, and obeys the law of friction and momentum as the chains above.
+fn chain_errors(seed: u64, tolerances: &[f64]) -> Vec<f64> {
+    let chain = Chain::random(seed);
+    let method = METHODS[seed as usize % 2];
+    let reference = chain_at(&chain, Engine::Dop853, 1e-12);
+    let error = |&tolerance: &f64| {
+        let found = chain_at(&chain, method, tolerance);
+        let errors = found.iter().zip(&reference).map(|(one, other)| (one - other).abs() / (1.0 + other.abs()));
+        errors.fold(0.0, f64::max) / tolerance
+    };
+    tolerances.iter().map(error).collect()
+}
+
+/// What a run at a tolerance may be off by after it has stuck and slid many times, in tolerances: each change of mode passes on the error of its step.
+const CHAIN_ERROR: f64 = 300.0;
+
+#[test]
+fn random_chains_are_as_exact_as_was_asked_for() {
+    for seed in 100..104 {
+        for error in chain_errors(seed, &[1e-5, 1e-7, 1e-9]) {
+            assert!(error < CHAIN_ERROR, "{seed}: {error} tolerances");
+        }
+    }
+}
+
+#[test]
+#[ignore = "takes many minutes: .ci/nightly runs it"]
+fn all_random_chains() {
+    let tolerances: Vec<f64> = (4..12).map(|digits| 10f64.powi(-digits)).collect();
+    let seeds = std::env::var("COTREE_CHAINS").ok().and_then(|count| count.parse().ok()).unwrap_or(1000);
+    let mut largest = vec![0.0; tolerances.len()];
+    for seed in 1000..1000 + seeds {
+        for (most, error) in largest.iter_mut().zip(chain_errors(seed, &tolerances)) {
+            assert!(error < CHAIN_ERROR, "{seed}: {error} tolerances");
+            *most = f64::max(*most, error);
+        }
+    }
+    println!("{seeds} chains, largest errors in tolerances: {largest:.2?}");
+}
+
+/// Four pins hold a linkage of one freedom: one of them sticks, or the equations of what sticks would depend on each other.
+#[test]
+fn a_linkage_stays_where_its_pins_hold_it() {
+    let linkage = |torque: f64| {
+        let pin = |name: &str, between: [&str; 2], radius: u32| {
+            format!(
+                "[joints.{name}]\ntype = \"revolute\"\nbetween = {between:?}\nfriction = {{ mu = 0.4, radius = \"{radius} mm\" }}\n"
+            )
+        };
+        let pins = [
+            pin("pin1", ["ground", "crank.a"], 40),
+            pin("pin2", ["crank.b", "coupler.a"], 30),
+            pin("pin3", ["coupler.b", "rocker.b"], 35),
+            pin("pin4", ["ground.right", "rocker.a"], 25),
+        ];
+        format!(
+            r#"
+name = "linkage"
+gravity = [0, -9.81]
+[ground.points]
+right = [0.6, 0]
+[bodies.crank]
+mass = 1.0
+inertia = 0.01
+points = {{ a = [-0.15, 0], b = [0.15, 0] }}
+[bodies.coupler]
+mass = 1.5
+inertia = 0.04
+points = {{ a = [-0.3, 0], b = [0.3, 0] }}
+[bodies.rocker]
+mass = 1.2
+inertia = 0.03
+points = {{ a = [-0.25, 0], b = [0.25, 0] }}
+{}
+[loads.motor]
+type = "torque"
+on = "crank"
+value = {torque:?}
+[initial]
+"crank.angle" = "50 deg"
+"crank.omega" = 0.0
+"coupler.angle" = {{ guess = "15 deg" }}
+"rocker.angle" = {{ guess = "75 deg" }}
+[outputs]
+variables = ["crank.angle"]
+[experiment]
+stop = 0.5
+tolerance = 1e-9
+"#,
+            pins.concat()
+        )
+    };
+    for (torque, holds) in [(3.0, true), (3.5, true), (5.0, false)] {
+        let mut run = started(&model(&linkage(torque)), None, 0.5, 1e-9);
+        run.step_to(0.5).unwrap();
+        let moved = value(&mut run, "crank.angle") - 50f64.to_radians();
+        assert!(if holds { moved.abs() < 1e-12 } else { moved > 0.1 }, "{torque}: {moved}");
+    }
+}

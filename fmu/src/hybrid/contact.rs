@@ -8,6 +8,7 @@
 //! drifts no more than others, an open one counts in no projection, and being caught is an impact without a rebound.
 
 use super::modes::{Choices, MOST_TRIALS};
+use crate::constraints::reciprocals::is_within;
 use crate::failure::Failure;
 use crate::machine::Machine;
 use crate::math::maximum;
@@ -20,6 +21,8 @@ pub(crate) const TOUCHING: f64 = 1e-11;
 pub(crate) const RESTING: f64 = 1e-11;
 /// What must not be negative may be by this share of its size.
 const ROUNDING: f64 = 1e-9;
+/// Loop equations that are so close to depending on each other hold something twice: what sticks does so in one of several places, of which rounding errors would choose.
+const TWICE: f64 = 1e-6;
 /// A flight that is lower than rounding errors of a gap has no end that can be found: its time is this many times the root of 8 eps L / a.
 const SHORTEST_FLIGHT: f64 = 10.0;
 
@@ -54,6 +57,8 @@ pub(crate) struct Contacts {
     /// The parameters, with all modes, before something was tried, and before all.
     kept: Vec<f64>,
     began: Vec<f64>,
+    /// True if what is held in the present mode is held twice.
+    twice: bool,
     /// How often accelerations have been found or an impact tried.
     pub trials: u64,
     /// Who touches, and whose reaction has fallen to zero.
@@ -87,6 +92,7 @@ impl Contacts {
             rest: vec![0.0; n],
             kept: vec![0.0; program.parameters.len()],
             began: vec![0.0; program.parameters.len()],
+            twice: false,
             trials: 0,
             touches: vec![false; count],
             leaves: vec![false; count],
@@ -342,7 +348,7 @@ impl Contacts {
                 continue;
             }
             self.accelerate(context);
-            if !self.is_mode(context, begins) {
+            if !self.is_mode(context, begins) || self.twice && self.any_sticks(context) {
                 continue;
             }
             if self.is_locked() {
@@ -447,6 +453,8 @@ impl Contacts {
         let Place { model, data, machine, state } = context;
         machine.load(model, state);
         machine.evaluate(&model.program().tapes.acceleration, &mut self.solved);
+        let pivots = model.program().tapes.reciprocal_pivots.iter();
+        self.twice = pivots.into_iter().any(|&place| is_within(machine.registers()[place as usize], TWICE));
         machine.load_accelerations(model, &self.solved[..model.coordinates()]);
         machine.load_reactions(model, &self.solved[model.coordinates()..]);
         machine.evaluate(&data.accelerations, &mut self.accelerations);
