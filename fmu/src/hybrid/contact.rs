@@ -13,7 +13,7 @@ use crate::failure::Failure;
 use crate::machine::Machine;
 use crate::math::maximum;
 use crate::model::{Model, State};
-use crate::program::{Contacts as Data, Slip};
+use crate::program::{Contact, Contacts as Data, Slip};
 
 /// What is open no further than this share of its scale touches: an instant is found to rounding errors of the motion.
 pub(crate) const TOUCHING: f64 = 1e-11;
@@ -21,6 +21,8 @@ pub(crate) const TOUCHING: f64 = 1e-11;
 pub(crate) const RESTING: f64 = 1e-11;
 /// What must not be negative may be by this share of its size.
 const ROUNDING: f64 = 1e-9;
+/// Forces within a step are known to so many tolerances of what is usual.
+const FOUND: f64 = 10.0;
 /// Loop equations that are so close to depending on each other hold something twice: what sticks does so in one of several places, of which rounding errors would choose.
 const TWICE: f64 = 1e-6;
 /// A flight that is lower than rounding errors of a gap has no end that can be found: its time is this many times the root of 8 eps L / a.
@@ -57,6 +59,8 @@ pub(crate) struct Contacts {
     /// The parameters, with all modes, before something was tried, and before all.
     kept: Vec<f64>,
     began: Vec<f64>,
+    /// The tolerance of the motion.
+    tolerance: f64,
     /// True if what is held in the present mode is held twice.
     twice: bool,
     /// How often accelerations have been found or an impact tried.
@@ -92,6 +96,7 @@ impl Contacts {
             rest: vec![0.0; n],
             kept: vec![0.0; program.parameters.len()],
             began: vec![0.0; program.parameters.len()],
+            tolerance: 0.0,
             twice: false,
             trials: 0,
             touches: vec![false; count],
@@ -152,13 +157,14 @@ impl Contacts {
         machine.evaluate(&data.restitutions, &mut self.restitutions);
         self.hit.fill(false);
         self.dead.fill(false);
+        self.tolerance = tolerance;
         self.before.copy_from_slice(&self.rates);
         let context = &mut Place { model, data, machine, state };
         for index in 0..self.gaps.len() {
             let (closed, is_contact) = (context.is_closed(index), context.slip(index).is_none());
             let is_near = self.gaps[index] <= TOUCHING * context.scale(index);
             self.touches[index] = is_contact && (closed || turns(index) || is_near);
-            self.leaves[index] = is_contact && closed && turns(index);
+            self.leaves[index] = closed && turns(index);
         }
         let hits = |index: usize| {
             let comes = self.rates[index] < -self.least_rate(context, index);
@@ -329,11 +335,22 @@ impl Contacts {
         Ok(())
     }
 
-    /// Which of those that touch and do not move apart are closed, and what sticks or slips: the modes in which what is open does not go in, what is closed presses, what sticks does so by no more
-    /// than its level, and what begins to slip goes on.
+    /// Which of those that touch and do not move apart are closed, and what sticks or slips. What has been found to slip does so, unless no such mode fits: what only touches its level stays.
     fn decide(&mut self, context: &mut Place, turns: impl Fn(usize) -> bool) -> Result<(), Failure> {
         self.measure(context.model, context.machine, context.state);
         self.kept.copy_from_slice(context.state.parameters());
+        self.choose(context, &turns).or_else(|failure| {
+            let slips = |(index, own): (usize, &Contact)| own.slip.is_some() && turns(index);
+            let none_fits = matches!(failure, Failure::Contact { why: NO_MODE, .. });
+            match none_fits && context.data.all.iter().enumerate().any(slips) {
+                true => self.choose(context, |_| false).map_err(|_| failure),
+                false => Err(failure),
+            }
+        })
+    }
+
+    /// The modes in which what is open does not go in, what is closed presses, what sticks does so by no more than its level, and what begins to slip goes on.
+    fn choose(&mut self, context: &mut Place, turns: impl Fn(usize) -> bool) -> Result<(), Failure> {
         self.list_of_modes(context, turns);
         let trials = self.choices.trials();
         if trials > MOST_TRIALS {
@@ -380,17 +397,22 @@ impl Contacts {
         let count = self.gaps.len();
         let all = &context.data.all;
         for index in (0..count).filter(|&index| all[index].slip.is_none()) {
+            let rests = self.rests(context, index);
             context.close(index, false);
-            if self.touches[index] && self.rates[index].abs() <= self.least_rate(context, index) {
+            if self.touches[index] && rests {
                 self.choices.contact(index, !self.leaves[index]);
             }
         }
-        for index in 0..count {
-            let data = context.data;
+        // What sticks, and has not been found to slip, slips in the last modes only: between its two levels both fit.
+        for place in 0..2 * count {
+            let (index, data) = (place % count, context.data);
             let Some(slip) = &data.all[index].slip else { continue };
+            if (place < count) == self.stays(&data.all[index], turns(index)) {
+                continue;
+            }
             let rubs = slip.on.is_none_or(|on| self.choices.includes(on as usize));
             let direction = context.direction(index);
-            let rests = self.rates[index].abs() <= self.least_rate(context, index) || turns(index) && direction != 0.0;
+            let rests = self.rests(context, index) || turns(index) && direction != 0.0;
             let parameters = context.state.parameters_mut();
             if !rubs || !rests {
                 data.all[index].slips(parameters, rubs.then_some(self.rates[index].signum()));
@@ -398,7 +420,7 @@ impl Contacts {
                 self.choices.rest(index, [-direction, direction]);
             } else if turns(index) {
                 let multiplier = self.solved[context.model.coordinates() + data.all[index].constraint as usize];
-                self.choices.slip(index, [multiplier.signum(), -multiplier.signum(), 0.0]);
+                self.choices.slips(index, [multiplier.signum(), -multiplier.signum()]);
             } else {
                 self.choices.rest(index, [1.0, -1.0]);
             }
@@ -410,6 +432,17 @@ impl Contacts {
         }
     }
 
+    /// True for what does not move: what has been held does not until an impact, however well the method knows its rate within a step.
+    fn rests(&self, context: &Place, index: usize) -> bool {
+        let is_held = self.kept[context.data.all[index].closed as usize] != 0.0 && !self.hit.contains(&true);
+        is_held || self.rates[index].abs() <= self.least_rate(context, index)
+    }
+
+    /// True for what has stuck or been closed, and has not been found to change.
+    fn stays(&self, own: &Contact, turns: bool) -> bool {
+        self.kept[own.closed as usize] != 0.0 && !turns
+    }
+
     /// True if what is open does not go in, what is closed presses, and friction obeys its law, within rounding errors: of the accelerations that there are if something may only begin to move, else
     /// of usual ones.
     fn is_mode(&self, context: &Place, begins: bool) -> bool {
@@ -418,6 +451,9 @@ impl Contacts {
         let largest = concerned().fold(0.0, |most, index| maximum(most, context.force(index, multipliers).abs()));
         let fastest = concerned().fold(0.0, |most, index| maximum(most, self.accelerations[index].abs()));
         let holds = concerned().any(|index| context.is_closed(index));
+        // What has been found to slip is where the method has its force, to within the tolerance.
+        let size = self.accelerations.iter().fold(0.0, |most, own| maximum(most, own.abs()));
+        let slack = |index: usize| maximum(ROUNDING, FOUND * self.tolerance) * maximum(size, context.scale(index));
         let fits = |index: usize| {
             let usual = if begins { fastest } else { context.scale(index) };
             let (force, least) = (context.force(index, multipliers), -ROUNDING * usual);
@@ -430,6 +466,9 @@ impl Contacts {
                 }
                 (Some(_), false) if context.direction(index) == 0.0 => {
                     holds && self.accelerations[index].abs() <= -least
+                }
+                (Some(_), false) if self.leaves[index] => {
+                    context.direction(index) * self.accelerations[index] >= -slack(index)
                 }
                 (Some(_), false) => context.direction(index) * self.accelerations[index] >= least,
             }

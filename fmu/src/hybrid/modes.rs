@@ -55,6 +55,11 @@ impl Choices {
         self.all.push(Choice { what: What::Slips(index), options, count: 3 });
     }
 
+    /// Something that has been found to slip does so, one way or the other.
+    pub fn slips(&mut self, index: usize, [first, second]: [f64; 2]) {
+        self.all.push(Choice { what: What::Slips(index), options: [first, second, 0.0, 0.0], count: 2 });
+    }
+
     /// The same of what rests, which something else may hold.
     pub fn rest(&mut self, index: usize, [first, second]: [f64; 2]) {
         let options = [0.0, IDLE, first, second];
