@@ -978,14 +978,20 @@ fn random_chains_are_as_exact_as_was_asked_for() {
 fn all_random_chains() {
     let tolerances: Vec<f64> = (4..12).map(|digits| 10f64.powi(-digits)).collect();
     let seeds = std::env::var("COTREE_CHAINS").ok().and_then(|count| count.parse().ok()).unwrap_or(1000);
-    let (mut largest, mut wrong) = (vec![0.0; tolerances.len()], Vec::new());
+    let (mut largest, mut wrong, mut refused) = (vec![0.0; tolerances.len()], Vec::new(), 0);
     for seed in 1000..1000 + seeds {
         for ((most, error), tolerance) in largest.iter_mut().zip(chain_errors(seed, &tolerances)).zip(&tolerances) {
+            if error.is_infinite() {
+                refused += 1;
+                continue;
+            }
             *most = f64::max(*most, error);
             wrong.extend((error >= CHAIN_ERROR).then_some((seed, *tolerance, error)));
         }
     }
-    println!("{seeds} chains, largest errors in tolerances: {largest:.2?}");
+    println!("{seeds} chains, {refused} runs refused, largest errors in tolerances: {largest:.2?}");
+    // By the implicit method alone: where something turns for less than a step, or again and again.
+    assert!(refused <= seeds / 50, "{refused} of {seeds}");
     assert!(wrong.is_empty(), "seeds, tolerances, errors in tolerances: {wrong:.0?}");
 }
 

@@ -13,6 +13,8 @@ use crate::program::{Constraint, Contact, Contacts, Program};
 
 /// What is open by less than nothing, by more than this share of its scale, has been overlooked.
 const PENETRATION: f64 = 1e-9;
+/// A rate that is wrong by so many tolerances of its scale in a second is none of the method's errors.
+const OVERLOOKED: f64 = 100.0;
 /// So far below zero is the indicator of a contact that has just been left, as a share of its scale: less than `TOUCHING`, from where on it is seen as it is.
 const CLEARANCE: f64 = 1e-12;
 /// In Model Exchange a series of bounces ends where the next flight would last less than this share of a fall: lower ones end within `CLEARANCE`, where an importer sees none.
@@ -308,14 +310,16 @@ impl Instance {
     /// A contact that is open by less than nothing at the end of a step through which it has been looked for.
     pub(super) fn find_overlooked(&self, own: &Instants) -> Option<Failure> {
         let data = self.model.program().instants.contacts.as_ref()?;
-        let is_inside = |index: usize| {
-            let row = row_of(self.model.program(), &data.all[index]);
-            let is_contact = data.all[index].slip.is_none();
-            is_contact
-                && own.contacts.gaps[index] < -PENETRATION * row.scale
-                && !is_closed(data, &self.now.state, index)
+        let is_passed = |index: usize| {
+            let scale = row_of(self.model.program(), &data.all[index]).scale;
+            let passed = match data.all[index].slip {
+                None => own.contacts.gaps[index] < -PENETRATION * scale,
+                // It slides against the way in which it is said to: by more than the method's errors.
+                Some(_) => own.indicators[index] > PENETRATION.max(OVERLOOKED * self.now.tolerance) * scale,
+            };
+            passed && !is_closed(data, &self.now.state, index)
         };
-        let index = (0..data.all.len()).find(|&index| is_inside(index))?;
+        let index = (0..data.all.len()).find(|&index| is_passed(index))?;
         let (names, time) = (vec![data.all[index].name.clone()], own.within.time());
         Some(Failure::Contact { time, names, why: "it has been passed without a beginning that could be found" })
     }
