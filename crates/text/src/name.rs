@@ -1,7 +1,7 @@
 //! Names of quantities: the user's, and a letter with a subscript and dots.
 
 use cotree::diagnostic::Span;
-use cotree::equations::Equations;
+use cotree::equations::{Equations, Standing};
 use cotree::expr::{Order, Property, Symbol};
 
 #[derive(Clone, Debug, PartialEq)]
@@ -218,6 +218,9 @@ pub fn symbol_name(equations: &Equations, symbol: Symbol) -> Name {
                 Order::Acceleration => &name.acceleration,
             };
             Name::symbol(name)
+        }
+        Symbol::Reaction(i) if equations.constraints.get(i).is_some_and(|row| row.standing == Standing::Level) => {
+            super::modes::level_name(&super::modes::owner(equations, &equations.constraints[i]))
         }
         Symbol::Reaction(i) => {
             // Counted among the loop equations that constrain the motion.

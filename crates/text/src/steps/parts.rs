@@ -24,6 +24,7 @@ impl Lesson<'_> {
              rates); its through variable is the load of the first side on the second (force; torque).",
         ));
         let ids: Vec<ElementId> = (0..self.equations.system.elements.len()).map(ElementId).collect();
+        let ids: Vec<ElementId> = ids.into_iter().filter(|&id| self.is_shown(id)).collect();
         let rows = ids.into_iter().map(|id| (kind(self.equations.system.element(id)).to_owned(), self.part(id)));
         let rows: Vec<_> = rows.collect();
         let head = ["edge", "name", "kind", "T graph", "R graph", "data", "value"];
@@ -32,13 +33,28 @@ impl Lesson<'_> {
         blocks
     }
 
+    /// A joint that only touches or rubs has no edge of its own: what it holds on one side has one.
+    pub fn is_shown(&self, id: ElementId) -> bool {
+        let element = self.equations.system.element(id);
+        let has_rows = element.translation.is_some() || element.rotation.is_some() || element.coupling.is_some();
+        has_rows || !matches!(element.origin, Origin::Joint(_))
+    }
+
+    /// The scene's name for an element, such as `guide.max` for a limit.
+    fn name_of(&self, element: &Element) -> String {
+        match element.origin {
+            Origin::Unilateral(index) => self.equations.system.mechanism.unilaterals[index].name.clone(),
+            _ => element.name.clone(),
+        }
+    }
+
     /// An edge of the table.
     fn part(&mut self, id: ElementId) -> Vec<Piece> {
         let element = self.equations.system.element(id).clone();
         let (data, parameters) = self.data(&element);
         vec![
             Piece::words(&element.label),
-            Piece::Code(element.name.clone()),
+            Piece::Code(self.name_of(&element)),
             Piece::words(kind(&element)),
             self.translation.ends(id),
             self.rotation.ends(id),
@@ -109,11 +125,19 @@ impl Lesson<'_> {
                 let body = &mechanism.bodies[id.0];
                 body.mass.iter().chain(&body.inertia).for_each(|formula| formula.visit_parameters(&mut visit));
             }
-            Origin::Joint(id) => mechanism.joints[id.0].visit_parameters(&mut visit),
+            Origin::Joint(id) => {
+                mechanism.joints[id.0].visit_parameters(&mut visit);
+                let elsewhere = mechanism.unilaterals.iter().filter(|own| own.owner == mechanism.joints[id.0].owner);
+                let mut theirs = Vec::new();
+                elsewhere.for_each(|own| own.visit_parameters(&mut |id| theirs.push(id.0)));
+                found.retain(|own| !theirs.contains(own));
+            }
             Origin::Driver(id) => mechanism.drivers[id.0].visit_parameters(&mut visit),
             Origin::Load(id) => mechanism.loads[id.0].visit_parameters(&mut visit),
-            Origin::Arm(..) | Origin::GroundVector(_) | Origin::Implied(_) | Origin::Unilateral(_) => {}
+            Origin::Unilateral(index) => mechanism.unilaterals[index].visit_parameters(&mut visit),
+            Origin::Arm(..) | Origin::GroundVector(_) | Origin::Implied(_) => {}
         }
+        found.retain(|&own| !mechanism.parameters[own].held);
         found.dedup();
         found
     }
@@ -129,8 +153,9 @@ impl Lesson<'_> {
         let system = &self.equations.system;
         let (bodies, each) = (system.mechanism.bodies.len(), if self.letters.has_two_components() { 3 } else { 1 });
         let mut takers: BTreeMap<(&str, usize), usize> = BTreeMap::new();
-        for element in &system.elements {
-            if matches!(element.origin, Origin::Joint(_) | Origin::Driver(_)) {
+        for (index, element) in system.elements.iter().enumerate() {
+            let takes_some = matches!(element.origin, Origin::Joint(_) | Origin::Driver(_));
+            if takes_some && self.is_shown(ElementId(index)) {
                 *takers.entry((kind(element), takes(element))).or_default() += 1;
             }
         }
@@ -205,11 +230,9 @@ pub fn kind(element: &Element) -> &'static str {
         Origin::Driver(_) => "driver",
         Origin::Load(_) => "load",
         Origin::Implied(_) => "implied relation",
+        Origin::Unilateral(_) if element.slip.is_some() => "dry friction",
         Origin::Unilateral(_) => "contact",
-        Origin::Joint(_) if element.translation.is_none() && element.rotation.is_none() => match element.coupling {
-            Some(_) => "coupling",
-            None => "one-sided relation",
-        },
+        Origin::Joint(_) if element.translation.is_none() && element.rotation.is_none() => "coupling",
         Origin::Joint(_) if element.coupling.is_some() => "rolling disc",
         Origin::Joint(_) => match &element.translation {
             Some(row) if !row.motion.is_empty() && is_free(element) => "pin in slot",

@@ -46,7 +46,15 @@ impl Terminal<'_> {
     pub fn loads(&mut self, id: ElementId, element: &Element) -> Rows {
         let index = self.equations.constraints.iter().position(|row| row.element == id && !row.coupled.is_empty());
         let (Some(coupling), Some(index)) = (&element.coupling, index) else { return Rows::new() };
-        let reaction = Tree::Name(symbol_name(self.equations, Symbol::Reaction(index)));
+        let multiplier = Tree::Name(symbol_name(self.equations, Symbol::Reaction(index)));
+        let gap = self.equations.constraints[index].one_sided.clone();
+        let reaction = match gap.and_then(|gap| gap.slip) {
+            Some(slip) => {
+                let level = Tree::Name(symbol_name(self.equations, Symbol::Reaction(index + 1)));
+                Tree::Sum(vec![(false, multiplier), (false, self.times(slip.direction, level))])
+            }
+            None => multiplier,
+        };
         let row = |(number, term): (usize, &Term)| {
             let label = self.label(id, element, number);
             let times = |vector: Tree| Tree::product(vec![reaction.clone(), vector]);
