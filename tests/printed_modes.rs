@@ -228,8 +228,8 @@ fn printed_laws_of_levels_give_the_levels_of_the_solution() {
     let lines = lines(&text);
     let last = |name: &str| -> f64 {
         let start = format!("{name} = ");
-        let values = lines.iter().filter_map(|line| line.strip_prefix(&start)?.parse().ok());
-        values.last().unwrap_or_else(|| panic!("`{name}` has no value:\n{text}"))
+        let mut values = lines.iter().filter_map(|line| line.strip_prefix(&start)?.parse().ok());
+        values.next_back().unwrap_or_else(|| panic!("`{name}` has no value:\n{text}"))
     };
     let [level, force, torque] = ["guide.friction.level", "guide.fn", "guide.torque"].map(last);
     assert!(force.abs() > 20.0 && torque.abs() > 1.0, "{force} {torque}");

@@ -219,15 +219,18 @@ pub fn symbol_name(equations: &Equations, symbol: Symbol) -> Name {
             };
             Name::symbol(name)
         }
-        Symbol::Reaction(i) if equations.constraints.get(i).is_some_and(|row| row.standing == Standing::Level) => {
-            super::modes::level_name(&super::modes::owner(equations, &equations.constraints[i]))
-        }
-        Symbol::Reaction(i) => {
-            // Counted among the loop equations that constrain the motion.
-            Name::entry("lambda", &[equations.loops().filter(|(index, _)| *index < i).count()])
-        }
+        Symbol::Reaction(row) => reaction_name(equations, row),
         Symbol::Argument => Name::letter("theta", ""),
         Symbol::Missing(body, Property::Mass) => Name::variable(&format!("{}.mass", mechanism.bodies[body].name)),
         Symbol::Missing(body, Property::Inertia) => Name::variable(&format!("{}.inertia", mechanism.bodies[body].name)),
+    }
+}
+
+/// A multiplier, or the level of friction.
+fn reaction_name(equations: &Equations, row: usize) -> Name {
+    match equations.constraints.get(row) {
+        Some(own) if own.standing == Standing::Level => super::modes::level_name(&super::modes::owner(equations, own)),
+        // Counted among the loop equations that constrain the motion.
+        _ => Name::entry("lambda", &[equations.loops().filter(|(index, _)| *index < row).count()]),
     }
 }

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::coupling::Wheel;
+use super::held::{Held, HeldForm};
 use super::labels::Labels;
 use super::shapes::unit;
 use super::view::View;
@@ -25,6 +26,11 @@ pub struct Geometry {
     turns: Vec<Mark>,
     targets: Vec<Mark>,
     wheels: Vec<WheelForm>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    held: Vec<HeldForm>,
+    /// Where limits end the motion of what slides.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    stops: Vec<Anchor>,
     /// From back to front.
     parts: Vec<Part>,
 }
@@ -103,6 +109,13 @@ impl Drawing {
             wheels: wheels
                 .map(|Wheel { body, centre, radius }| WheelForm { centre: forms.anchor(body, centre), radius })
                 .collect(),
+            held: self.held.iter().filter(|held| is_finite(&held.spot.place())).map(|held| forms.held(held)).collect(),
+            stops: self
+                .stops
+                .iter()
+                .filter(|stop| is_finite(&stop.at))
+                .map(|own| forms.anchor(own.on, own.at))
+                .collect(),
             parts: forms.parts(&view),
         }
     }
@@ -165,6 +178,18 @@ impl Forms<'_> {
             hold,
             ends: self.anchors(joint.between, joint.at),
             axis: axis.map(|axis| self.turned(joint.between[0], axis)),
+        }
+    }
+
+    fn held(&self, held: &Held) -> HeldForm {
+        let off = held.spot.off.map(|(body, off)| Anchor { body, at: self.turned(body, off), point: None });
+        HeldForm {
+            name: held.name.clone(),
+            at: self.anchor(held.spot.on, held.spot.at),
+            off,
+            sticks: held.sticks,
+            while_held: held.while_held.clone(),
+            impulse: held.impulse.clone(),
         }
     }
 

@@ -21,6 +21,7 @@ function paint() {
   // What the pointer asks for comes first, then values, then names.
   paintForces(at, size);
   paintVelocities(at, size);
+  paintHeld(at, size);
   paintNames(size);
   if (layers.traces) paintPaths(at);
   paintSurface();
@@ -130,6 +131,7 @@ function open() {
   chooseGain(state.first);
   makeSurface();
   drawMechanism();
+  explainHeld();
   reportedPaths();
   makeSpeeds();
   listenToButtons();
