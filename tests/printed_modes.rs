@@ -280,15 +280,34 @@ fn what_rubs_is_called_so_in_the_lesson() {
         &lesson,
         &[
             "k8 `rubbing.friction` dry friction C1 -> C2 - mu, static_5 0.3, 1.5",
-            "k8 F[k8] = -(lambda[1] + rubbing.friction.direction*rubbing.friction.level)*u[k8]; while it sticks: r[k8] . u[k8] = -rubbing.friction.place; u[k8] = R(theta[m1])*(1, 0)",
+            "k8 F[k8] = -(lambda[1] + rubbing.friction.direction*rubbing.friction.level)*u[k8]; while it sticks: r[k8] . u[k8] = rubbing.friction.place; u[k8] = R(theta[m1])*(1, 0)",
             "k8 . -rubbing.friction.direction*rubbing.friction.level",
         ],
     );
+    // Play: the second angle against the first is no less than the lower flank's, the same relation for the upper one with the other sign.
+    let lesson = written::steps(&model("play_train"), Prose::Text).unwrap();
+    for edge in ["k12", "k13"] {
+        let rows = lines(&lesson);
+        let row = rows.iter().find(|line| line.starts_with(edge) && line.contains("while it is closed")).unwrap();
+        let relation = format!("theta[{edge}a] = i_9*theta[{edge}b]");
+        assert!(row.contains(&relation), "`{relation}` is missing: {row}");
+    }
     let lesson = written::steps(&model("end_stop"), Prose::Text).unwrap();
     assert_has(&lesson, &["k13 `guide.max` contact O -> C3 - travel, restitution 0.66 m, 0.6"]);
     // What only touches or rubs has no edge beside that.
     let lesson = written::steps(&scene(BALL), Prose::Text).unwrap();
     assert!(!lesson.contains("takes 0") && !lesson.contains("one-sided relation"), "{lesson}");
+}
+
+/// The linear graphs name each edge as the equations do, and list nothing that has no edge.
+#[test]
+fn graphs_name_what_has_modes() {
+    let (graphs, drawing) = cotree_draw::graph::linear_graphs(&scene(BALL)).unwrap();
+    let svg = graphs.svg(&drawing);
+    for name in [">sling.max<", ">floor_pad<", ">floor_pad.friction<", ">ratchet<"] {
+        assert!(svg.contains(name), "{name} is missing:\n{svg}");
+    }
+    assert!(!svg.contains(">y7<"), "{svg}");
 }
 
 #[test]

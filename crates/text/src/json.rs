@@ -7,7 +7,7 @@ use cotree::network::Held;
 use serde_json::{Map, Value, json};
 
 use super::matrices::Matrices;
-use super::modes::{self, Modes};
+use super::modes::Modes;
 use super::motion::MotionEquations;
 use super::name::Name;
 use super::notation::plain::PLAIN;
@@ -138,7 +138,7 @@ fn reactions(equations: &Equations) -> Vec<Value> {
     let of = |(index, own): (usize, &cotree::equations::Constraint)| {
         let unit = if own.held == Held::Angle { "N.m" } else { "N" };
         let name = symbol_name(equations, Symbol::Reaction(index));
-        json!({ "name": name, "owner": modes::owner(equations, own), "unit": unit })
+        json!({ "name": name, "owner": equations.system.name(own.element), "unit": unit })
     };
     equations.loops().map(of).collect()
 }

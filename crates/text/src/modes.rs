@@ -5,7 +5,6 @@
 use cotree::equations::{Constraint, Equations};
 use cotree::expr::{Binary, Expr, Order, Symbol};
 use cotree::model::{Formula, Pressed, Quantity, Slip, Unilateral, Variable};
-use cotree::network::Origin;
 use serde_json::{Value, json};
 
 use super::document::{Block, Piece};
@@ -357,15 +356,6 @@ fn pressing(equations: &mut Equations, edge: &Edge, slip: &Slip) -> Option<Tree>
             size(lambda)
         }
     })
-}
-
-/// What the row of a reaction is called: of what holds on one side its name, such as `guide.max`, else that of its element.
-pub fn owner(equations: &Equations, row: &Constraint) -> String {
-    let element = equations.system.element(row.element);
-    match element.origin {
-        Origin::Unilateral(index) => equations.system.mechanism.unilaterals[index].name.clone(),
-        _ => element.name.clone(),
-    }
 }
 
 /// What a value is that events alone change and that equations read; none if no equation does.

@@ -430,7 +430,7 @@ fn reactions(equations: &Equations) -> Vec<Vec<Piece>> {
             Held::Angle => "N.m, torque",
         };
         let name = Tree::Name(super::name::symbol_name(equations, Symbol::Reaction(index)));
-        let owner = modes::owner(equations, constraint);
+        let owner = equations.system.name(constraint.element).to_owned();
         let along =
             if constraint.repeats() { format!("{along}; this loop equation repeats others") } else { along.into() };
         vec![Piece::Math(name), Piece::Code(owner), Piece::words(along)]

@@ -229,7 +229,7 @@ pub fn symbol_name(equations: &Equations, symbol: Symbol) -> Name {
 /// A multiplier, or the level of friction.
 fn reaction_name(equations: &Equations, row: usize) -> Name {
     match equations.constraints.get(row) {
-        Some(own) if own.standing == Standing::Level => super::modes::level_name(&super::modes::owner(equations, own)),
+        Some(own) if own.standing == Standing::Level => super::modes::level_name(equations.system.name(own.element)),
         // Counted among the loop equations that constrain the motion.
         _ => Name::entry("lambda", &[equations.loops().filter(|(index, _)| *index < row).count()]),
     }

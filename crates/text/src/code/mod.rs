@@ -11,7 +11,6 @@ mod syntax;
 use cotree::equations::Equations;
 use cotree::expr::{Arena, Binary, Expr, Node, Order, Symbol, Unary};
 
-use crate::modes::owner;
 use crate::motion::{self, Entry, has_masses};
 use crate::symbol_name;
 pub use c::C;
@@ -350,7 +349,7 @@ fn legend(equations: &Equations) -> Vec<String> {
         format!("{name} (its {given} is the input {})", system.mechanism.inputs[input.0].name)
     });
     let coordinates = equations.coordinates.iter().map(|coordinate| coordinate.name.position.clone()).collect();
-    let reactions = equations.loops().map(|(_, row)| owner(equations, row)).collect();
+    let reactions = equations.loops().map(|(_, row)| system.name(row.element).to_owned()).collect();
     let factors = system.mechanism.unilaterals.iter().map(|own| &system.mechanism.parameters[own.closed.0].name);
     let factors: Vec<&str> = factors.map(String::as_str).collect();
     let modes = (!factors.is_empty()).then(|| {

@@ -24,7 +24,7 @@ impl Lesson<'_> {
              rates); its through variable is the load of the first side on the second (force; torque).",
         ));
         let ids: Vec<ElementId> = (0..self.equations.system.elements.len()).map(ElementId).collect();
-        let ids: Vec<ElementId> = ids.into_iter().filter(|&id| self.is_shown(id)).collect();
+        let ids: Vec<ElementId> = ids.into_iter().filter(|&id| self.equations.system.has_edges(id)).collect();
         let rows = ids.into_iter().map(|id| (kind(self.equations.system.element(id)).to_owned(), self.part(id)));
         let rows: Vec<_> = rows.collect();
         let head = ["edge", "name", "kind", "T graph", "R graph", "data", "value"];
@@ -33,28 +33,13 @@ impl Lesson<'_> {
         blocks
     }
 
-    /// A joint that only touches or rubs has no edge of its own: what it holds on one side has one.
-    pub fn is_shown(&self, id: ElementId) -> bool {
-        let element = self.equations.system.element(id);
-        let has_rows = element.translation.is_some() || element.rotation.is_some() || element.coupling.is_some();
-        has_rows || !matches!(element.origin, Origin::Joint(_))
-    }
-
-    /// The scene's name for an element, such as `guide.max` for a limit.
-    fn name_of(&self, element: &Element) -> String {
-        match element.origin {
-            Origin::Unilateral(index) => self.equations.system.mechanism.unilaterals[index].name.clone(),
-            _ => element.name.clone(),
-        }
-    }
-
     /// An edge of the table.
     fn part(&mut self, id: ElementId) -> Vec<Piece> {
         let element = self.equations.system.element(id).clone();
         let (data, parameters) = self.data(&element);
         vec![
             Piece::words(&element.label),
-            Piece::Code(self.name_of(&element)),
+            Piece::Code(self.equations.system.name(id).to_owned()),
             Piece::words(kind(&element)),
             self.translation.ends(id),
             self.rotation.ends(id),
@@ -155,7 +140,7 @@ impl Lesson<'_> {
         let mut takers: BTreeMap<(&str, usize), usize> = BTreeMap::new();
         for (index, element) in system.elements.iter().enumerate() {
             let takes_some = matches!(element.origin, Origin::Joint(_) | Origin::Driver(_));
-            if takes_some && self.is_shown(ElementId(index)) {
+            if takes_some && system.has_edges(ElementId(index)) {
                 *takers.entry((kind(element), takes(element))).or_default() += 1;
             }
         }

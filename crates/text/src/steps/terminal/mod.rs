@@ -34,7 +34,7 @@ impl Lesson<'_> {
         let count = self.equations.system.elements.len();
         let mut rows = Vec::new();
         for id in (0..count).map(ElementId) {
-            if !self.is_shown(id) {
+            if !self.equations.system.has_edges(id) {
                 continue;
             }
             let element = self.equations.system.element(id).clone();
