@@ -277,6 +277,25 @@ fn stops_stand_where_limits_are() {
     assert!(stops.len() == 1 && (stops[0] - expected).abs() < 0.1, "{stops:?} instead of {expected}");
 }
 
+/// A page takes a stop away when a parameter is changed with which it would stand elsewhere; only where there is something of that kind it has such data.
+#[test]
+fn pages_know_what_stops_stand_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let geometry = |name: &str| -> serde_json::Value {
+        done(folder, &["view", &model(name), "-o", "page.html"]);
+        let page = fs::read_to_string(folder.join("page.html")).unwrap();
+        let data = page.split_once("id=\"model\">").unwrap().1.split("</script>").next().unwrap();
+        serde_json::from_str::<serde_json::Value>(data).unwrap()["geometry"].clone()
+    };
+    let stop = geometry("end_stop");
+    assert_eq!(stop["stops"][0]["needs"], serde_json::json!(["restitution", "travel"]));
+    assert_eq!(stop["held"][0]["while"], serde_json::json!([["guide.mode", 1.0]]));
+    assert_eq!(stop["held"][0]["impulse"], "guide.impulse");
+    let other = geometry("four_bar");
+    assert!(other.get("stops").is_none() && other.get("held").is_none());
+}
+
 /// Times at which an element is seen, as shares of the film.
 fn seen(svg: &str) -> Vec<Vec<[f64; 2]>> {
     let of_element = |element: &str| {

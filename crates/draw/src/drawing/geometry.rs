@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::coupling::Wheel;
-use super::held::{Held, HeldForm};
+use super::held::{Held, HeldForm, StopForm};
 use super::labels::Labels;
 use super::shapes::unit;
 use super::view::View;
@@ -28,9 +28,9 @@ pub struct Geometry {
     wheels: Vec<WheelForm>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     held: Vec<HeldForm>,
-    /// Where limits end the motion of what slides.
+    /// Where limits end the motion of joints; the last of the parts, in the same order.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    stops: Vec<Anchor>,
+    stops: Vec<StopForm>,
     /// From back to front.
     parts: Vec<Part>,
 }
@@ -111,10 +111,8 @@ impl Drawing {
                 .collect(),
             held: self.held.iter().filter(|held| is_finite(&held.spot.place())).map(|held| forms.held(held)).collect(),
             stops: self
-                .stops
-                .iter()
-                .filter(|stop| is_finite(&stop.at))
-                .map(|own| forms.anchor(own.on, own.at))
+                .placed_stops()
+                .map(|own| StopForm { at: forms.anchor(own.on, own.at), needs: own.needs.clone() })
                 .collect(),
             parts: forms.parts(&view),
         }

@@ -34,6 +34,8 @@ pub struct Stop {
     /// The direction in which it is met.
     pub towards: [f64; 2],
     pub course: Course,
+    /// The parameters with which it would stand elsewhere.
+    pub needs: Vec<String>,
 }
 
 /// How something comes to its stop.
@@ -71,7 +73,14 @@ pub struct Spot {
     pub off: Option<(Option<usize>, [f64; 2])>,
 }
 
-/// The same for a page: places in the axes of their bodies.
+/// A stop for a page.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct StopForm {
+    pub at: Anchor,
+    pub needs: Vec<String>,
+}
+
+/// What has modes, for a page: places in the axes of their bodies.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct HeldForm {
     pub name: String,
@@ -116,8 +125,13 @@ impl Spot {
 }
 
 impl Drawing {
+    /// The stops that are somewhere, in the order in which they are drawn after all joints.
+    pub(super) fn placed_stops(&self) -> impl Iterator<Item = &Stop> {
+        self.stops.iter().filter(|stop| is_finite(&stop.at) && is_finite(&stop.towards))
+    }
+
     pub(super) fn draw_stops(&self, view: &View, svg: &mut Svg, labels: &mut Labels) {
-        for stop in self.stops.iter().filter(|stop| is_finite(&stop.at) && is_finite(&stop.towards)) {
+        for stop in self.placed_stops() {
             svg.carry(Carrier::At { at: Anchor::new(stop.on, stop.at) });
             let at = stop.draw(view, svg);
             labels.cover(at, 2.0 * view.pin);

@@ -2,7 +2,7 @@
 
 use cotree::component::Icon;
 use cotree::expr::{Symbol, Values};
-use cotree::model::{Mechanism, Part, Quantity, Unilateral, Variable};
+use cotree::model::{BodyId, Mechanism, ParameterId, Part, Place, Quantity, Unilateral, Variable};
 
 use super::Pose;
 use crate::alike::Alike;
@@ -46,36 +46,48 @@ impl Pose<'_> {
         let sense = -own.held.sign * if moving == 1 { 1.0 } else { -1.0 };
         let on = part.between[1 - moving].body().map(|body| body.0);
         let at = self.at(part.between[moving]);
-        let sliding = |pose: &mut Self, axis, course| {
-            let axis = pose.direction(axis, part.between[0].body());
-            let size = axis[0].length_with(axis[1]);
-            let towards = axis.map(|component| sense * component / size);
-            Stop {
-                joint: part.name.clone(),
-                on,
-                at: [at[0] + gap * towards[0], at[1] + gap * towards[1]],
-                towards,
-                course,
+        let (at, towards, course) = match icon {
+            Icon::Slider(axis) | Icon::Slot(axis) => {
+                let axis = self.direction(axis, part.between[0].body());
+                let size = axis[0].length_with(axis[1]);
+                let towards = axis.map(|component| sense * component / size);
+                let course = if matches!(icon, Icon::Slider(_)) { Course::Slides } else { Course::InSlot };
+                ([at[0] + gap * towards[0], at[1] + gap * towards[1]], towards, course)
             }
-        };
-        match icon {
-            Icon::Slider(axis) => Some(sliding(self, axis, Course::Slides)),
-            Icon::Slot(axis) => Some(sliding(self, axis, Course::InSlot)),
             Icon::Pin => {
                 let body = part.between[moving].body()?;
                 let [x, y] = self.bar(body.0, at);
                 let (sine, cosine) = (sense * gap).sine_and_cosine();
                 let bar = [cosine * x - sine * y, sine * x + cosine * y];
-                let joint = part.name.clone();
-                Some(Stop { joint, on, at, towards: [-sense * bar[1], sense * bar[0]], course: Course::Turns(bar) })
+                (at, [-sense * bar[1], sense * bar[0]], Course::Turns(bar))
             }
-            _ => None,
+            _ => return None,
+        };
+        Some(Stop { joint: part.name.clone(), on, at, towards, course, needs: self.needs(part) })
+    }
+
+    /// The parameters of a joint and of its places.
+    fn needs(&self, part: &Part) -> Vec<String> {
+        let mechanism = &self.equations.system.mechanism;
+        let mut found = std::collections::BTreeSet::new();
+        let mut visit = |id: ParameterId| {
+            found.insert(mechanism.parameters[id.0].name.clone());
+        };
+        part.visit_parameters(&mut visit);
+        for place in part.between {
+            let at = match place {
+                Place::Ground(index) => &mechanism.ground[index].at,
+                Place::Point(body, index) => &mechanism.bodies[body.0].points[index].at,
+                Place::Origin | Place::Centre(_) => continue,
+            };
+            at.iter().for_each(|component| component.visit_parameters(&mut visit));
         }
+        found.into_iter().collect()
     }
 
     /// The direction in which a body extends from its pin.
     fn bar(&mut self, body: usize, pin: [f64; 2]) -> [f64; 2] {
-        let body = self.body(cotree::model::BodyId(body));
+        let body = self.body(BodyId(body));
         let from = |at: &[f64; 2]| [at[0] - pin[0], at[1] - pin[1]];
         let size = |way: &[f64; 2]| way[0].length_with(way[1]);
         let ways = body.points.iter().chain([&body.centre]).map(from);
@@ -85,7 +97,7 @@ impl Pose<'_> {
 
     /// Where modes are seen: where something touches, slides or turns.
     fn spot(&mut self, part: &Part, icon: &Icon, drawing: &Drawing) -> Spot {
-        let index = |place: cotree::model::Place| place.body().map(|body| body.0);
+        let index = |place: Place| place.body().map(|body| body.0);
         let coupling = drawing.couplings.iter().find(|own| own.name == part.name).map(|own| &own.kind);
         match (icon, coupling) {
             (Icon::Gears { carrier, .. }, Some(CouplingKind::Gears(wheels))) => {

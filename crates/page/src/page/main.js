@@ -65,6 +65,7 @@ function take(run) {
   renewPaths();
   renewGhosts();
   renewPlots();
+  showStops();
   seek(state.time);
 }
 

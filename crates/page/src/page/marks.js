@@ -194,6 +194,11 @@ function paintHeld([k], size) {
     if (place) put(own.text, place);
   }
 }
+/** Stops, the last of the joints' parts, stand where they were at the start: what would move them takes them away. */
+function showStops() {
+  const stops = G.stops ?? [], groups = [...$("pins").children].slice(-stops.length || Infinity), changed = changedKnobs();
+  stops.forEach(({ needs }, k) => show(groups[k], !changed.some(({ name, loose }) => loose || needs.includes(name))));
+}
 /** What the signs mean, of those that can be seen. */
 function explainHeld() {
   const legend = $("held-legend"), sign = (word, paint, far = 3) => {
