@@ -78,8 +78,8 @@ fn taken(
     let paths = points(scene).into_iter().filter_map(|point| Some([variable(&X.of(point))?, variable(&Y.of(point))?]));
     let paths: Vec<[usize; 2]> = if scene.dimension == Dimension::One { Vec::new() } else { paths.collect() };
     let modes: Vec<Modes> = drawing.held.iter().map(|held| Modes::new(held, &variable)).collect();
-    let recorded: Vec<usize> = places.iter().flatten().copied().chain(paths.iter().flatten().copied()).collect();
-    let recorded: Vec<usize> = recorded.into_iter().chain(modes.iter().flat_map(Modes::variables)).collect();
+    let seen = places.iter().flatten().chain(paths.iter().flatten()).copied();
+    let recorded: Vec<usize> = seen.chain(modes.iter().flat_map(Modes::variables)).collect();
     let Sampled { times, columns, cut, inaccuracy } = sampled(everything, &recorded, description.experiment, count)?;
     let column = |variable: usize| recorded.iter().position(|&known| known == variable).map(|place| &columns[place]);
     let value = |variable: usize, sample: usize| column(variable).map_or(f64::NAN, |column| column[sample]);

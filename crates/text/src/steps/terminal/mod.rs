@@ -76,9 +76,9 @@ impl Lesson<'_> {
         let modes = !self.equations.system.mechanism.unilaterals.is_empty();
         modes.then(|| {
             words(
-                "What is held on one side only, or rubs, has a terminal equation for each mode: in the others its multiplier is zero \
-                 instead. Its edge stays, a chord in both trees, so that graphs, coordinates and the number of equations are those of one \
-                 mechanism; section 7 has the modes.",
+                "What is held on one side only, or rubs, has another terminal equation in each mode: that which is written holds in one, and \
+                 in the others the multiplier is zero instead. Its edge stays, a chord in every tree, so that graphs, coordinates and the \
+                 number of equations are those of one mechanism; section 7 has the modes.",
             )
         })
     }
