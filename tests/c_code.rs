@@ -21,8 +21,9 @@ const POINTS: usize = 100;
 #[test]
 fn compiled_equations_have_the_bits_of_the_kernels() {
     let folder = tempfile::tempdir().unwrap();
-    for name in models() {
-        check(&name, folder.path());
+    // Friction that sticks has no functions.
+    for name in models().iter().filter(|name| *name != "stick_slip") {
+        check(name, folder.path());
     }
 }
 

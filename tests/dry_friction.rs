@@ -362,6 +362,9 @@ axis = [1, 0]
 radius = 0.1
 friction = { mu = 0.2 }
 "#;
+    // Nothing is assumed of its friction, as it is of a disc that cannot slide.
+    let needed = |joint: &str| cotree_study::contact::of_experiment(&Scene::from_toml(&disc(joint)).unwrap()).needed;
+    assert_eq!(needed(rolling), Vec::<String>::new());
     let contact = rolling.replace("rolling", "contact");
     let (slows, turns) = (0.2 * 9.81, 2.0 * 0.2 * 9.81 / 0.1);
     let rolls = 6.0 / (3.0 * slows);

@@ -90,6 +90,7 @@ mod printed_code;
 mod printed_equations;
 mod printed_kinematics;
 mod printed_lesson;
+mod printed_modes;
 mod printed_names;
 mod printed_symbols;
 mod reference;

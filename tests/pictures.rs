@@ -252,3 +252,115 @@ fn traces_are_those_of_the_run_in_csv_and_in_millimetres_for_cad() {
     assert_eq!(code(&output), 2);
     assert!(stderr(&output).contains("did you mean `coupler.tracer`?"), "{}", stderr(&output));
 }
+
+/// The stop of the slider stands where its limit is, a block's half length further on; the scale is that of the crank, 0.2 m.
+#[test]
+fn stops_stand_where_limits_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    done(folder, &["show", &model("end_stop"), "--drawing", "stop.svg"]);
+    let svg = fs::read_to_string(folder.join("stop.svg")).unwrap();
+    let value = |element: &str, name: &str| -> f64 {
+        let rest = element.split_once(&format!(" {name}=\"")).unwrap().1;
+        rest.split('"').next().unwrap().parse().unwrap()
+    };
+    let pins: Vec<[f64; 3]> = svg
+        .lines()
+        .filter(|line| line.contains("<circle") && line.contains("stroke-width=\"1.7\""))
+        .map(|line| ["cx", "cy", "r"].map(|name| value(line, name)))
+        .collect();
+    let [pivot, outer, ..] = pins[..] else { panic!("{pins:?}") };
+    let scale = (pivot[0] - outer[0]).hypot(pivot[1] - outer[1]) / 0.2;
+    let upright = |line: &&str| line.contains("<line") && (value(line, "x1") - value(line, "x2")).abs() < 1e-9;
+    let stops: Vec<f64> = svg.lines().filter(upright).map(|line| value(line, "x1")).collect();
+    let expected = pivot[0] + 0.66 * scale + 3.7 * pivot[2] / 0.85;
+    assert!(stops.len() == 1 && (stops[0] - expected).abs() < 0.1, "{stops:?} instead of {expected}");
+}
+
+/// A page takes a stop away when a parameter is changed with which it would stand elsewhere; only where there is something of that kind it has such data.
+#[test]
+fn pages_know_what_stops_stand_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let geometry = |name: &str| -> serde_json::Value {
+        done(folder, &["view", &model(name), "-o", "page.html"]);
+        let page = fs::read_to_string(folder.join("page.html")).unwrap();
+        let data = page.split_once("id=\"model\">").unwrap().1.split("</script>").next().unwrap();
+        serde_json::from_str::<serde_json::Value>(data).unwrap()["geometry"].clone()
+    };
+    let stop = geometry("end_stop");
+    assert_eq!(stop["stops"][0]["needs"], serde_json::json!(["restitution", "travel"]));
+    assert_eq!(stop["held"][0]["while"], serde_json::json!([["guide.mode", 1.0]]));
+    assert_eq!(stop["held"][0]["impulse"], "guide.impulse");
+    let other = geometry("four_bar");
+    assert!(other.get("stops").is_none() && other.get("held").is_none());
+}
+
+/// Times at which an element is seen, as shares of the film.
+fn seen(svg: &str) -> Vec<Vec<[f64; 2]>> {
+    let of_element = |element: &str| {
+        let list = |name: &str| -> Vec<String> {
+            let rest = element.split_once(&format!("{name}=\"")).unwrap().1;
+            rest.split('"').next().unwrap().split(';').map(str::to_owned).collect()
+        };
+        let times: Vec<f64> = list("keyTimes").iter().map(|time| time.parse().unwrap()).chain([1.0]).collect();
+        let values = list("values").into_iter().enumerate().filter(|(_, value)| value == "visible");
+        values.map(|(place, _)| [times[place], times[place + 1]]).collect()
+    };
+    svg.split("<animate attributeName=\"visibility\"").skip(1).map(of_element).collect()
+}
+
+/// A star where the slider strikes, by the log of the command; a ring from when on it stays there; both are explained.
+#[test]
+fn a_film_shows_impacts_and_what_is_closed() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let scene = model("end_stop");
+    done(folder, &["view", &scene, "-o", "film.svg"]);
+    done(folder, &["simulate", &scene, "--log", "log.csv", "-o", "run.csv"]);
+    let log = fs::read_to_string(folder.join("log.csv")).unwrap();
+    let impacts: Vec<f64> = log
+        .lines()
+        .filter(|line| line.contains(",impact,"))
+        .map(|line| line.split(',').next().unwrap().parse().unwrap())
+        .collect();
+    let svg = fs::read_to_string(folder.join("film.svg")).unwrap();
+    let [stars, rings] = &seen(&svg)[..] else { panic!("{svg}") };
+    let near = |share: f64, time: f64| (3.0 * share - time).abs() < 0.03;
+    assert!(near(stars[0][0], impacts[0]) && near(stars[1][0], impacts[1]), "{stars:?} {impacts:?}");
+    assert!(near(stars[0][1], impacts[0] + 0.15), "a star goes out: {stars:?}");
+    assert!(rings.len() == 1 && near(rings[0][0], *impacts.last().unwrap()) && rings[0][1] == 1.0, "{rings:?}");
+    for word in [">closed<", ">strikes<", ">guide.max<"] {
+        assert!(svg.contains(word), "{word} is missing");
+    }
+    assert!(!svg.contains(">sticks<"), "nothing sticks");
+    done(folder, &["view", &scene, "--frames", "frames", "--fps", "5", "--width", "400"]);
+    done(folder, &["view", &model("four_bar"), "-o", "other.svg"]);
+    let other = fs::read_to_string(folder.join("other.svg")).unwrap();
+    assert!(!other.contains("visibility") && !other.contains("closed"), "nothing there has modes");
+}
+
+/// A block sticks to its belt and slips: the ring follows the variable of the run.
+#[test]
+fn a_film_shows_what_sticks() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let scene = model("stick_slip");
+    done(folder, &["view", &scene, "-o", "film.svg"]);
+    let svg = fs::read_to_string(folder.join("film.svg")).unwrap();
+    assert!(svg.contains("stroke-dasharray") && svg.contains(">sticks<") && !svg.contains(">strikes<"));
+    done(folder, &["simulate", &scene, "-o", "run.csv"]);
+    let (heads, rows) = table(&fs::read_to_string(folder.join("run.csv")).unwrap());
+    let sliding = heads.iter().position(|head| head == "rubbing.sliding").unwrap();
+    let [rings] = &seen(&svg)[..] else { panic!("{svg}") };
+    // Not beside a change, where the film has its own samples.
+    let inner = rows.windows(7).filter(|part| part.iter().all(|row| row[sliding] == part[3][sliding]));
+    let mut compared = 0;
+    for row in inner.map(|part| &part[3]) {
+        let share = row[0] / 5.0;
+        let is_seen = rings.iter().any(|[from, to]| (*from..*to).contains(&share));
+        assert_eq!(is_seen, row[sliding] == 0.0, "{row:?} {rings:?}");
+        compared += 1;
+    }
+    assert!(compared > 300, "{compared}");
+}

@@ -7,7 +7,7 @@ use std::path::Path;
 use crate::support::random::{Family, random_case};
 use crate::support::run::models;
 use cotree::equations::Equations;
-use cotree::expr::{Expr, Symbol};
+use cotree::expr::{Expr, Order, Symbol};
 use cotree::formulate::equations;
 use cotree::model::{Coordinates, JointId, Mechanism, Owner, Quantity, Variable};
 use cotree::scene::Scene;
@@ -168,7 +168,7 @@ fn check_values(title: &str, equations: &mut Equations) -> usize {
         exact.extend(dynamics.load.iter().enumerate().map(|(row, entry)| (format!("Q[{}]", row + 1), *entry)));
     }
     for (index, &rate) in equations.states.iter().enumerate() {
-        let state = cotree::expr::Symbol::State(index, cotree::expr::Order::Velocity);
+        let state = Symbol::State(index, Order::Velocity);
         exact.insert(text::symbol_name(equations, state), rate);
     }
     // Rows that say nothing are not printed.
@@ -192,6 +192,7 @@ fn check_values(title: &str, equations: &mut Equations) -> usize {
         exact.extend(vibration.force.iter().enumerate().map(|(row, &force)| (format!("F[{}]", row + 1), force)));
     }
     exact.extend(slides(equations));
+    exact.extend(modes(equations));
     if json["dynamic"] == true {
         let mechanism = &*equations.system.mechanism.clone();
         let efforts = mechanism.driver_efforts().into_iter().chain(mechanism.joint_reactions());
@@ -210,6 +211,35 @@ fn check_values(title: &str, equations: &mut Equations) -> usize {
     }
     assert!(exact.is_empty(), "{title}: not printed: {exact:?}");
     count
+}
+
+/// The gaps of what is held on one side, the rates of what rubs, and what friction adds to Q while it slides.
+fn modes(equations: &mut Equations) -> Vec<(String, Expr)> {
+    let mechanism = equations.system.mechanism.clone();
+    let mut all = Vec::new();
+    let mut friction = vec![Expr::ZERO; equations.coordinates.len()];
+    for (index, own) in mechanism.unilaterals.iter().enumerate() {
+        let row = equations.row_of_unilateral(index).unwrap();
+        let gap = equations.constraints[row].one_sided.clone().unwrap();
+        let Some(slip) = &own.slip else {
+            all.push((format!("{}.gap", own.name), gap.value));
+            continue;
+        };
+        let arena = &mut equations.system.arena;
+        let [direction, level] =
+            [Symbol::Parameter(slip.direction.0), Symbol::Reaction(row + 1)].map(|own| arena.symbol(own));
+        let force = arena.multiply(direction, level);
+        let mut rate = gap.time_rate;
+        for (column, entry) in gap.jacobian {
+            let speed = arena.symbol(Symbol::Coordinate(column, Order::Velocity));
+            rate = arena.add_product(rate, entry, speed);
+            friction[column] = arena.subtract_product(friction[column], entry, force);
+        }
+        all.push((format!("{}.rate", own.name), rate));
+    }
+    let rubbing = friction.into_iter().enumerate().filter(|(_, force)| *force != Expr::ZERO);
+    all.extend(rubbing.map(|(row, force)| (format!("Q_friction[{}]", row + 1), force)));
+    all
 }
 
 /// The displacements of what slides without being a coordinate: of prismatic joints, pins in slots and rolling discs.

@@ -86,6 +86,24 @@ impl Limits {
     }
 }
 
+impl Unilateral {
+    /// What its modes are called: that in which nothing holds it first, or that in which it sticks.
+    pub fn modes(&self) -> Vec<&'static str> {
+        match &self.slip {
+            Some(Slip { on: Some(_), .. }) => vec!["sticks", "slides", "slides back", "apart"],
+            Some(_) => vec!["sticks", "slides", "slides back"],
+            None if self.held.of_rate => vec!["free", "caught"],
+            None => vec!["open", "closed"],
+        }
+    }
+
+    /// Calls `visit` with every parameter in its bound, its restitution and its law of friction.
+    pub fn visit_parameters(&self, visit: &mut dyn FnMut(ParameterId)) {
+        let law = self.slip.iter().flat_map(|slip| slip.law.formulas());
+        [&self.held.bound, &self.held.restitution].into_iter().chain(law).for_each(|own| own.visit_parameters(visit));
+    }
+}
+
 impl Mechanism {
     /// The parameters that somebody outside may see and set.
     pub fn open_parameters(&self) -> impl Iterator<Item = (usize, &Parameter)> {
@@ -147,6 +165,26 @@ impl Mechanism {
             let slip = Some(Slip { law, pressed, direction, signs, on });
             self.unilaterals.push(Unilateral { owner, name, held, closed, impulse, slip, span });
         }
+    }
+
+    /// Gives what is held on one side, and what rubs, the formulas of parts in which numbers have got names.
+    pub(crate) fn rename_unilaterals(&mut self) {
+        let mut all = std::mem::take(&mut self.unilaterals);
+        for part in self.parts() {
+            let own = all.iter_mut().filter(|own| own.owner == part.owner && own.slip.is_none());
+            for (own, held) in own.zip((part.component().one_sided)(part, self)) {
+                own.held.restitution = held.restitution;
+                if !held.of_rate {
+                    own.held.bound = held.bound;
+                }
+            }
+            let law = part.component().rubs.and_then(|rubs| (rubs.law)(part));
+            let slip = all.iter_mut().filter(|own| own.owner == part.owner).find_map(|own| own.slip.as_mut());
+            if let Some((slip, law)) = slip.zip(law) {
+                slip.law = law;
+            }
+        }
+        self.unilaterals = all;
     }
 
     /// Adds the held values that say whether joints and drivers are there that events remove.

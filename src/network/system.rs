@@ -116,6 +116,21 @@ impl System {
         &self.elements[id.0]
     }
 
+    /// What an element is called: of what holds on one side only, or rubs, its own name, such as `guide.max`.
+    pub fn name(&self, id: ElementId) -> &str {
+        match self.element(id).origin {
+            Origin::Unilateral(index) => &self.mechanism.unilaterals[index].name,
+            _ => &self.element(id).name,
+        }
+    }
+
+    /// Does it have edges? A joint that only touches or rubs has none: what it holds on one side has one.
+    pub fn has_edges(&self, id: ElementId) -> bool {
+        let element = self.element(id);
+        let has_rows = element.translation.is_some() || element.rotation.is_some() || element.coupling.is_some();
+        has_rows || !matches!(element.origin, Origin::Joint(_))
+    }
+
     /// The element that stands for something of the scene.
     pub fn find(&self, origin: Origin) -> Option<ElementId> {
         self.origins.get(&origin).copied()

@@ -5,7 +5,9 @@ use std::collections::HashSet;
 use cotree_fmu::program::arm_form::ArmForm;
 use cotree_fmu::program::{Engine, Source};
 
-use super::summary::{Coordinate, Count, Counts, Integrated, Joint, SeriesSystem, SolveTree, Summary, Tree, Trees};
+use super::summary::{
+    Coordinate, Count, Counts, Integrated, Joint, Modes, SeriesSystem, SolveTree, Summary, Tree, Trees,
+};
 use crate::equations::Equations;
 use crate::formulate::{Formulated, equations};
 use crate::model::{Coordinates, Mechanism, Part};
@@ -35,6 +37,7 @@ pub fn summarise(formulated: &Formulated) -> Summary {
         integrated: (!formulated.lowered.program.is_driven()).then(|| integrated(&formulated.lowered)),
         coordinates: coordinates(own),
         constraints: real.iter().map(|&index| owner(index)).collect(),
+        modes: mechanism.unilaterals.iter().map(|own| Modes { name: own.name.clone(), modes: own.modes() }).collect(),
         redundant: formulated
             .redundant
             .iter()

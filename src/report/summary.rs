@@ -32,6 +32,9 @@ pub struct Summary {
     pub coordinates: Vec<Coordinate>,
     /// The owners of the loop equations, one name for each equation.
     pub constraints: Vec<String>,
+    /// What is held on one side only or sticks, and the modes of each.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub modes: Vec<Modes>,
     /// What the redundant ones among them belong to.
     pub redundant: Vec<String>,
     /// If the drivers determine the motion: coordinates that are solved for together, in the order of solution.
@@ -40,6 +43,15 @@ pub struct Summary {
     pub counts: Counts,
     /// The trees behind the acceleration kernel, where they are not those of the coordinates.
     pub solve_tree: Option<SolveTree>,
+}
+
+/// Something that holds in some of its modes only.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Modes {
+    /// Such as `guide.max`.
+    pub name: String,
+    /// Such as `open` and `closed`.
+    pub modes: Vec<&'static str>,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -163,6 +175,8 @@ impl Summary {
             list(f, title, &names)?;
         }
         counted_names(f, "loops", self.constraints.len(), &tally(&self.constraints))?;
+        let modes = self.modes.iter().map(|own| format!("{} ({})", own.name, own.modes.join(", ")));
+        list(f, "modes", &modes.collect::<Vec<_>>())?;
         counted_names(f, "redundant", self.redundant.len(), &tally(&self.redundant))?;
         if !self.solver.is_empty() {
             line(f, "solver", "", &self.solver)?;

@@ -151,6 +151,7 @@ impl Namer<'_> {
         let [joints, drivers, loads] =
             lists.map(|list| list.into_iter().map(|part| self.part(part)).collect::<Vec<Part>>());
         (self.mechanism.joints, self.mechanism.drivers, self.mechanism.loads) = (joints, drivers, loads);
+        self.mechanism.rename_unilaterals();
     }
 
     fn part(&mut self, mut part: Part) -> Part {
@@ -187,10 +188,17 @@ impl Namer<'_> {
                 for (own, letter) in named {
                     *own = own.as_ref().map(|own| self.formula(own, About { letter, ..about }));
                 }
-                friction.mu = self.formula(&friction.mu, About { letter: "m", ..about });
+                friction.mu = self.formula(&friction.mu, About { letter: "mu", ..about });
+                if friction.ratio != Formula::Number(1.0) {
+                    friction.ratio = self.formula(&friction.ratio, About { letter: "static", ..about });
+                }
             }
             Value::Limits(limits) => {
-                limits.formulas_mut().for_each(|own| *own = self.formula(own, About { letter: "l", ..about }));
+                let letters = ["min", "max"];
+                for (end, letter) in limits.ends.iter_mut().zip(letters) {
+                    *end = end.as_ref().map(|own| self.formula(own, About { letter, signed: true, ..about }));
+                }
+                limits.restitution = self.formula(&limits.restitution, About { letter: "e", ..about });
             }
             Value::Motion(_) | Value::Place(_) | Value::Joint(_) | Value::Choice(_) | Value::Switch(_) => {}
         }
@@ -327,6 +335,7 @@ fn letter(key: &'static str) -> &'static str {
         "value" => "tau",
         "axis" => "u",
         "position" => "p",
+        "restitution" => "e",
         other => other,
     }
 }

@@ -92,6 +92,29 @@ fn pages_to_be_read_fit_a_phone_and_are_dark_in_the_dark() {
     }
 }
 
+/// Rings around what is closed or sticks, a star where something has just struck, names beside them, and what the signs mean.
+#[test]
+fn what_is_closed_or_sticks_is_shown() {
+    let folder = tempfile::tempdir().unwrap();
+    let look = |name: &str, times: &str| {
+        let page = page(folder.path(), &model(name), folder.path());
+        seen(&page, &include_str!("holds.js").replace("TIMES", times))
+    };
+    let Some(stop) = look("end_stop", "[0.1, 0.36, 0.6, 2.5]") else { return };
+    let shown = |verdict: &serde_json::Value, what: &str| -> Vec<u64> {
+        verdict["looks"].as_array().unwrap().iter().map(|look| look[what].as_u64().unwrap()).collect()
+    };
+    assert_eq!(shown(&stop, "rings"), [0, 0, 0, 1], "{stop}");
+    assert_eq!(shown(&stop, "stars"), [0, 1, 0, 0], "{stop}");
+    assert_eq!(stop["looks"][3]["names"], serde_json::json!(["guide.max"]), "{stop}");
+    assert_eq!(stop["legend"], "closedstrikes", "{stop}");
+    let Some(slip) = look("stick_slip", "[0.4, 0.9, 1.5]") else { return };
+    assert_eq!(shown(&slip, "rings"), [1, 0, 1], "{slip}");
+    assert_eq!(slip["legend"], "sticks", "{slip}");
+    let Some(other) = look("four_bar", "[0.1]") else { return };
+    assert_eq!(other["legend"], "", "{other}");
+}
+
 #[test]
 fn every_model_is_shown() {
     let folder = tempfile::tempdir().unwrap();

@@ -4,7 +4,7 @@ use cotree::compile::{Compiled, compile_asking, everything};
 use cotree::model::Dimension;
 use cotree::model::Quantity::{Angle, X, Y};
 use cotree::scene::{Asked, Faults, Scene};
-use cotree_draw::drawing::{Drawing, Film};
+use cotree_draw::drawing::{Drawing, Film, Held, Shows};
 use cotree_draw::pose::{draw, frames};
 use cotree_fmu::instance::Inaccuracy;
 
@@ -77,7 +77,9 @@ fn taken(
     let places: Vec<Vec<usize>> = places.collect();
     let paths = points(scene).into_iter().filter_map(|point| Some([variable(&X.of(point))?, variable(&Y.of(point))?]));
     let paths: Vec<[usize; 2]> = if scene.dimension == Dimension::One { Vec::new() } else { paths.collect() };
-    let recorded: Vec<usize> = places.iter().flatten().copied().chain(paths.iter().flatten().copied()).collect();
+    let modes: Vec<Modes> = drawing.held.iter().map(|held| Modes::new(held, &variable)).collect();
+    let seen = places.iter().flatten().chain(paths.iter().flatten()).copied();
+    let recorded: Vec<usize> = seen.chain(modes.iter().flat_map(Modes::variables)).collect();
     let Sampled { times, columns, cut, inaccuracy } = sampled(everything, &recorded, description.experiment, count)?;
     let column = |variable: usize| recorded.iter().position(|&known| known == variable).map(|place| &columns[place]);
     let value = |variable: usize, sample: usize| column(variable).map_or(f64::NAN, |column| column[sample]);
@@ -99,8 +101,38 @@ fn taken(
     }
     let curve = |[x, y]: &[usize; 2]| (0..times.len()).map(|sample| [value(*x, sample), value(*y, sample)]).collect();
     let duration = duration * (times.len() - 1) as f64 / f64::from(count);
-    let film = Film::new(drawing, poses, paths.iter().map(curve).collect(), duration, step);
+    let shows = modes.iter().map(|modes| modes.shows(times.len(), &value)).collect();
+    let film = Film::new(drawing, poses, paths.iter().map(curve).collect(), duration, step).showing(shows);
     Ok(Taken { film, cut, inaccuracy })
+}
+
+/// The variables that say whether something holds, each with its value then, and that of the last impulse.
+struct Modes {
+    while_held: Vec<(usize, f64)>,
+    impulse: Option<usize>,
+}
+
+impl Modes {
+    /// Nothing of what has no variable is shown.
+    fn new(held: &Held, variable: &dyn Fn(&str) -> Option<usize>) -> Self {
+        let all: Option<Vec<(usize, f64)>> =
+            held.while_held.iter().map(|(name, value)| Some((variable(name)?, *value))).collect();
+        let impulse = held.impulse.as_ref().and_then(|name| variable(name));
+        Modes { while_held: all.unwrap_or_default(), impulse }
+    }
+
+    fn variables(&self) -> impl Iterator<Item = usize> {
+        self.while_held.iter().map(|(variable, _)| *variable).chain(self.impulse)
+    }
+
+    fn shows(&self, samples: usize, value: &dyn Fn(usize, usize) -> f64) -> Shows {
+        let is_held = |sample: usize| self.while_held.iter().all(|&(own, wanted)| value(own, sample) == wanted);
+        let struck = |sample: usize, own: usize| sample > 0 && value(own, sample) != value(own, sample - 1);
+        Shows {
+            holds: (0..samples).map(|sample| !self.while_held.is_empty() && is_held(sample)).collect(),
+            strikes: (0..samples).map(|sample| self.impulse.is_some_and(|own| struck(sample, own))).collect(),
+        }
+    }
 }
 
 /// Points of which the scene reports both coordinates.

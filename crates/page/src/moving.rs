@@ -26,7 +26,8 @@ const SAMPLES: f64 = 1000.0;
 /// The documentation of an FMU moves up to so many bodies, and a page lets so many be touched: it formulates the scene once more, with every variable.
 const MOST_BODIES: usize = 100;
 /// What is recorded of bodies, joints and loads for the picture, by the last word of a variable's name.
-const SEEN: [&str; 10] = ["x", "y", "angle", "vx", "vy", "fx", "fy", "fn", "force", "torque"];
+const SEEN: [&str; 13] =
+    ["x", "y", "angle", "vx", "vy", "fx", "fy", "fn", "force", "torque", "mode", "sliding", "impulse"];
 
 /// Where the motion of a page comes from.
 #[derive(Clone, Debug)]

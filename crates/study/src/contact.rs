@@ -134,7 +134,9 @@ pub fn over(
         let angle = of(Quantity::PressureAngle);
         let look = Look { inputs, normal: &normal, angle: angle.as_deref(), input, newton: &newton };
         contacts.faults.extend(look.lost(joint));
-        contacts.needed.extend(of(Quantity::Ft).and_then(|along| look.friction(&joint.name, &along)));
+        // With friction of its own a disc slides in the motion itself.
+        let along = of(Quantity::Ft).filter(|_| mechanism.slip_of(joint.owner).is_none());
+        contacts.needed.extend(along.and_then(|along| look.friction(&joint.name, &along)));
     }
     contacts
 }

@@ -7,6 +7,7 @@ use cotree::network::Held;
 use serde_json::{Map, Value, json};
 
 use super::matrices::Matrices;
+use super::modes::Modes;
 use super::motion::MotionEquations;
 use super::name::Name;
 use super::notation::plain::PLAIN;
@@ -61,11 +62,14 @@ pub fn described(equations: &mut Equations, motion: &MotionEquations) -> Value {
     if let Some(matrices) = matrices {
         value["matrices"] = matrices.json();
     }
+    if let Some(modes) = Modes::new(equations) {
+        [value["modes"], value["levels"]] = modes.json();
+    }
     value
 }
 
 /// `at` are the places in the matrix, counted from 0.
-fn formula(name: &Name, value: &Tree) -> Value {
+pub fn formula(name: &Name, value: &Tree) -> Value {
     let mut entry = json!({ "name": name.plain, "text": PLAIN.formula(value), "tree": tree(value) });
     let places: Vec<usize> = name.subscript.split(',').filter_map(|place| place.parse().ok()).collect();
     if name.plain.contains('[') {
@@ -76,7 +80,7 @@ fn formula(name: &Name, value: &Tree) -> Value {
 }
 
 /// A number, a name, or `[operator, operand, ...]`.
-fn tree(tree_of: &Tree) -> Value {
+pub fn tree(tree_of: &Tree) -> Value {
     let call = |operator: &str, operands: &[Tree]| -> Value {
         std::iter::once(json!(operator)).chain(operands.iter().map(tree)).collect()
     };
@@ -134,7 +138,7 @@ fn reactions(equations: &Equations) -> Vec<Value> {
     let of = |(index, own): (usize, &cotree::equations::Constraint)| {
         let unit = if own.held == Held::Angle { "N.m" } else { "N" };
         let name = symbol_name(equations, Symbol::Reaction(index));
-        json!({ "name": name, "owner": equations.system.element(own.element).name, "unit": unit })
+        json!({ "name": name, "owner": equations.system.name(own.element), "unit": unit })
     };
     equations.loops().map(of).collect()
 }

@@ -22,6 +22,7 @@ pub(crate) mod factor;
 pub(crate) mod json;
 pub(crate) mod matrices;
 pub(crate) mod minimal;
+pub(crate) mod modes;
 pub(crate) mod motion;
 pub(crate) mod name;
 pub(crate) mod normal;

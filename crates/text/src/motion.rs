@@ -9,6 +9,7 @@ use cotree::network::{Direction, Force, Held, Origin, Torque};
 
 use super::document::{Block, Piece};
 use super::matrices::Matrices;
+use super::modes::{self, Modes};
 use super::name::{Name, symbol_name};
 use super::read::Context;
 use super::signals::signals;
@@ -35,9 +36,11 @@ impl MotionEquations {
         if dynamic {
             groups.extend(dynamics(equations));
             groups.extend(vibration(equations));
+            groups.push(modes::sliding(equations));
         }
         groups.push(("Rates of the states", rates_of_states(equations)));
         groups.extend(loops(equations));
+        groups.extend(modes::indicators(equations));
         groups.push(("Slides that are no coordinates", slides(equations)));
         if dynamic {
             groups.push(("Reactions of the joints, on their second side", held(equations)));
@@ -76,6 +79,10 @@ impl MotionEquations {
         if has_loops(equations) {
             blocks.push(Block::Heading("Reactions".into()));
             blocks.push(Block::table(Vec::new(), reactions(equations)));
+        }
+        if let Some(modes) = Modes::new(equations) {
+            blocks.push(Block::Heading("Modes".into()));
+            blocks.extend(modes.blocks());
         }
         blocks.extend(self.written(equations, formulas));
         if let Some(Err(why)) = equations.linear() {
@@ -151,13 +158,15 @@ fn product(a: Tree, b: Tree) -> Tree {
     Tree::product(vec![a, b])
 }
 
-/// M a + Phi_q^T lambda = Q (22) of a model with masses, and Phi = 0.
+/// M a + Phi_q^T lambda = Q (22) of a model with masses, with the friction that slides, and Phi = 0.
 pub fn governing(equations: &Equations, dynamic: bool) -> Vec<(Tree, Tree)> {
     let mut terms = vec![(false, product(matrix("M", ""), column("a", "")))];
     let transposed = Tree::power(matrix("Phi", "q"), Tree::Name(Name::letter("T", "")));
     let loops = has_loops(equations).then(|| (column("Phi", ""), Tree::zero()));
     terms.extend(loops.as_ref().map(|_| (false, product(transposed, column("lambda", "")))));
-    dynamic.then(|| (Tree::sum(terms), column("Q", ""))).into_iter().chain(loops).collect()
+    let mut loads = vec![(false, column("Q", ""))];
+    loads.extend(modes::rubs(equations).then(|| (false, column("Q", "friction"))));
+    dynamic.then(|| (Tree::sum(terms), Tree::sum(loads))).into_iter().chain(loops).collect()
 }
 
 /// More formulas than this need a word about their number.
@@ -421,7 +430,7 @@ fn reactions(equations: &Equations) -> Vec<Vec<Piece>> {
             Held::Angle => "N.m, torque",
         };
         let name = Tree::Name(super::name::symbol_name(equations, Symbol::Reaction(index)));
-        let owner = equations.system.element(constraint.element).name.clone();
+        let owner = equations.system.name(constraint.element).to_owned();
         let along =
             if constraint.repeats() { format!("{along}; this loop equation repeats others") } else { along.into() };
         vec![Piece::Math(name), Piece::Code(owner), Piece::words(along)]

@@ -1,7 +1,7 @@
 //! Names of quantities: the user's, and a letter with a subscript and dots.
 
 use cotree::diagnostic::Span;
-use cotree::equations::Equations;
+use cotree::equations::{Equations, Standing};
 use cotree::expr::{Order, Property, Symbol};
 
 #[derive(Clone, Debug, PartialEq)]
@@ -219,12 +219,18 @@ pub fn symbol_name(equations: &Equations, symbol: Symbol) -> Name {
             };
             Name::symbol(name)
         }
-        Symbol::Reaction(i) => {
-            // Counted among the loop equations that constrain the motion.
-            Name::entry("lambda", &[equations.loops().filter(|(index, _)| *index < i).count()])
-        }
+        Symbol::Reaction(row) => reaction_name(equations, row),
         Symbol::Argument => Name::letter("theta", ""),
         Symbol::Missing(body, Property::Mass) => Name::variable(&format!("{}.mass", mechanism.bodies[body].name)),
         Symbol::Missing(body, Property::Inertia) => Name::variable(&format!("{}.inertia", mechanism.bodies[body].name)),
+    }
+}
+
+/// A multiplier, or the level of friction.
+fn reaction_name(equations: &Equations, row: usize) -> Name {
+    match equations.constraints.get(row) {
+        Some(own) if own.standing == Standing::Level => super::modes::level_name(equations.system.name(own.element)),
+        // Counted among the loop equations that constrain the motion.
+        _ => Name::entry("lambda", &[equations.loops().filter(|(index, _)| *index < row).count()]),
     }
 }

@@ -7,6 +7,7 @@ use cotree::network::System;
 use cotree::resolve::symbolic::{Named, Style, Symbolic};
 
 use super::document::{Block, Piece};
+use super::modes::held_words;
 use super::name::symbol_name;
 use super::tree::{Tree, plain};
 use super::{Prose, json, titled};
@@ -51,6 +52,13 @@ pub fn values(equations: &mut Equations, named: &[Named]) -> Vec<Block> {
     let mut rows: Vec<Vec<Piece>> = Vec::new();
     for (index, parameter) in mechanism.parameters.iter().enumerate() {
         let name = Piece::Math(Tree::Name(symbol_name(equations, Symbol::Parameter(index))));
+        if parameter.held {
+            // Its value is that of a mode. What no equation reads is left out.
+            let words = held_words(equations, index);
+            let cells = |words| [Piece::words(""), Piece::words("mode"), Piece::words(words)];
+            rows.extend(words.map(|words| std::iter::once(name).chain(cells(words)).collect()));
+            continue;
+        }
         let mut row = vec![name, number(parameter.value, &parameter.unit)];
         match index.checked_sub(own).and_then(|index| named.get(index)) {
             None => row.extend([Piece::words("parameter"), Piece::words(&parameter.description)]),

@@ -89,8 +89,19 @@ pub fn written(formulated: &mut Formulated, notation: Notation) -> Result<String
     Ok(code::code(equations, &lowered.solved, redundant, language))
 }
 
-/// Why there is no code: that of driven mechanisms solves for positions, and knows no states.
+/// Why there is no code: that of driven mechanisms solves for positions, and knows no states; and friction that sticks has no place in {Q}.
 fn without_code(equations: &Equations, solved: &[Expr]) -> Option<Fault> {
+    if let Some(own) = equations.system.mechanism.unilaterals.iter().find(|own| own.slip.is_some()) {
+        let message = format!(
+            "`{}` sticks or slides, and how it does follows from the reactions: functions of positions and rates cannot give its part of Q",
+            own.name
+        );
+        let fault = Fault::new("equations::friction", message, own.span).label("dry friction that sticks");
+        return Some(fault.help(
+            "print the equations as `text`, `latex`, `html` or `json`, which say what holds in each mode, or export an FMU; with a \
+             `velocity` friction is a function of the rates",
+        ));
+    }
     let state = equations.system.mechanism.states.first()?;
     let driven = solved.is_empty() && !equations.coordinates.is_empty();
     driven.then(|| {
@@ -114,13 +125,24 @@ pub fn named(formulated: &mut Formulated, written: Written) -> Result<String, Ve
 /// The reduced equations in independent coordinates, with a name for every number on request; or why there are none where the motion starts.
 ///
 /// # Errors
-/// They are too large to be written.
+/// They are too large to be written, or there are others in each mode.
 pub fn reduced(
     formulated: &mut Formulated,
     written: Written,
     symbols: bool,
 ) -> Result<Result<String, String>, Vec<Fault>> {
     check_written(&formulated.equations)?;
+    if let Some(own) = formulated.equations.system.mechanism.unilaterals.first() {
+        let what = if own.slip.is_some() { "sticks or slides" } else { "is held on one side only" };
+        let message = format!(
+            "`{}` {what}: how many coordinates are independent depends on the mode, and so do the reduced equations",
+            own.name
+        );
+        let fault = Fault::new("equations::modes", message, own.span).label("it has modes");
+        return Err(vec![
+            fault.help("print the equations without `--minimal`: they hold in all modes, with a table of these"),
+        ]);
+    }
     Ok(crate::minimal(formulated, written, symbols))
 }
 

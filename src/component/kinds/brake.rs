@@ -2,7 +2,7 @@
 
 use crate::component::frame::Placed;
 use crate::component::key::{BETWEEN_BODIES, Form, Key};
-use crate::component::{Component, Icon, Room, Rubs, limits};
+use crate::component::{Component, Icon, Room, Rubs, Stroke, limits};
 use crate::model::measure::{NUMBER, TORQUE};
 use crate::model::{Friction, Part, Pressed, Quantity as Q, Range, Value};
 use crate::network::{Rows, System};
@@ -38,11 +38,21 @@ const fn of(name: &'static str) -> Component {
         variables: &[Q::Angle, Q::Omega, Q::Alpha, Q::Torque, Q::Mode, Q::Sliding],
         room: Room::Turning,
         rubs: Some(Rubs { along: limits::angle, pressed: Pressed::Nothing, law }),
-        ..Component::joint(name, rows, placed, |_| Icon::Pin)
+        ..Component::joint(name, rows, placed, |_| Icon::Round(shoes))
     }
 }
 
 fn placed(_: &mut Placed<'_>) {}
+
+/// Two shoes on a drum.
+fn shoes() -> Vec<Stroke> {
+    const HALF: f64 = 0.9;
+    let shoe = |middle: f64| {
+        let [from, to] = [middle - HALF, middle + HALF];
+        [[2.0, 2.0], [2.7, 2.7]].map(|radii| Stroke::arc(radii, [from, to]))
+    };
+    [0.0, std::f64::consts::PI].into_iter().flat_map(shoe).collect()
+}
 
 fn rows(_: &Part, _: &mut System) -> Rows {
     Rows { letter: "q", ..Rows::default() }

@@ -7,7 +7,7 @@ use crate::component::{Component, Icon, Rubs, Stroke};
 use crate::diagnostic::Fault;
 use crate::expr::Expr;
 use crate::model::measure::{FORCE, LENGTH, NUMBER, VELOCITY};
-use crate::model::{Mechanism, OneSided, Part, Pressed, Quantity as Q, Range};
+use crate::model::{Formula, Mechanism, OneSided, Part, Pressed, Quantity as Q, Range};
 use crate::network::{Coupling, Direction, Port, Rows, System, Term};
 use crate::scene::{Joint, Quantity, Vector, constant};
 
@@ -105,7 +105,11 @@ fn icon(part: &Part) -> Icon {
     if is_circle(part) {
         return Icon::Line(|length| vec![Stroke::open(vec![[0.0, 0.0], [length, 0.0]])]);
     }
-    Icon::Rolling { axis: part.vector("axis"), radius: part.formula("radius").clone() }
+    let axis = part.vector("axis");
+    // What is drawn on a line is on its left.
+    let is_right = part.choice("side") == Some(SIDES[1]);
+    let axis = if is_right { axis.map(|component| Formula::Number(-1.0) * component) } else { axis };
+    Icon::Rolling { axis, radius: part.formula("radius").clone() }
 }
 
 fn one_sided(part: &Part, _: &Mechanism) -> Vec<OneSided> {

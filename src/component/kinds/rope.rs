@@ -3,7 +3,7 @@
 
 use crate::component::frame::anywhere;
 use crate::component::key::{BETWEEN_POINTS, Form, Key};
-use crate::component::{Component, Icon};
+use crate::component::{Component, Icon, Stroke};
 use crate::model::measure::{LENGTH, NUMBER};
 use crate::model::{Mechanism, OneSided, Part, Quantity as Q, Range};
 use crate::network::{Coupling, Port, Rows, System};
@@ -30,8 +30,13 @@ pub(crate) const ROPE: Component = Component {
     undriven: ["a rope", "a driver with `position` moves a point"],
     one_sided,
     relation,
-    ..Component::joint("rope", |_, _| Rows { letter: "y", ..Rows::default() }, anywhere, |_| Icon::Link)
+    ..Component::joint("rope", |_, _| Rows { letter: "y", ..Rows::default() }, anywhere, |_| Icon::Line(thread))
 };
+
+/// A thread.
+fn thread(length: f64) -> Vec<Stroke> {
+    vec![Stroke::open(vec![[0.0, 0.0], [length, 0.0]])]
+}
 
 fn one_sided(part: &Part, _: &Mechanism) -> Vec<OneSided> {
     vec![OneSided {

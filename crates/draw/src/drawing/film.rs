@@ -1,6 +1,7 @@
 //! A drawing in motion: an SVG that moves by itself, and its single pictures.
 
 use super::coupling::tangents;
+use super::held::{Held, Legend, ring_with_name, star_with_name};
 use super::shapes::{along, difference, dot, norm, normal, unit};
 use super::view::View;
 use super::{Drawing, Range, is_finite, symbols};
@@ -10,6 +11,8 @@ use crate::svg::{Frame, Pixel, Svg, number, polyline};
 
 /// Space around the whole motion [pins].
 const ROOM: f64 = 5.0;
+/// More of it if there are names of what is closed or sticks [pins].
+const NAMES: f64 = 2.0;
 const PATH: &str = "#0b7f73";
 
 /// What a film that moves by itself leaves out between two samples is nowhere larger [px].
@@ -25,11 +28,23 @@ pub struct Film {
     poses: Vec<Vec<[f64; 3]>>,
     /// Paths of points, one place for each sample.
     curves: Vec<Vec<[f64; 2]>>,
+    /// What is closed or sticks, one for each of the drawing's.
+    shows: Vec<Shows>,
     /// How long it takes [s].
     duration: f64,
     /// Samples from one picture to the next.
     step: usize,
 }
+
+/// Of something that has modes, at each sample: does it hold, and has it struck since the sample before?
+#[derive(Clone, Debug, Default)]
+pub struct Shows {
+    pub holds: Vec<bool>,
+    pub strikes: Vec<bool>,
+}
+
+/// How long a star is seen after something has struck [s].
+const FLASH: f64 = 0.15;
 
 /// How a part of the picture moves.
 enum Moves {
@@ -57,13 +72,19 @@ impl Film {
         step: usize,
     ) -> Self {
         drawing.range = Range::default();
-        let mut film = Film { drawing, poses, curves, duration, step: step.max(1) };
+        let mut film = Film { drawing, poses, curves, shows: Vec::new(), duration, step: step.max(1) };
         let travel = |way: Option<Way>| way.map_or([0.0; 2], |way| film.travel(&way));
         let joints = film.drawing.joints.iter().map(|joint| travel(joint.way())).collect();
         let couplings = film.drawing.couplings.iter().map(|coupling| travel(coupling.way())).collect();
         let range = Range { corners: film.corners(), joints, couplings };
         film.drawing.range = range;
         film
+    }
+
+    /// With what is closed or sticks, of each of the drawing's; equally many samples.
+    #[must_use]
+    pub fn showing(self, shows: Vec<Shows>) -> Self {
+        Film { shows, ..self }
     }
 
     /// How many pictures there are.
@@ -127,10 +148,93 @@ impl Film {
         for curve in &self.curves {
             self.curve(&mut svg, curve, view, sample);
         }
+        let legend = self.marks(&mut svg, view, sample);
         let corners: Vec<Pixel> =
             self.drawing.range.corners.iter().filter(|at| is_finite(at)).map(|&at| view.pixel(at)).collect();
         let frames: Vec<Frame> = corners.iter().map(|&at| Frame::centred(at, 0.0, 0.0)).collect();
-        svg.finish(Frame::around(frames.iter()).widened(ROOM * view.pin), &self.drawing.title)
+        let mut frame = Frame::around(frames.iter()).widened(ROOM * view.pin);
+        if !legend.is_empty() {
+            frame = legend.draw(&mut svg, view, frame.widened(NAMES * view.pin));
+        }
+        svg.finish(frame, &self.drawing.title)
+    }
+
+    /// Rings around what is closed or sticks, stars where something has just struck; returns what is to be explained.
+    fn marks(&self, svg: &mut Svg, view: &View, sample: Option<usize>) -> Legend {
+        let mut legend = Legend::default();
+        for (held, shows) in self.drawing.held.iter().zip(&self.shows) {
+            let places = match self.places(view, |sample| (self.spot(held, sample), 0.0)) {
+                Moves::Rigid(places) => places,
+                Moves::Still => {
+                    vec![[view.pixel(held.spot.place())[0], view.pixel(held.spot.place())[1], 0.0]; self.len()]
+                }
+                Moves::Bending(_) | Moves::Left => continue,
+            };
+            let at = [places[0][0], places[0][1]];
+            let lasts = (FLASH / self.duration * (self.poses.len() - 1) as f64).ceil() as usize;
+            let struck = |k: usize| (k.saturating_sub(lasts)..=k).any(|k| shows.strikes.get(k) == Some(&true));
+            let mut star = Svg::default();
+            star_with_name(&mut star, view, at, &held.name);
+            legend.strikes |= self.shown(svg, star.elements(), &places, &|k| struck(k), sample);
+            let mut ring = Svg::default();
+            ring_with_name(&mut ring, view, at, held);
+            let holds = self.shown(svg, ring.elements(), &places, &|k| shows.holds.get(k) == Some(&true), sample);
+            legend.sticks |= holds && held.sticks;
+            legend.closed |= holds && !held.sticks;
+        }
+        legend
+    }
+
+    /// What is seen at some samples only; true if it is seen at any.
+    fn shown(
+        &self,
+        svg: &mut Svg,
+        elements: &str,
+        places: &[[f64; 3]],
+        is_seen: &dyn Fn(usize) -> bool,
+        sample: Option<usize>,
+    ) -> bool {
+        let seen: Vec<bool> = self.samples().map(is_seen).collect();
+        if !seen.contains(&true) {
+            return false;
+        }
+        match sample {
+            Some(sample) if seen[sample] => self.rigid(svg, elements, places, Some(sample)),
+            Some(_) => {}
+            None => {
+                let hidden = if seen[0] { "visible" } else { "hidden" };
+                svg.raw(&format!("<g visibility=\"{hidden}\">{}", self.blinks(&seen)));
+                self.rigid(svg, elements, places, None);
+                svg.raw("</g>");
+            }
+        }
+        true
+    }
+
+    /// The element that shows and hides; nothing if it does neither.
+    fn blinks(&self, seen: &[bool]) -> String {
+        let changes: Vec<usize> = (0..seen.len()).filter(|&k| k == 0 || seen[k] != seen[k - 1]).collect();
+        if changes.len() < 2 {
+            return String::new();
+        }
+        let last = (seen.len() - 1) as f64;
+        let times: Vec<String> = changes.iter().map(|&k| format!("{:.5}", k as f64 / last)).collect();
+        let values: Vec<&str> = changes.iter().map(|&k| if seen[k] { "visible" } else { "hidden" }).collect();
+        format!(
+            "<animate attributeName=\"visibility\" calcMode=\"discrete\" dur=\"{}s\" repeatCount=\"indefinite\" keyTimes=\"{}\" values=\"{}\"/>",
+            number(self.duration),
+            times.join(";"),
+            values.join(";")
+        )
+    }
+
+    /// Where something that has modes is at a sample.
+    fn spot(&self, held: &Held, sample: usize) -> [f64; 2] {
+        let [x, y] = self.at(held.spot.on, held.spot.at, sample);
+        let Some((body, off)) = held.spot.off else { return [x, y] };
+        let angle = |sample: usize| body.and_then(|body| self.poses.get(sample)?.get(body)).map_or(0.0, |pose| pose[2]);
+        let [u, v] = rotated(off, angle(sample) - angle(0));
+        [x + u, y + v]
     }
 
     fn motion(&self, carrier: &Carrier, view: &View) -> Moves {
@@ -265,14 +369,16 @@ impl Film {
 
     /// Every place that the mechanism reaches.
     fn corners(&self) -> Vec<[f64; 2]> {
-        let Drawing { bodies, joints, springs, couplings, .. } = &self.drawing;
+        let Drawing { bodies, joints, springs, couplings, stops, .. } = &self.drawing;
         let of_bodies = bodies
             .iter()
             .enumerate()
             .flat_map(|(index, body)| body.extent().into_iter().map(move |at| (Some(index), at)));
         let of_joints = joints.iter().flat_map(|joint| [0, 1].map(|side| (joint.between[side], joint.at[side])));
         let of_springs = springs.iter().flat_map(|spring| [0, 1].map(|side| (spring.between[side], spring.ends[side])));
-        let points: Vec<(Option<usize>, [f64; 2])> = of_bodies.chain(of_joints).chain(of_springs).collect();
+        let of_stops = stops.iter().map(|stop| (stop.on, stop.at));
+        let points: Vec<(Option<usize>, [f64; 2])> =
+            of_bodies.chain(of_joints).chain(of_springs).chain(of_stops).collect();
         let wheels = couplings.iter().flat_map(|coupling| coupling.wheels());
         let mut corners: Vec<[f64; 2]> = self.curves.iter().flatten().copied().collect();
         for wheel in wheels {

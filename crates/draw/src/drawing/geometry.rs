@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::coupling::Wheel;
+use super::held::{Held, HeldForm, StopForm};
 use super::labels::Labels;
 use super::shapes::unit;
 use super::view::View;
@@ -25,6 +26,11 @@ pub struct Geometry {
     turns: Vec<Mark>,
     targets: Vec<Mark>,
     wheels: Vec<WheelForm>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    held: Vec<HeldForm>,
+    /// Where limits end the motion of joints; the last of the parts, in the same order.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    stops: Vec<StopForm>,
     /// From back to front.
     parts: Vec<Part>,
 }
@@ -103,6 +109,11 @@ impl Drawing {
             wheels: wheels
                 .map(|Wheel { body, centre, radius }| WheelForm { centre: forms.anchor(body, centre), radius })
                 .collect(),
+            held: self.held.iter().filter(|held| is_finite(&held.spot.place())).map(|held| forms.held(held)).collect(),
+            stops: self
+                .placed_stops()
+                .map(|own| StopForm { at: forms.anchor(own.on, own.at), needs: own.needs.clone() })
+                .collect(),
             parts: forms.parts(&view),
         }
     }
@@ -165,6 +176,18 @@ impl Forms<'_> {
             hold,
             ends: self.anchors(joint.between, joint.at),
             axis: axis.map(|axis| self.turned(joint.between[0], axis)),
+        }
+    }
+
+    fn held(&self, held: &Held) -> HeldForm {
+        let off = held.spot.off.map(|(body, off)| Anchor { body, at: self.turned(body, off), point: None });
+        HeldForm {
+            name: held.name.clone(),
+            at: self.anchor(held.spot.on, held.spot.at),
+            off,
+            sticks: held.sticks,
+            while_held: held.while_held.clone(),
+            impulse: held.impulse.clone(),
         }
     }
 

@@ -4,6 +4,7 @@ mod coupling;
 mod film;
 mod gap;
 mod geometry;
+mod held;
 mod labels;
 mod layout;
 mod marks;
@@ -19,8 +20,9 @@ use cotree::component::{Glyph, RoundGlyph};
 
 use super::svg::{Frame, Svg, number};
 pub use coupling::{Cam, Coupling, CouplingKind, Wheel};
-pub use film::Film;
+pub use film::{Film, Shows};
 pub use geometry::Geometry;
+pub use held::{Course, Held, Spot, Stop};
 use labels::Labels;
 pub use marks::Mark;
 use view::View;
@@ -38,6 +40,10 @@ pub struct Drawing {
     pub forces: Vec<Force>,
     pub turns: Vec<Turn>,
     pub targets: Vec<Target>,
+    /// Where limits end the motion of joints.
+    pub stops: Vec<Stop>,
+    /// What is held on one side only, or sticks.
+    pub held: Vec<Held>,
     /// Places that should be one where the mechanism cannot be assembled.
     pub gaps: Vec<[[f64; 2]; 2]>,
     /// What explains it.
@@ -186,6 +192,7 @@ impl Drawing {
         let mut svg = Svg::default();
         LAYERS.into_iter().for_each(|(_, draw)| draw(self, view, &mut svg, labels));
         self.draw_targets(view, &mut svg, labels);
+        self.draw_held(view, &mut svg);
         self.draw_gaps(view, &mut svg, labels);
         self.draw_marks(view, &mut svg, labels);
         svg

@@ -3,7 +3,7 @@
 use super::coupling::Coupling;
 use super::labels::Labels;
 use super::view::View;
-use super::{Drawing, Hold, Joint, is_finite, shapes, symbols};
+use super::{Drawing, Hold, Joint, Stop, is_finite, shapes, symbols};
 use crate::carrier::{Anchor, Carrier};
 use crate::svg::{Pixel, Svg};
 
@@ -50,7 +50,9 @@ impl Drawing {
     }
 
     fn draw_track(&self, (index, joint): (usize, &Joint), room: f64, view: &View, svg: &mut Svg, labels: &mut Labels) {
-        if let Some(track) = joint.track(view) {
+        if let Some(mut track) = joint.track(view) {
+            let stops: Vec<&Stop> = self.stops.iter().filter(|stop| stop.joint == joint.name).collect();
+            track.cover(&stops, view);
             let ends = track.draw(self.range.joints.get(index).copied(), view, svg);
             labels.obstruct(&ends, room * view.pin);
         }
@@ -189,6 +191,7 @@ impl Drawing {
                 labels.joint(&joint.name, at, 2.0 * view.pin);
             }
         }
+        self.draw_stops(view, svg, labels);
     }
 
     /// Above the pins: a driven point is often one.

@@ -133,6 +133,11 @@ pub fn wall(svg: &mut Svg, view: &View, at: Pixel, outward: Pixel) {
     hatch(svg, view, at, outward, 2.6 * view.pin);
 }
 
+/// A stop whose free side faces along `outward`.
+pub fn stop(svg: &mut Svg, view: &View, at: Pixel, outward: Pixel) {
+    hatch(svg, view, at, outward, 1.9 * view.pin);
+}
+
 /// A line with hatching behind it: the ground. `half` is half its length.
 fn hatch(svg: &mut Svg, view: &View, at: Pixel, outward: Pixel, half: f64) {
     for rail in Rail::earth(view, 0.0, 0.0, 1.0) {

@@ -23,6 +23,8 @@ fn slider_crank() -> Drawing {
         ],
         ground: vec![bearing, wall],
         marks: vec![],
+        stops: vec![],
+        held: vec![],
         couplings: vec![],
         joints: vec![
             joint("main_bearing", Hold::Pin, [None, Some(0)], [bearing; 2]),

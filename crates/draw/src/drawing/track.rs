@@ -3,11 +3,22 @@
 use super::shapes::{along, difference, dot, normal};
 use super::symbols::{GROUND, HATCH, INK, PAPER, block_height, colour};
 use super::view::View;
-use super::{Hold, Joint};
+use super::{Hold, Joint, Stop};
 use crate::carrier::{Anchor, Carrier, Pattern, Rail, Track, Way};
 use crate::svg::{Pixel, Svg, number, polyline};
 
 impl Track {
+    /// Makes it reach to the stops of what slides on it.
+    pub fn cover(&mut self, stops: &[&Stop], view: &View) {
+        let (base, axis) = (view.pixel(self.way.base.at), view.direction(self.way.axis));
+        for reach in stops.iter().map(|stop| stop.reach(base, axis, view)).filter(|reach| reach.is_finite()) {
+            for rail in &mut self.rails {
+                let [low, high] = rail.about.unwrap_or([reach; 2]);
+                rail.about = Some([low.min(reach), high.max(reach)]);
+            }
+        }
+    }
+
     /// Draws it for a way that goes so far back and forth from here [m], if that is known. Returns the ends of the first line.
     pub fn draw(self, travel: Option<[f64; 2]>, view: &View, svg: &mut Svg) -> [Pixel; 2] {
         let Way { base, axis, moving } = self.way;

@@ -58,7 +58,11 @@ impl GraphDrawing {
         rotation.places = layout::around(&rotation);
         GraphDrawing {
             title: system.mechanism.name.clone(),
-            elements: system.elements.iter().map(|element| (element.label.clone(), element.name.clone())).collect(),
+            elements: (0..system.elements.len())
+                .map(ElementId)
+                .filter(|&id| system.has_edges(id))
+                .map(|id| (system.element(id).label.clone(), system.name(id).to_owned()))
+                .collect(),
             translation,
             rotation: (rotation.nodes.len() > 1).then_some(rotation),
         }
@@ -84,13 +88,13 @@ fn graph<D>(system: &System, graph: &LinearGraph<D>, tree: &Tree<D>, coupled: Ve
         let element = system.element(id);
         Edge {
             label: element.label.clone(),
-            name: element.name.clone(),
+            name: system.name(id).to_owned(),
             ends: ends.map(|node| node.index()),
             branch: tree.branches.contains(&id),
         }
     };
     let term = |own: CoupledEdge<D>| Edge {
-        name: system.element(own.element).name.clone(),
+        name: system.name(own.element).to_owned(),
         ends: own.ends.map(|node| node.index()),
         label: own.label,
         branch: false,

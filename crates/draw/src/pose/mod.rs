@@ -1,6 +1,7 @@
 //! The drawing of a mechanism at its start, or at another time.
 
 mod coupling;
+mod held;
 
 use std::collections::HashMap;
 
@@ -48,6 +49,7 @@ fn drawn(mut pose: Pose) -> Drawing {
         }
         pose.part(part, &icon, &mut drawing);
     }
+    pose.held(&mut drawing);
     fixed.retain(|place| place.body().is_none());
     fixed.sort_unstable();
     fixed.dedup();

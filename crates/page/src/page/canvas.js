@@ -2,7 +2,7 @@
 // How they look is what the style sheet says: it is read while they are in the document for a moment.
 const MANY = 60, crowded = G.bodies.length + G.joints.length + G.springs.length > MANY;
 /** What does not move stays where it is, unless something that moves is behind it. */
-const PAINTED = [...(G.wheels.length ? ["couplings", "ground"] : ["couplings"]), "bodies", "springs", "traces", "pins", "turns", "velocities", "forces", "names"];
+const PAINTED = [...(G.wheels.length ? ["couplings", "ground"] : ["couplings"]), "bodies", "springs", "traces", "pins", "held", "turns", "velocities", "forces", "names"];
 /** Stale: there are elements, or colours, whose looks nobody has read. */
 const surface = { canvas: null, context: null, layers: [], stale: true };
 

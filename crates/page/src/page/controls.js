@@ -180,7 +180,7 @@ let view = [0, 0, 1, 1], fitted = true, size = 1, whole = [0, 0, 1, 1];
 function measure() {
   let [x0, x1, y0, y1] = [Infinity, -Infinity, Infinity, -Infinity];
   const see = ([x, y]) => { if (Number.isFinite(x + y)) [x0, x1, y0, y1] = [Math.min(x0, x), Math.max(x1, x), Math.min(y0, y), Math.max(y1, y)]; };
-  const anchors = [...G.joints, ...G.springs].flatMap(part => part.ends);
+  const anchors = [...G.joints, ...G.springs].flatMap(part => part.ends).concat((G.stops ?? []).map(({ at }) => at));
   eachPose(() => {
     G.bodies.forEach((body, index) => forms[index].concat([body.centre], body.rim).forEach(at => see(pixel(add(pose[index], 1, turned(index, at))))));
     anchors.forEach(anchor => see(spot(anchor)));
@@ -220,7 +220,7 @@ function look() {
   const back = $("backdrop");
   // Larger than what is seen: a resize shows its margins before it is told.
   ["x", "y", "width", "height"].forEach((name, k) => back.setAttribute(name, k < 2 ? view[k] - view[k + 2] : 3 * view[k]));
-  for (const { text } of [...names, ...forces]) { text.style.fontSize = `${(text.classList.contains("name") ? 13 : 11.5) * size}px`; text.style.strokeWidth = `${3.5 * size}px`; }
+  for (const { text } of [...names, ...forces, ...held]) { text.style.fontSize = `${(text.classList.contains("name") ? 13 : 11.5) * size}px`; text.style.strokeWidth = `${3.5 * size}px`; }
   // A mass centre that is smaller than a point says nothing.
   surface.far = .72 * PIN < 2 * size;
   $("bodies").classList.toggle("far", surface.far);

@@ -21,6 +21,7 @@ function paint() {
   // What the pointer asks for comes first, then values, then names.
   paintForces(at, size);
   paintVelocities(at, size);
+  paintHeld(at, size);
   paintNames(size);
   if (layers.traces) paintPaths(at);
   paintSurface();
@@ -64,6 +65,7 @@ function take(run) {
   renewPaths();
   renewGhosts();
   renewPlots();
+  showStops();
   seek(state.time);
 }
 
@@ -130,6 +132,7 @@ function open() {
   chooseGain(state.first);
   makeSurface();
   drawMechanism();
+  explainHeld();
   reportedPaths();
   makeSpeeds();
   listenToButtons();

@@ -166,6 +166,52 @@ function paintVelocities(at, size) {
   draw(rates, drawn);
 }
 
+/** Rings around what is closed or sticks, and for how long a star is seen where something has struck [s]. */
+const FLASH = .15, STAR = `${line(Array.from({ length: 16 }, (_, k) => [Math.cos, Math.sin].map(way => (k % 2 ? 1.9 : 4) * PIN * way(Math.PI * k / 8))))}Z`;
+const ring = (sticks, parent) => [[.95, "ink"], [.65, "held"]].forEach(([width, colour]) => element("circle", { r: 1.75 * PIN, style: `fill:none;stroke:var(--${colour});stroke-width:${width * PIN}${sticks ? `;stroke-dasharray:${1.75 * PIN * Math.PI / 6}` : ""}` }, parent));
+const held = (G.held ?? []).filter(own => own.while.every(([name]) => MODEL.recorded.includes(name))).map(own => {
+  const group = element("g", {}, $("held")), star = element("path", { class: "star hide", d: STAR }, group), rings = element("g", { class: "hide" }, group);
+  element("title", {}, group, own.name);
+  ring(own.sticks, rings);
+  return { ...own, group, star, rings, text: element("text", { class: "name" }, $("held")), run: null, strikes: [] };
+});
+const show = (node, is) => { if (node.seen !== is) { node.seen = is; node.classList.toggle("hide", !is); } };
+/** When it has struck in the present run: its impulse is another than before. */
+function strikesOf(own) {
+  if (own.run === state.run) return own.strikes;
+  const { times, columns, last } = own.run = state.run, impulses = own.impulse && columns.get(own.impulse);
+  own.strikes = impulses ? Array.from(times.subarray(1, last + 1)).filter((_, k) => impulses[k + 1] !== impulses[k]) : [];
+  return own.strikes;
+}
+function paintHeld([k], size) {
+  for (const own of held) {
+    const holds = own.while.every(([name, value]) => column(name)?.[k] === value), before = strikesOf(own).findLast(time => time <= state.time), strikes = state.time - before < FLASH * transport.speed;
+    show(own.rings, holds); show(own.star, strikes);
+    const seen = holds || strikes, there = world(own.at), at = seen && pixel(own.off ? add(there, 1, turned(own.off.body, own.off.at)) : there);
+    if (seen) move(own.group, at);
+    const place = seen && layers.names && [1, -1].map(side => [at[0], at[1] - side * (4 * PIN + 8 * size)]).find(place => claim(place, own.name.length, size, 13));
+    write(own.text, place ? own.name : "");
+    if (place) put(own.text, place);
+  }
+}
+/** Stops, the last of the joints' parts, stand where they were at the start: what would move them takes them away. */
+function showStops() {
+  const stops = G.stops ?? [], groups = [...$("pins").children].slice(-stops.length || Infinity), changed = changedKnobs();
+  stops.forEach(({ needs }, k) => show(groups[k], !changed.some(({ name, loose }) => loose || needs.includes(name))));
+}
+/** What the signs mean, of those that can be seen. */
+function explainHeld() {
+  const legend = $("held-legend"), sign = (word, paint, far = 3) => {
+    const picture = element("svg", { viewBox: [-far, -far, 2 * far, 2 * far].map(x => x * PIN).join(" ") }, legend);
+    paint(picture);
+    legend.append(word);
+  };
+  legend.hidden = !held.length;
+  if (held.some(own => !own.sticks)) sign("closed", picture => ring(false, picture));
+  if (held.some(own => own.sticks)) sign("sticks", picture => ring(true, picture));
+  if (held.some(own => own.impulse)) sign("strikes", picture => element("path", { class: "star", d: STAR }, picture), 4.5);
+}
+
 /** The body under the pointer: it has a name even where there is no room. */
 let pointed = null;
 function pointAt(index) { pointed = index; if (!transport.playing) paint(); }

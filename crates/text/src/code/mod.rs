@@ -349,10 +349,19 @@ fn legend(equations: &Equations) -> Vec<String> {
         format!("{name} (its {given} is the input {})", system.mechanism.inputs[input.0].name)
     });
     let coordinates = equations.coordinates.iter().map(|coordinate| coordinate.name.position.clone()).collect();
-    let reactions = equations.loops().map(|(_, row)| system.element(row.element).name.clone()).collect();
+    let reactions = equations.loops().map(|(_, row)| system.name(row.element).to_owned()).collect();
+    let factors = system.mechanism.unilaterals.iter().map(|own| &system.mechanism.parameters[own.closed.0].name);
+    let factors: Vec<&str> = factors.map(String::as_str).collect();
+    let modes = (!factors.is_empty()).then(|| {
+        format!(
+            "{}: 1 in the mode in which it holds, else 0; then its loop equation is 0 = 0, and its lambda 0",
+            factors.join(", ")
+        )
+    });
     let lines = [
         Some("t: time; all quantities in SI units".to_owned()),
         list("p: parameters", parameters),
+        modes,
         list("u: value, rate and acceleration of the inputs", inputs),
         list("f: position, rate and acceleration of the drivers that integrate an input", followers.collect()),
         list("q, v: coordinates and their rates", coordinates),

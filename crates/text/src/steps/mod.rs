@@ -26,6 +26,7 @@ use cotree::expr::Expr;
 use cotree::formulate::Formulated;
 use cotree::network::{Rotation, Translation};
 use cotree::resolve::symbolic::{Style, Symbolic};
+use cotree_study::analysis::state_at;
 
 use super::document::{Block, Piece};
 use super::motion::{Entry, context, has_masses};
@@ -47,6 +48,8 @@ struct Lesson<'a> {
     rotation: View<Rotation>,
     dynamic: bool,
     abbreviations: Abbreviations,
+    /// Values that events alone change, as the motion begins with them; or why it does not begin.
+    modes: Result<Vec<(usize, f64)>, String>,
 }
 
 /// The derivation of the equations, as a lesson.
@@ -76,6 +79,7 @@ pub fn steps(formulated: &mut Formulated, prose: Prose) -> String {
 impl<'a> Lesson<'a> {
     fn new(mut equations: Equations, source: &'a mut Formulated) -> Self {
         let dynamic = has_masses(&mut equations);
+        let modes = modes_at_start(source);
         let system = &equations.system;
         let (points, bodies) = equations.record();
         Lesson {
@@ -86,6 +90,7 @@ impl<'a> Lesson<'a> {
             source,
             dynamic,
             abbreviations: Abbreviations::default(),
+            modes,
         }
     }
 
@@ -108,6 +113,17 @@ impl<'a> Lesson<'a> {
         let (names, exprs): (Vec<Tree>, Vec<Expr>) = columns(entries);
         self.equations(names, &exprs)
     }
+}
+
+/// The modes in which the motion begins; nothing if there are none.
+fn modes_at_start(source: &Formulated) -> Result<Vec<(usize, f64)>, String> {
+    let mechanism = &source.equations.system.mechanism;
+    if mechanism.unilaterals.is_empty() {
+        return Ok(Vec::new());
+    }
+    let state = state_at(source, source.lowered.program.experiment.start).map_err(|error| error.to_string())?;
+    let held = mechanism.parameters.iter().enumerate().filter(|(_, own)| own.held);
+    Ok(held.map(|(index, _)| (index, state.parameters()[index])).collect())
 }
 
 /// The definitions of abbreviations, after the formulas in which they occur.

@@ -1,6 +1,6 @@
 //! The equations at the start: values of expressions, accelerations and multipliers.
 
-use cotree::equations::Equations;
+use cotree::equations::{Equations, Level, Pressing};
 use cotree::expr::{Expr, Order, Symbol, Values};
 use cotree::model::Mechanism;
 use cotree_fmu::model::State;
@@ -23,6 +23,9 @@ pub struct Moment {
     /// By the index of the loop equation.
     pub reactions: Vec<f64>,
 }
+
+/// The levels of friction are known after so many passes, or not found.
+const PASSES: usize = 500;
 
 impl Values for Moment {
     fn value(&self, symbol: Symbol) -> f64 {
@@ -69,7 +72,8 @@ impl Moment {
         dense(rows, equations.coordinates.len(), |exprs| self.of(equations, exprs))
     }
 
-    /// Accelerations and multipliers of \[M Phi_q^T; Phi_q 0\], without loop equations that repeat others; none where it is singular.
+    /// Accelerations and multipliers of \[M Phi_q^T; Phi_q D\], without loop equations that repeat others, where D makes the multiplier of what is open zero; none where it is singular. The
+    /// levels of friction follow from the solution, and the solution from them: one after the other, until nothing changes.
     pub fn solve(&mut self, equations: &mut Equations) -> Option<()> {
         let (n, dynamics) = (equations.coordinates.len(), equations.dynamics().clone());
         let rows: Vec<usize> = equations.loops().filter(|(_, row)| !row.repeats()).map(|(index, _)| index).collect();
@@ -79,26 +83,72 @@ impl Moment {
         }
         let mass = dense(&dynamics.mass, n, |exprs| self.of(equations, exprs));
         let jacobian = self.jacobian(equations, &rows);
-        let matrix = saddle(&mass, &jacobian.transpose(), &jacobian);
+        let mut matrix = saddle(&mass, &jacobian.transpose(), &jacobian);
+        let arena = &mut equations.system.arena;
+        let open: Vec<Expr> = rows.iter().map(|&row| equations.constraints[row].multiplier_diagonal(arena)).collect();
+        for (place, entry) in self.of(equations, &open).into_iter().enumerate() {
+            matrix[(n + place, n + place)] += entry;
+        }
+        let matrix = matrix.lu();
         let gammas = rows.iter().map(|&row| equations.constraints[row].gamma);
         let right: Vec<Expr> = dynamics.load.into_iter().chain(gammas).collect();
         let right = DVector::from_vec(self.of(equations, &right));
-        let solution = matrix.lu().solve(&right).filter(|solution| solution.iter().all(|value| value.is_finite()))?;
-        self.accelerations = solution.rows(0, n).iter().copied().collect();
-        self.reactions = vec![0.0; equations.constraints.len()];
-        rows.iter().enumerate().for_each(|(place, &row)| self.reactions[row] = solution[n + place]);
-        Some(())
+        let columns = dense(&dynamics.reactions, equations.constraints.len(), |exprs| self.of(equations, exprs));
+        let levels: Vec<Level> = equations.levels().into_iter().map(|(_, level)| level).collect();
+        let mut sizes = vec![0.0; levels.len()];
+        for _ in 0..PASSES {
+            let mut right = right.clone();
+            for (level, size) in levels.iter().zip(&sizes) {
+                (0..n).for_each(|row| right[row] -= columns[(row, level.row)] * size);
+            }
+            let solution = matrix.solve(&right).filter(|solution| solution.iter().all(|value| value.is_finite()))?;
+            self.accelerations = solution.rows(0, n).iter().copied().collect();
+            self.reactions = vec![0.0; equations.constraints.len()];
+            rows.iter().enumerate().for_each(|(place, &row)| self.reactions[row] = solution[n + place]);
+            levels.iter().zip(&sizes).for_each(|(level, &size)| self.reactions[level.row] = size);
+            let next: Vec<f64> = levels.iter().map(|level| self.level(equations, level)).collect();
+            let off = next.iter().zip(&sizes).fold(0.0_f64, |most, (next, size)| most.max((next - size).abs()));
+            if off <= 1e-12 * next.iter().fold(0.0_f64, |most, own| most.max(own.abs())) {
+                return Some(());
+            }
+            sizes = next;
+        }
+        None
+    }
+
+    /// The level of friction by its law.
+    fn level(&self, equations: &Equations, level: &Level) -> f64 {
+        let [free, share] = self.of(equations, &[level.free, level.share])[..] else { return f64::NAN };
+        let pressing = match &level.pressing {
+            Pressing::Sum(sums) => {
+                let sums: Vec<Expr> = sums.iter().map(|(_, sum)| *sum).collect();
+                self.of(equations, &sums).into_iter().map(f64::abs).sum()
+            }
+            Pressing::Size(both) => self.of(equations, both).into_iter().fold(0.0, f64::hypot),
+        };
+        free + share * pressing
     }
 }
 
 impl Lesson<'_> {
     pub fn start(&self) -> Moment {
-        Moment::new(&self.equations.system.mechanism, &self.source.state)
+        self.in_mode(Moment::new(&self.equations.system.mechanism, &self.source.state))
     }
 
-    /// The start with other rates, so that nothing vanishes because it is at rest.
+    /// The same with the modes in which the motion begins.
+    pub fn in_mode(&self, mut moment: Moment) -> Moment {
+        for &(parameter, value) in self.modes.iter().flatten() {
+            moment.parameters[parameter] = value;
+        }
+        moment
+    }
+
+    /// The start with other rates and everything closed, so that nothing vanishes because it is at rest or open.
     pub fn moving(&self) -> Moment {
         let mut values = self.start();
+        for own in &self.equations.system.mechanism.unilaterals {
+            values.parameters[own.closed.0] = 1.0;
+        }
         values.rates = (0..values.rates.len()).map(|index| 1.3 + 0.7 * (2.1 * index as f64).sin()).collect();
         values
     }

@@ -24,6 +24,7 @@ impl Lesson<'_> {
              rates); its through variable is the load of the first side on the second (force; torque).",
         ));
         let ids: Vec<ElementId> = (0..self.equations.system.elements.len()).map(ElementId).collect();
+        let ids: Vec<ElementId> = ids.into_iter().filter(|&id| self.equations.system.has_edges(id)).collect();
         let rows = ids.into_iter().map(|id| (kind(self.equations.system.element(id)).to_owned(), self.part(id)));
         let rows: Vec<_> = rows.collect();
         let head = ["edge", "name", "kind", "T graph", "R graph", "data", "value"];
@@ -38,7 +39,7 @@ impl Lesson<'_> {
         let (data, parameters) = self.data(&element);
         vec![
             Piece::words(&element.label),
-            Piece::Code(element.name.clone()),
+            Piece::Code(self.equations.system.name(id).to_owned()),
             Piece::words(kind(&element)),
             self.translation.ends(id),
             self.rotation.ends(id),
@@ -109,11 +110,19 @@ impl Lesson<'_> {
                 let body = &mechanism.bodies[id.0];
                 body.mass.iter().chain(&body.inertia).for_each(|formula| formula.visit_parameters(&mut visit));
             }
-            Origin::Joint(id) => mechanism.joints[id.0].visit_parameters(&mut visit),
+            Origin::Joint(id) => {
+                mechanism.joints[id.0].visit_parameters(&mut visit);
+                let elsewhere = mechanism.unilaterals.iter().filter(|own| own.owner == mechanism.joints[id.0].owner);
+                let mut theirs = Vec::new();
+                elsewhere.for_each(|own| own.visit_parameters(&mut |id| theirs.push(id.0)));
+                found.retain(|own| !theirs.contains(own));
+            }
             Origin::Driver(id) => mechanism.drivers[id.0].visit_parameters(&mut visit),
             Origin::Load(id) => mechanism.loads[id.0].visit_parameters(&mut visit),
-            Origin::Arm(..) | Origin::GroundVector(_) | Origin::Implied(_) | Origin::Unilateral(_) => {}
+            Origin::Unilateral(index) => mechanism.unilaterals[index].visit_parameters(&mut visit),
+            Origin::Arm(..) | Origin::GroundVector(_) | Origin::Implied(_) => {}
         }
+        found.retain(|&own| !mechanism.parameters[own].held);
         found.dedup();
         found
     }
@@ -129,8 +138,9 @@ impl Lesson<'_> {
         let system = &self.equations.system;
         let (bodies, each) = (system.mechanism.bodies.len(), if self.letters.has_two_components() { 3 } else { 1 });
         let mut takers: BTreeMap<(&str, usize), usize> = BTreeMap::new();
-        for element in &system.elements {
-            if matches!(element.origin, Origin::Joint(_) | Origin::Driver(_)) {
+        for (index, element) in system.elements.iter().enumerate() {
+            let takes_some = matches!(element.origin, Origin::Joint(_) | Origin::Driver(_));
+            if takes_some && system.has_edges(ElementId(index)) {
                 *takers.entry((kind(element), takes(element))).or_default() += 1;
             }
         }
@@ -205,11 +215,9 @@ pub fn kind(element: &Element) -> &'static str {
         Origin::Driver(_) => "driver",
         Origin::Load(_) => "load",
         Origin::Implied(_) => "implied relation",
+        Origin::Unilateral(_) if element.slip.is_some() => "dry friction",
         Origin::Unilateral(_) => "contact",
-        Origin::Joint(_) if element.translation.is_none() && element.rotation.is_none() => match element.coupling {
-            Some(_) => "coupling",
-            None => "one-sided relation",
-        },
+        Origin::Joint(_) if element.translation.is_none() && element.rotation.is_none() => "coupling",
         Origin::Joint(_) if element.coupling.is_some() => "rolling disc",
         Origin::Joint(_) => match &element.translation {
             Some(row) if !row.motion.is_empty() && is_free(element) => "pin in slot",

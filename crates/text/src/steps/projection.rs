@@ -8,6 +8,7 @@ use super::graphs::{list, shortened};
 use super::view::View;
 use super::{Lesson, check, heading, words};
 use crate::document::Block;
+use crate::modes::{Modes, indicators};
 use crate::name::Name;
 use crate::tree::Tree;
 
@@ -113,8 +114,15 @@ impl Lesson<'_> {
                 "No chord holds anything: there are no loops, no loop equations and no multipliers (m = 0).",
             ));
         } else {
+            let switch = loops.iter().filter(|&&row| !self.equations.constraints[row].always_holds());
+            let switch = switch.filter(|&&row| self.equations.constraints[row].is_imposed()).count();
+            let switch = match switch {
+                0 => String::new(),
+                1 => ", of which 1 holds in one mode only".to_owned(),
+                _ => format!(", of which {switch} hold in one mode each"),
+            };
             blocks.push(words(format!(
-                "A chord gives one equation for each direction that it holds, and the reaction in that direction is its multiplier: m = {}.",
+                "A chord gives one equation for each direction that it holds, and the reaction in that direction is its multiplier: m = {}{switch}.",
                 loops.len()
             )));
             blocks.extend(self.own_circuits());
@@ -125,8 +133,19 @@ impl Lesson<'_> {
             blocks.extend(self.equations(names, &values));
             let gaps = self.equations.gaps();
             blocks.push(self.closed(&loops.iter().map(|&index| gaps[index]).collect::<Vec<_>>()));
+            blocks.extend(self.modes());
         }
         blocks.extend(self.slide_equations());
+        blocks
+    }
+
+    /// Which of these hold in which mode.
+    fn modes(&mut self) -> Vec<Block> {
+        let Some(modes) = Modes::new(&mut self.equations) else { return Vec::new() };
+        let entries = indicators(&mut self.equations).into_iter().flat_map(|(_, entries)| entries);
+        let mut blocks = modes.blocks();
+        blocks.push(words("with the gaps, and the rates of what slides or turns freely:"));
+        blocks.extend(self.written(entries.collect()));
         blocks
     }
 

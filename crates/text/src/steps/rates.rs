@@ -188,7 +188,8 @@ impl Lesson<'_> {
     /// Where the drivers prescribe everything: which equation gives which coordinate, read from the zeros in Phi_q.
     fn order(&self, loops: &[usize]) -> Vec<Block> {
         let mut open: Vec<usize> = (0..self.equations.coordinates.len()).collect();
-        let mut rows: Vec<(usize, usize)> = loops.iter().copied().enumerate().collect();
+        let always = |&(_, index): &(usize, usize)| self.equations.constraints[index].always_holds();
+        let mut rows: Vec<(usize, usize)> = loops.iter().copied().enumerate().filter(always).collect();
         if rows.len() != open.len() || rows.is_empty() {
             return Vec::new();
         }

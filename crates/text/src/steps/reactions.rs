@@ -1,6 +1,7 @@
 //! Reactions: the cutsets that Step 1 did not use, on the reaction spaces of their branches; and the numbers of the start.
 
-use cotree::expr::{Expr, Order};
+use cotree::equations::Standing;
+use cotree::expr::{Expr, Order, Symbol};
 use cotree::formulate::equations;
 use cotree::model::{BodyId, Coordinates, Mechanism, Owner, Place, Quantity, Variable};
 use cotree::network::{ElementId, Held, Origin};
@@ -11,7 +12,7 @@ use super::projection::{Cut, Rows, inserted, is_free};
 use super::{Lesson, check, heading, words};
 use crate::document::{Block, Piece};
 use crate::motion::{self, dynamics};
-use crate::name::Name;
+use crate::name::{Name, symbol_name};
 use crate::tree::Tree;
 
 /// Larger systems in absolute coordinates are not solved for the check.
@@ -43,6 +44,10 @@ impl Lesson<'_> {
                  guide: beside what stands above they carry a share of it, the multiplier times a function of the cam's angle. \
                  It does no work, and the numbers have it.",
             ));
+        }
+        if let Err(why) = &self.modes {
+            blocks.push(words(format!("The motion does not begin, so there are no numbers to check: {why}")));
+            return blocks;
         }
         let mut values = self.start();
         if values.solve(&mut self.equations).is_some() {
@@ -107,6 +112,11 @@ impl Lesson<'_> {
         for (row, (index, _)) in self.equations.loops().enumerate().filter(|_| self.dynamic) {
             rows.push((Tree::Name(Name::entry("lambda", &[row])), Tree::number(short(values.reactions[index]))));
         }
+        let levels = self.equations.constraints.iter().enumerate().filter(|(_, own)| own.standing == Standing::Level);
+        for (index, _) in levels.filter(|_| self.dynamic) {
+            let name = symbol_name(&self.equations, Symbol::Reaction(index));
+            rows.push((Tree::Name(name), Tree::number(short(values.reactions[index]))));
+        }
         let few = self.dynamic && self.equations.coordinates.len() <= 3;
         let mut reactions = if few { self.entries() } else { Vec::new() };
         reactions.extend(motion::slides(&mut self.equations));
@@ -146,11 +156,11 @@ impl Lesson<'_> {
         if size > LARGEST {
             return vec![words(format!("In absolute coordinates these would be {size} equations: not solved here."))];
         }
-        let mut absolute = Moment::new(mechanism, &self.source.state);
+        let mut absolute = self.in_mode(Moment::new(mechanism, &self.source.state));
         let wanted = other.coordinates.clone();
         for (order, list) in [(Order::Position, 0), (Order::Velocity, 1)] {
             let exprs: Vec<Expr> = wanted.iter().map(|own| self.source.equations.value_of(own, order)).collect();
-            let start = Moment::new(mechanism, &self.source.state);
+            let start = self.in_mode(Moment::new(mechanism, &self.source.state));
             let numbers = start.of(&self.source.equations, &exprs);
             if list == 0 { absolute.positions = numbers } else { absolute.rates = numbers }
         }

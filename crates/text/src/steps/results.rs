@@ -7,6 +7,7 @@ use super::line;
 use super::numbers::{agree, short};
 use super::{Lesson, check, heading, words};
 use crate::document::{Block, Piece};
+use crate::modes::sliding;
 use crate::motion::{called, dynamics, governing};
 use crate::tree::Tree;
 
@@ -29,6 +30,11 @@ impl Lesson<'_> {
         blocks.extend(self.mass_matrix());
         blocks.extend(self.reading());
         blocks.extend(self.loads());
+        let (_, friction) = sliding(&mut self.equations);
+        if !friction.is_empty() {
+            blocks.push(words("Friction while it slides, with the levels of section 7:"));
+            blocks.extend(self.written(friction));
+        }
         blocks.extend(line::matrices(self));
         blocks.extend(self.checked());
         blocks

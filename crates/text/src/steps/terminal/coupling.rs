@@ -1,7 +1,7 @@
 //! The terminal equations of couplings: the relation between across variables, and the loads factor x reaction (the transposed
 //! relation), times the slope where an angle is the argument of a function.
 
-use cotree::expr::Symbol;
+use cotree::expr::{Expr, Symbol};
 use cotree::network::{Direction, Element, ElementId, Port, Term};
 
 use super::{Terminal, sum};
@@ -10,7 +10,7 @@ use crate::steps::projection::Rows;
 use crate::tree::Tree;
 
 impl Terminal<'_> {
-    /// The first across variable by the others: their factors change sides. The factor of the first is one.
+    /// The first across variable by the others: their factors change sides, and that of the first divides them.
     pub fn relation(&mut self, id: ElementId, element: &Element) -> Rows {
         let Some((first, others)) = element.coupling.as_ref().and_then(|own| own.terms.split_first()) else {
             return Rows::new();
@@ -19,6 +19,7 @@ impl Terminal<'_> {
         for (index, term) in others.iter().enumerate() {
             let arena = &mut self.equations.system.arena;
             let minus = arena.negate(term.factor);
+            let minus = arena.divide(minus, first.factor);
             let own = self.across(id, element, index + 1, term);
             if let Port::Curve(_, curve) = term.port {
                 let value = self.equations.system.arena.multiply(minus, curve.value[0]);
@@ -28,7 +29,9 @@ impl Terminal<'_> {
                 terms.push((self.formula(minus), Some(own)));
             }
         }
-        terms.extend(element.coupling.iter().map(|own| (self.formula(own.offset), None)));
+        let offset = element.coupling.as_ref().map_or(Expr::ZERO, |own| own.offset);
+        let offset = self.equations.system.arena.divide(offset, first.factor);
+        terms.push((self.formula(offset), None));
         let mut rows = vec![(self.across(id, element, 0, first), sum(terms))];
         // A function of an angle repeats every turn.
         let turn = || Tree::product(vec![Tree::Number(2.0), Tree::Pi]);
@@ -46,7 +49,15 @@ impl Terminal<'_> {
     pub fn loads(&mut self, id: ElementId, element: &Element) -> Rows {
         let index = self.equations.constraints.iter().position(|row| row.element == id && !row.coupled.is_empty());
         let (Some(coupling), Some(index)) = (&element.coupling, index) else { return Rows::new() };
-        let reaction = Tree::Name(symbol_name(self.equations, Symbol::Reaction(index)));
+        let multiplier = Tree::Name(symbol_name(self.equations, Symbol::Reaction(index)));
+        let gap = self.equations.constraints[index].one_sided.clone();
+        let reaction = match gap.and_then(|gap| gap.slip) {
+            Some(slip) => {
+                let level = Tree::Name(symbol_name(self.equations, Symbol::Reaction(index + 1)));
+                Tree::Sum(vec![(false, multiplier), (false, self.times(slip.direction, level))])
+            }
+            None => multiplier,
+        };
         let row = |(number, term): (usize, &Term)| {
             let label = self.label(id, element, number);
             let times = |vector: Tree| Tree::product(vec![reaction.clone(), vector]);

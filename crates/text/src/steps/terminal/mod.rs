@@ -34,15 +34,18 @@ impl Lesson<'_> {
         let count = self.equations.system.elements.len();
         let mut rows = Vec::new();
         for id in (0..count).map(ElementId) {
+            if !self.equations.system.has_edges(id) {
+                continue;
+            }
             let element = self.equations.system.element(id).clone();
-            let equation = |(left, right)| Piece::Math(Tree::Relation("=", Box::new([left, right])));
-            let equations = Piece::list(";  ", self.says(id).into_iter().map(equation));
+            let equations = self.sentence(id, &element);
             let row = vec![Piece::words(&element.label), equations, self.unknowns(&element)];
             rows.push((kind(&element).to_owned(), row));
         }
         let mut blocks = vec![heading("5. What does each part say by itself? Terminal equations (Table 1)")];
         blocks.push(words("Nothing is eliminated yet; u and n are unit vectors along and across an axis, R turns by an angle, k is out of the plane."));
         blocks.extend(thinned("Terminal equations", &["edge", "equations", "unknown"], rows));
+        blocks.extend(self.switching());
         blocks.extend(self.gravity());
         if self.letters.has_two_components() {
             blocks.push(words("What is fixed in a body, arms and axes, turns with it:"));
@@ -50,6 +53,34 @@ impl Lesson<'_> {
         }
         blocks.push(words(self.count_of_equations()));
         blocks
+    }
+
+    /// Its equations behind each other: those of all modes, then what holds in one only.
+    fn sentence(&mut self, id: ElementId, element: &Element) -> Piece {
+        let equation = |(left, right)| Piece::Math(Tree::Relation("=", Box::new([left, right])));
+        let list = |rows: Rows| Piece::list(";  ", rows.into_iter().map(equation));
+        let mut rows = self.says(id);
+        let when = match (element.origin, &element.slip) {
+            (Origin::Unilateral(_), Some(_)) => "while it sticks: ",
+            (Origin::Unilateral(_), None) => "while it is closed: ",
+            _ => return list(rows),
+        };
+        let loads = if self.dynamic { element.coupling.as_ref().map_or(0, |own| own.terms.len()) } else { 0 };
+        let always = rows.split_off(rows.len().saturating_sub(loads));
+        let between = if always.is_empty() { "" } else { ";  " };
+        Piece::Row(vec![list(always), Piece::words(format!("{between}{when}")), list(rows)])
+    }
+
+    /// What is to be known of terminal equations that switch.
+    fn switching(&self) -> Option<Block> {
+        let modes = !self.equations.system.mechanism.unilaterals.is_empty();
+        modes.then(|| {
+            words(
+                "What is held on one side only, or rubs, has another terminal equation in each mode: that which is written holds in one, and \
+                 in the others the multiplier is zero instead. Its edge stays, a chord in every tree, so that graphs, coordinates and the \
+                 number of equations are those of one mechanism; section 7 has the modes.",
+            )
+        })
     }
 
     /// The components of gravity, if it acts.

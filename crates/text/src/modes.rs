@@ -1,0 +1,415 @@
+//! Modes of what is held on one side only and of what rubs: which equation holds in each, how long it lasts, and what an impact does.
+//!
+//! All modes are one system of equations. The factor of a relation is 1 in the mode in which it holds, and its multiplier is zero in the others.
+
+use cotree::equations::{Constraint, Equations};
+use cotree::expr::{Binary, Expr, Order, Symbol};
+use cotree::model::{Formula, Pressed, Quantity, Slip, Unilateral, Variable};
+use serde_json::{Value, json};
+
+use super::document::{Block, Piece};
+use super::json::{formula, tree};
+use super::motion::{Entry, has_masses};
+use super::name::{Name, symbol_name};
+use super::notation::plain::PLAIN;
+use super::tree::{Tree, plain};
+
+/// What holds on one side only or rubs, with its loop equation.
+struct Edge<'m> {
+    own: &'m Unilateral,
+    row: usize,
+}
+
+/// A mode of one of them.
+struct Mode {
+    /// What holds in it.
+    holds: Vec<Tree>,
+    /// As long as this is so.
+    lasts: Lasts,
+    then: Vec<Piece>,
+}
+
+enum Lasts {
+    While(Tree),
+    /// As long as what presses is open.
+    Open(String),
+}
+
+/// The modes of everything in a mechanism that has some, and the levels of friction.
+pub struct Modes {
+    all: Vec<(String, Vec<(&'static str, Mode)>)>,
+    levels: Vec<(Name, Tree)>,
+    /// Does anything strike?
+    strikes: bool,
+    /// Does anything rub in proportion to what presses?
+    rubs: bool,
+}
+
+impl Modes {
+    /// None if nothing has modes.
+    pub fn new(equations: &mut Equations) -> Option<Self> {
+        let mechanism = equations.system.mechanism.clone();
+        let edges = edges(equations, &mechanism.unilaterals);
+        let mut modes = Modes { all: Vec::new(), levels: Vec::new(), strikes: false, rubs: false };
+        for edge in edges {
+            let own = match &edge.own.slip {
+                Some(slip) => {
+                    modes.rubs |= !matches!(slip.pressed, Pressed::Nothing) && slip.law.mu != Formula::Number(0.0);
+                    let level = level(equations, &edge, slip);
+                    modes.levels.push((level_name(&edge.own.name), level));
+                    edge.of_friction(equations, slip)
+                }
+                None => {
+                    modes.strikes = true;
+                    edge.of_one_side(equations)
+                }
+            };
+            let named = edge.own.modes().into_iter().zip(own);
+            modes.all.push((edge.own.name.clone(), named.collect()));
+        }
+        (!modes.all.is_empty()).then_some(modes)
+    }
+
+    /// The table with what is needed to read it.
+    pub fn blocks(&self) -> Vec<Block> {
+        let presses = if self.strikes { " A multiplier that is negative presses." } else { "" };
+        let text = format!(
+            "Each of these is in one of its modes. Where its factor is 0 it is no loop equation, and its multiplier is zero. Events \
+             alone change modes.{presses}"
+        );
+        let mut blocks = vec![Block::Text(vec![Piece::words(text)])];
+        let head = ["of", "mode", "holds", "as long as", "then"].map(str::to_owned);
+        blocks.push(Block::table(head.into(), self.rows()));
+        if !self.levels.is_empty() {
+            blocks.push(Block::Text(vec![Piece::words("The levels of friction while it slides:")]));
+            let levels = self.levels.iter().map(|(name, level)| (Tree::Name(name.clone()), level.clone()));
+            blocks.push(Block::Equations(levels.collect()));
+        }
+        if self.strikes {
+            blocks.extend(self.impact());
+        }
+        blocks
+    }
+
+    fn rows(&self) -> Vec<Vec<Piece>> {
+        let mut rows = Vec::new();
+        for (name, modes) in &self.all {
+            for (index, (mode_name, mode)) in modes.iter().enumerate() {
+                let of = if index == 0 { Piece::Code(name.clone()) } else { Piece::words("") };
+                let holds = Piece::list(", ", mode.holds.iter().cloned().map(Piece::Math));
+                let lasts = match &mode.lasts {
+                    Lasts::While(relation) => Piece::Math(relation.clone()),
+                    Lasts::Open(of) => Piece::Row(vec![Piece::Code(of.clone()), Piece::words(" is open")]),
+                };
+                rows.push(vec![of, Piece::words(*mode_name), holds, lasts, Piece::Row(mode.then.clone())]);
+            }
+        }
+        rows
+    }
+
+    /// What happens at one instant.
+    fn impact(&self) -> Vec<Block> {
+        let column = |base: &str, below: &str| Tree::Name(Name::column(base, below));
+        let matrix = |base: &str, below: &str| Tree::Name(Name::matrix(base, below));
+        let change = Tree::Sum(vec![(false, column("v", "after")), (true, column("v", "before"))]);
+        let transposed = Tree::power(matrix("Phi", "q"), Tree::Name(Name::letter("T", "")));
+        let mut terms = vec![
+            (false, Tree::product(vec![matrix("M", ""), change])),
+            (false, Tree::product(vec![transposed, column("P", "")])),
+        ];
+        if self.rubs {
+            terms.push((true, column("P", "friction")));
+        }
+        let mut text = vec![
+            Piece::words("An impact changes rates at one instant, with impulses "),
+            Piece::Math(column("P", "")),
+            Piece::words(
+                " in the place of multipliers: of what touches those that press, together. The rates before and after are those of the gaps.",
+            ),
+        ];
+        if self.rubs {
+            text.extend([
+                Piece::words(
+                    " Friction that follows from what presses takes part by Coulomb's law for impulses, with ",
+                ),
+                Piece::Math(column("P", "friction")),
+                Piece::words(" by the level while it slides; a level that nothing presses for has no impulse."),
+            ]);
+        }
+        vec![Block::Text(text), Block::Equations(vec![(Tree::Sum(terms), Tree::zero())])]
+    }
+
+    /// For other programs.
+    pub fn json(&self) -> [Value; 2] {
+        let relation = |own: &Tree| json!({ "text": PLAIN.formula(own), "tree": tree(own) });
+        let text = |pieces: &[Piece]| -> String {
+            let piece = |piece: &Piece| match piece {
+                Piece::Math(tree) => PLAIN.formula(tree),
+                Piece::Words(text) | Piece::Code(text) => text.clone(),
+                Piece::Row(_) => String::new(),
+            };
+            pieces.iter().map(piece).collect()
+        };
+        let modes = self.all.iter().flat_map(|(name, modes)| {
+            modes.iter().map(move |(mode_name, mode)| {
+                let lasts = match &mode.lasts {
+                    Lasts::While(own) => relation(own),
+                    Lasts::Open(of) => json!({ "open": of }),
+                };
+                let holds: Vec<Value> = mode.holds.iter().map(relation).collect();
+                json!({ "of": name, "mode": mode_name, "holds": holds, "while": lasts, "then": text(&mode.then) })
+            })
+        });
+        [modes.collect(), self.levels.iter().map(|(name, level)| formula(name, level)).collect()]
+    }
+}
+
+impl Edge<'_> {
+    /// Open, closed; of a freewheel: free, caught.
+    fn of_one_side(&self, equations: &mut Equations) -> Vec<Mode> {
+        let (own, name) = (self.own, &self.own.name);
+        let closed = parameter(equations, own.closed.0);
+        let lambda = Tree::Name(symbol_name(equations, Symbol::Reaction(self.row)));
+        let presses = Lasts::While(relation("<=", lambda.clone(), Tree::zero()));
+        let share = equations.system.value(&own.held.restitution);
+        let share = plain(equations, &[share]).pop().unwrap_or_else(Tree::zero);
+        let what = if own.held.of_rate { rate_name(name) } else { gap_name(name) };
+        let quantity = Tree::Name(what);
+        let after = match share {
+            _ if own.held.of_rate => Tree::zero(),
+            share if share == Tree::zero() => share,
+            share => Tree::Sum(vec![(true, Tree::product(vec![share, Tree::Name(instant(name, "before"))]))]),
+        };
+        let strikes = relation("=", Tree::Name(instant(name, "after")), after);
+        let ends = if own.held.of_rate {
+            vec![Piece::words("it is caught where it stands; by an impact with "), Piece::Math(strikes)]
+        } else {
+            vec![Piece::words("it strikes: "), Piece::Math(strikes)]
+        };
+        vec![
+            Mode {
+                holds: vec![is(closed.clone(), 0.0), is(lambda, 0.0)],
+                lasts: Lasts::While(relation("<=", Tree::zero(), quantity.clone())),
+                then: ends,
+            },
+            Mode {
+                holds: vec![is(closed, 1.0), is(quantity, 0.0)],
+                lasts: presses,
+                then: vec![Piece::words(if own.held.of_rate { "it is let go" } else { "it opens" })],
+            },
+        ]
+    }
+
+    /// It sticks, slides, slides back; and does none of these where nothing touches.
+    fn of_friction(&self, equations: &mut Equations, slip: &Slip) -> Vec<Mode> {
+        let sticks = parameter(equations, self.own.closed.0);
+        let direction = parameter(equations, slip.direction.0);
+        let lambda = Tree::Name(symbol_name(equations, Symbol::Reaction(self.row)));
+        let rate = Tree::Name(rate_name(&self.own.name));
+        let level = Tree::Name(level_name(&self.own.name));
+        let ratio = equations.system.value(&slip.law.ratio);
+        let most = match plain(equations, &[ratio]).pop() {
+            Some(ratio) if ratio != Tree::Number(1.0) => Tree::product(vec![ratio, level]),
+            _ => level,
+        };
+        let holds = |first: f64, second: f64, third: Tree| {
+            vec![is(sticks.clone(), first), is(direction.clone(), second), is(third, 0.0)]
+        };
+        let size = Tree::Call("abs", vec![lambda.clone()]);
+        let ends = |other: &str| vec![Piece::words(format!("it sticks, or slides {other}"))];
+        let mut modes = vec![
+            Mode {
+                holds: holds(1.0, 0.0, rate.clone()),
+                lasts: Lasts::While(relation("<=", size, most)),
+                then: vec![Piece::words("it slides the way it is pushed")],
+            },
+            Mode {
+                holds: holds(0.0, 1.0, lambda.clone()),
+                lasts: Lasts::While(relation("<=", Tree::zero(), rate.clone())),
+                then: ends("back"),
+            },
+            Mode {
+                holds: holds(0.0, -1.0, lambda.clone()),
+                lasts: Lasts::While(relation("<=", rate, Tree::zero())),
+                then: ends("on"),
+            },
+        ];
+        let on = slip.on.map(|on| equations.system.mechanism.unilaterals[on].name.clone());
+        modes.extend(on.map(|on| Mode {
+            holds: holds(0.0, 0.0, lambda),
+            lasts: Lasts::Open(on),
+            then: vec![Piece::words("it rubs")],
+        }));
+        modes
+    }
+}
+
+/// Those that have a loop equation.
+fn edges<'m>(equations: &Equations, all: &'m [Unilateral]) -> Vec<Edge<'m>> {
+    let rows = all.iter().enumerate().filter_map(|(index, own)| Some((own, equations.row_of_unilateral(index)?)));
+    rows.map(|(own, row)| Edge { own, row }).collect()
+}
+
+/// The gaps, and the rates of what slides or turns freely.
+pub fn indicators(equations: &mut Equations) -> [(&'static str, Vec<Entry>); 2] {
+    let mechanism = equations.system.mechanism.clone();
+    let (mut gaps, mut rates) = (Vec::new(), Vec::new());
+    for Edge { own, row } in edges(equations, &mechanism.unilaterals) {
+        let Some(gap) = equations.constraints[row].one_sided.clone() else { continue };
+        if own.slip.is_none() && !own.held.of_rate {
+            gaps.push((gap_name(&own.name), gap.value));
+            continue;
+        }
+        let arena = &mut equations.system.arena;
+        let rate = gap.jacobian.iter().fold(gap.time_rate, |sum, &(column, entry)| {
+            let speed = arena.symbol(Symbol::Coordinate(column, Order::Velocity));
+            arena.add_product(sum, entry, speed)
+        });
+        rates.push((rate_name(&own.name), rate));
+    }
+    [("Gaps", gaps), ("Rates of what slides or turns freely", rates)]
+}
+
+/// What friction adds to {Q} while it slides.
+pub fn sliding(equations: &mut Equations) -> (&'static str, Vec<Entry>) {
+    let title = "Dry friction while it slides";
+    if !rubs(equations) || !has_masses(equations) {
+        return (title, Vec::new());
+    }
+    let reactions = equations.dynamics().reactions.clone();
+    let mut entries = Vec::new();
+    for (coordinate, row) in reactions.into_iter().enumerate() {
+        let levels = row.into_iter().filter(|(index, _)| is_level(&equations.constraints[*index]));
+        let levels: Vec<(usize, Expr)> = levels.collect();
+        let arena = &mut equations.system.arena;
+        let force = levels.into_iter().fold(Expr::ZERO, |sum, (index, entry)| {
+            let level = arena.symbol(Symbol::Reaction(index));
+            arena.subtract_product(sum, entry, level)
+        });
+        if force != Expr::ZERO {
+            let number = coordinate + 1;
+            let name = Name::letter("Q", &format!("{number}, friction"));
+            entries.push((Name { plain: format!("Q_friction[{number}]"), ..name }, force));
+        }
+    }
+    (title, entries)
+}
+
+/// Does anything rub that sticks?
+pub fn rubs(equations: &Equations) -> bool {
+    equations.constraints.iter().any(is_level)
+}
+
+fn is_level(row: &Constraint) -> bool {
+    row.standing == cotree::equations::Standing::Level
+}
+
+/// coulomb + mu x what presses, in the scene's names.
+fn level(equations: &mut Equations, edge: &Edge, slip: &Slip) -> Tree {
+    let coulomb = equations.formula(&slip.law.coulomb);
+    let free = equations.system.arena.binary(Binary::Max, Expr::ZERO, coulomb);
+    let mut factors = vec![equations.system.value(&slip.law.mu)];
+    if let (Pressed::Pin, Some(radius)) = (slip.pressed, &slip.law.radius) {
+        factors.push(equations.system.value(radius));
+    }
+    let mut trees = plain(equations, &[vec![free], factors].concat()).into_iter();
+    let free = trees.next().unwrap_or_else(Tree::zero);
+    let factors: Vec<Tree> = trees.filter(|factor| *factor != Tree::Number(1.0)).collect();
+    let pressing = pressing(equations, edge, slip);
+    let mut terms = vec![(false, free)];
+    if let Some(pressing) = pressing.filter(|_| !factors.contains(&Tree::zero())) {
+        terms.push((false, Tree::product([factors, vec![pressing]].concat())));
+    }
+    terms.retain(|(_, term)| *term != Tree::zero());
+    Tree::sum(terms)
+}
+
+/// What presses: a size, or a sum of two.
+fn pressing(equations: &mut Equations, edge: &Edge, slip: &Slip) -> Option<Tree> {
+    let size = |tree: Tree| Tree::Call("abs", vec![tree]);
+    let variable = |equations: &Equations, quantity| {
+        let variable = Variable { owner: edge.own.owner, quantity };
+        Tree::Name(Name::variable(&equations.system.mechanism.variable_name(variable)))
+    };
+    Some(match slip.pressed {
+        Pressed::Nothing => return None,
+        Pressed::Pin => {
+            let squares =
+                [Quantity::Fx, Quantity::Fy].map(|own| Tree::power(variable(equations, own), Tree::Number(2.0)));
+            Tree::Root(Box::new(Tree::Sum(squares.map(|own| (false, own)).into())))
+        }
+        Pressed::Guide { .. } => match &slip.law.length {
+            None => size(variable(equations, Quantity::Fn)),
+            Some(length) => {
+                let length = equations.system.value(length);
+                let length = plain(equations, &[length]).pop()?;
+                let half = Tree::Quotient(Box::new([variable(equations, Quantity::Fn), Tree::Number(2.0)]));
+                let tilting = Tree::Quotient(Box::new([variable(equations, Quantity::Torque), length]));
+                let end = |minus| size(Tree::Sum(vec![(false, half.clone()), (minus, tilting.clone())]));
+                Tree::Sum(vec![(false, end(false)), (false, end(true))])
+            }
+        },
+        Pressed::Reaction(quantity) => size(variable(equations, quantity)),
+        Pressed::Contact => {
+            let row = equations.row_of_unilateral(slip.on?)?;
+            let lambda = Tree::Name(symbol_name(equations, Symbol::Reaction(row)));
+            size(lambda)
+        }
+    })
+}
+
+/// What a value is that events alone change and that equations read; none if no equation does.
+pub fn held_words(equations: &Equations, parameter: usize) -> Option<&'static str> {
+    let mechanism = &equations.system.mechanism;
+    for own in &mechanism.unilaterals {
+        if own.closed.0 == parameter {
+            return Some(match (&own.slip, own.held.of_rate) {
+                (Some(_), _) => "1 while it sticks, else 0",
+                (None, true) => "1 while it is caught, else 0",
+                (None, false) => "1 while it is closed, else 0",
+            });
+        }
+        if own.slip.as_ref().is_some_and(|slip| slip.direction.0 == parameter) {
+            return Some("1 while it slides, -1 while it slides back, else 0");
+        }
+        let mut is_place = false;
+        own.held.bound.visit_parameters(&mut |id| is_place |= id.0 == parameter);
+        if is_place && mechanism.parameters[parameter].held {
+            return Some(if own.slip.is_some() { "where it sticks" } else { "where it was caught" });
+        }
+    }
+    let is_there = mechanism.removable.iter().any(|own| own.there.0 == parameter);
+    is_there.then_some("1 while it is there, then 0")
+}
+
+/// `guide.max.gap`
+fn gap_name(of: &str) -> Name {
+    Name::variable(&format!("{of}.gap"))
+}
+
+/// `rubbing.friction.rate`
+fn rate_name(of: &str) -> Name {
+    Name { plain: format!("{of}.rate"), ..Name::letter("u", of) }
+}
+
+/// `rubbing.friction.level`
+pub fn level_name(of: &str) -> Name {
+    Name::variable(&format!("{of}.level"))
+}
+
+/// The rate of what is held on one side, before or after an impact.
+fn instant(of: &str, when: &str) -> Name {
+    Name { plain: format!("{of}.rate_{when}"), ..Name::letter("u", &format!("{of}, {when}")) }
+}
+
+fn parameter(equations: &Equations, index: usize) -> Tree {
+    Tree::Name(symbol_name(equations, Symbol::Parameter(index)))
+}
+
+fn relation(sign: &'static str, left: Tree, right: Tree) -> Tree {
+    Tree::Relation(sign, Box::new([left, right]))
+}
+
+fn is(left: Tree, value: f64) -> Tree {
+    relation("=", left, Tree::number(value))
+}
