@@ -4,6 +4,7 @@ use crate::support::ROOT;
 use crate::support::hard::random::Random;
 use crate::support::run::{model, scene_of, started, value};
 
+use cotree::scene::Scene;
 use cotree_fmu::instance::InstanceError;
 use cotree_fmu::program::Engine;
 

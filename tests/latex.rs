@@ -2,6 +2,7 @@
 
 use crate::outside::command;
 use crate::support::ROOT;
+use crate::support::run::RUBBING_IN_DRIVEN;
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -22,6 +23,9 @@ fn pages() -> Vec<(String, String)> {
     for entry in fs::read_dir(Path::new(ROOT).join("models")).unwrap() {
         let folder = entry.unwrap().path();
         let name = folder.file_name().unwrap().to_str().unwrap().to_owned();
+        if name == RUBBING_IN_DRIVEN {
+            continue;
+        }
         for options in [&["--equations", "latex"][..], &["--equations", "latex", "--symbols"], &["--steps", "latex"]] {
             let output = cotree(&folder, &[&["show", "scene.toml"], options].concat());
             assert_eq!(code(&output), 0, "{name} {options:?}: {}", stderr(&output));

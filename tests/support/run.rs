@@ -87,6 +87,11 @@ pub fn started(model: &Arc<Model>, engine: Option<Engine>, stop: f64, tolerance:
     instance
 }
 
+/// The models with dry friction that sticks: no code is printed of them.
+pub const RUBBING: [&str; 4] = ["clutch_start", RUBBING_IN_DRIVEN, "stick_slip", "worm_hoist"];
+/// That of a mechanism that drivers move: no equations are printed of it.
+pub const RUBBING_IN_DRIVEN: &str = "friction_press";
+
 /// The present value of a variable.
 pub fn value(instance: &mut Instance, name: &str) -> f64 {
     let variable = instance.variable(name).unwrap_or_else(|| panic!("no variable {name}"));

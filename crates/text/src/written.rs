@@ -71,7 +71,7 @@ pub fn steps(scene: &Scene, prose: Prose) -> Result<String, Faults> {
 /// # Errors
 /// They are too large to be written.
 pub fn written(formulated: &mut Formulated, notation: Notation) -> Result<String, Vec<Fault>> {
-    check_written(&formulated.equations)?;
+    check(&formulated.equations)?;
     let Formulated { equations, lowered, redundant, .. } = formulated;
     let language: &dyn code::Language = match notation {
         Notation::C => &code::C,
@@ -87,6 +87,19 @@ pub fn written(formulated: &mut Formulated, notation: Notation) -> Result<String
         return Err(vec![fault]);
     }
     Ok(code::code(equations, &lowered.solved, redundant, language))
+}
+
+/// Whether equations can be written.
+fn check(equations: &Equations) -> Result<(), Vec<Fault>> {
+    check_written(equations)?;
+    let rubbing = equations.system.mechanism.unilaterals.iter().find(|own| own.slip.is_some());
+    let Some(own) = rubbing.filter(|_| equations.is_driven()) else { return Ok(()) };
+    let message = format!(
+        "`{}` slides as drivers say: its part of the reactions follows from them, and is not written down where drivers determine the motion",
+        own.name
+    );
+    let fault = Fault::new("equations::friction", message, own.span).label("dry friction in a driven motion");
+    Err(vec![fault.help("print the equations without this friction, and use `simulate`, `motion` or an FMU with it")])
 }
 
 /// Why there is no code: that of driven mechanisms solves for positions, and knows no states; and friction that sticks has no place in {Q}.
@@ -118,7 +131,7 @@ fn without_code(equations: &Equations, solved: &[Expr]) -> Option<Fault> {
 /// # Errors
 /// They are too large to be written.
 pub fn named(formulated: &mut Formulated, written: Written) -> Result<String, Vec<Fault>> {
-    check_written(&formulated.equations)?;
+    check(&formulated.equations)?;
     Ok(crate::symbols::symbols(&formulated.equations, written))
 }
 
@@ -131,7 +144,7 @@ pub fn reduced(
     written: Written,
     symbols: bool,
 ) -> Result<Result<String, String>, Vec<Fault>> {
-    check_written(&formulated.equations)?;
+    check(&formulated.equations)?;
     if let Some(own) = formulated.equations.system.mechanism.unilaterals.first() {
         let what = if own.slip.is_some() { "sticks or slides" } else { "is held on one side only" };
         let message = format!(
@@ -151,6 +164,6 @@ pub fn reduced(
 /// # Errors
 /// They are too large to be written.
 pub fn derived(formulated: &mut Formulated, prose: Prose) -> Result<String, Vec<Fault>> {
-    check_written(&formulated.equations)?;
+    check(&formulated.equations)?;
     Ok(crate::steps(formulated, prose))
 }

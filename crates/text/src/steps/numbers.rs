@@ -119,12 +119,14 @@ impl Moment {
     /// The level of friction by its law.
     fn level(&self, equations: &Equations, level: &Level) -> f64 {
         let [free, share] = self.of(equations, &[level.free, level.share])[..] else { return f64::NAN };
-        let pressing = match &level.pressing {
+        let pressing: f64 = match &level.pressing {
             Pressing::Sum(sums) => {
                 let sums: Vec<Expr> = sums.iter().map(|(_, sum)| *sum).collect();
                 self.of(equations, &sums).into_iter().map(f64::abs).sum()
             }
-            Pressing::Size(both) => self.of(equations, both).into_iter().fold(0.0, f64::hypot),
+            Pressing::Sizes(vectors) => {
+                vectors.iter().map(|own| self.of(equations, own).into_iter().fold(0.0, f64::hypot)).sum()
+            }
         };
         free + share * pressing
     }
