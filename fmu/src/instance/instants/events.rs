@@ -22,6 +22,7 @@ impl Instance {
         if self.model.program().instants.occasions() == 0 {
             return Ok(None);
         }
+        let begin = self.statistics().work;
         while self.time() < target {
             let now = self.time();
             if self.now.run.is_changed() || self.now.run.step_end() <= now {
@@ -43,6 +44,10 @@ impl Instance {
             }
             if self.now.run.step_end() >= target {
                 return Ok(None);
+            }
+            // Each step has a measure of its own; together they may not do more than a communication step may.
+            if self.statistics().work - begin > self.most_work {
+                return Err(Failure::TooMuchWork { time: self.time(), target }.into());
             }
             self.reach(self.now.run.step_end())?;
         }
