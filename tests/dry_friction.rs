@@ -2,6 +2,7 @@
 
 use crate::support::ROOT;
 use crate::support::hard::random::Random;
+use crate::support::linkage::linkage;
 use crate::support::run::{model, scene_of, started, value};
 
 use cotree::scene::Scene;
@@ -1002,55 +1003,6 @@ fn all_random_chains() {
 /// Four pins hold a linkage of one freedom: one of them sticks, or the equations of what sticks would depend on each other.
 #[test]
 fn a_linkage_stays_where_its_pins_hold_it() {
-    let linkage = |torque: f64| {
-        let pin = |name: &str, between: [&str; 2], radius: u32| {
-            format!(
-                "[joints.{name}]\ntype = \"revolute\"\nbetween = {between:?}\nfriction = {{ mu = 0.4, radius = \"{radius} mm\" }}\n"
-            )
-        };
-        let pins = [
-            pin("pin1", ["ground", "crank.a"], 40),
-            pin("pin2", ["crank.b", "coupler.a"], 30),
-            pin("pin3", ["coupler.b", "rocker.b"], 35),
-            pin("pin4", ["ground.right", "rocker.a"], 25),
-        ];
-        format!(
-            r#"
-name = "linkage"
-gravity = [0, -9.81]
-[ground.points]
-right = [0.6, 0]
-[bodies.crank]
-mass = 1.0
-inertia = 0.01
-points = {{ a = [-0.15, 0], b = [0.15, 0] }}
-[bodies.coupler]
-mass = 1.5
-inertia = 0.04
-points = {{ a = [-0.3, 0], b = [0.3, 0] }}
-[bodies.rocker]
-mass = 1.2
-inertia = 0.03
-points = {{ a = [-0.25, 0], b = [0.25, 0] }}
-{}
-[loads.motor]
-type = "torque"
-on = "crank"
-value = {torque:?}
-[initial]
-"crank.angle" = "50 deg"
-"crank.omega" = 0.0
-"coupler.angle" = {{ guess = "15 deg" }}
-"rocker.angle" = {{ guess = "75 deg" }}
-[outputs]
-variables = ["crank.angle"]
-[experiment]
-stop = 0.5
-tolerance = 1e-9
-"#,
-            pins.concat()
-        )
-    };
     for (torque, holds) in [(3.0, true), (3.5, true), (5.0, false)] {
         let mut run = started(&model(&linkage(torque)), None, 0.5, 1e-9);
         run.step_to(0.5).unwrap();

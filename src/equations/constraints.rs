@@ -78,7 +78,35 @@ pub enum Standing {
     Level,
 }
 
+impl Gap {
+    /// Its rate.
+    pub fn rate(&self, arena: &mut Arena) -> Expr {
+        along(arena, &self.jacobian, self.time_rate, |arena, index| {
+            arena.symbol(Symbol::Coordinate(index, Order::Velocity))
+        })
+    }
+
+    /// Its second derivative, with these accelerations of the coordinates.
+    pub fn acceleration(&self, arena: &mut Arena, of: impl FnMut(&mut Arena, usize) -> Expr) -> Expr {
+        let rest = arena.negate(self.gamma);
+        along(arena, &self.jacobian, rest, of)
+    }
+}
+
+/// A row times derivatives of the coordinates, and a rest.
+fn along(arena: &mut Arena, row: &[(usize, Expr)], rest: Expr, mut of: impl FnMut(&mut Arena, usize) -> Expr) -> Expr {
+    row.iter().fold(rest, |sum, &(column, entry)| {
+        let derivative = of(arena, column);
+        arena.add_product(sum, entry, derivative)
+    })
+}
+
 impl Constraint {
+    /// True for none of the equations: the row of a level.
+    pub fn is_level(&self) -> bool {
+        self.standing == Standing::Level
+    }
+
     /// A row without coordinates: an identity, or a contradiction between two parts of the scene.
     pub fn is_trivial(&self) -> bool {
         self.jacobian.is_empty()

@@ -4,8 +4,8 @@
 
 use std::collections::HashMap;
 
-use super::Equations;
-use crate::expr::{Arena, Binary, Expr, Order, Symbol, Unary};
+use super::{Constraint, Equations};
+use crate::expr::{Arena, Binary, Expr, Symbol, Unary};
 use crate::model::{Owner, Pressed, Quantity, Slip, Unilateral, Variable};
 
 /// What turns or moves by less than this share of its scale in a second does not slide, nor is it about to where that changes by less: rounding errors of what is zero are smaller.
@@ -39,9 +39,27 @@ impl Pressing {
             Pressing::Sizes(vectors) => vectors.concat(),
         }
     }
+
+    /// What presses where its sums have these values, whatever the signs.
+    pub fn size(&self, sums: &[f64]) -> f64 {
+        match self {
+            Pressing::Sum(_) => sums.iter().map(|sum| sum.abs()).sum(),
+            Pressing::Sizes(vectors) => {
+                let mut rest = sums.iter();
+                let mut own =
+                    |vector: &Vec<Expr>| rest.by_ref().take(vector.len()).fold(0.0, |size: f64, sum| size.hypot(*sum));
+                vectors.iter().map(&mut own).sum()
+            }
+        }
+    }
 }
 
 impl Equations {
+    /// True if anything rubs that may stick.
+    pub fn rubs_dry(&self) -> bool {
+        self.constraints.iter().any(Constraint::is_level)
+    }
+
     /// The levels of everything that rubs, with the place of each in the mechanism.
     pub fn levels(&mut self) -> Vec<(usize, Level)> {
         let count = self.system.mechanism.unilaterals.len();
@@ -105,12 +123,8 @@ impl Equations {
             let row = &self.constraints[self.row_of_unilateral(index)?];
             let (gap, least) = (row.one_sided.as_ref()?, STILL * row.scale(length));
             let arena = &mut self.system.arena;
-            let (mut rate, mut second) = (gap.time_rate, arena.negate(gap.gamma));
-            for &(column, entry) in &gap.jacobian {
-                let own = arena.symbol(Symbol::Coordinate(column, Order::Velocity));
-                rate = arena.add_product(rate, entry, own);
-                second = arena.add_product(second, entry, accelerations[column]);
-            }
+            let rate = gap.rate(arena);
+            let second = gap.acceleration(arena, |_, index| accelerations[index]);
             let least = arena.constant(least);
             let [(way, moves), (next, goes_on)] = [rate, second].map(|value| {
                 let size = arena.unary(Unary::Abs, value);

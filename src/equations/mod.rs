@@ -71,7 +71,7 @@ pub struct Equations {
 }
 
 impl Equations {
-    /// Do drivers determine the motion: are there as many independent loop equations as coordinates?
+    /// True if drivers determine the motion: there are as many independent loop equations as coordinates.
     pub fn is_driven(&self) -> bool {
         self.constraints.iter().filter(|row| row.always_holds()).count() == self.coordinates.len()
     }

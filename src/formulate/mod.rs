@@ -127,7 +127,7 @@ pub fn formulate_with(mut equations: Equations, outputs: &[Output]) -> Result<Fo
         }
     }
     let rows = equations.constraints.iter().enumerate();
-    let is_redundant = |row: &Constraint| !row.is_imposed() && row.standing != Standing::Level;
+    let is_redundant = |row: &Constraint| !row.is_imposed() && !row.is_level();
     let redundant: Vec<usize> = rows.filter(|(_, row)| is_redundant(row)).map(|(index, _)| index).collect();
     let mut lowered = match crate::program::program(&mut equations, outputs, length, [&state, &generic]) {
         Ok(lowered) => lowered,

@@ -124,7 +124,7 @@ impl System {
         }
     }
 
-    /// Does it have edges? A joint that only touches or rubs has none: what it holds on one side has one.
+    /// True if it has edges. A joint that only touches or rubs has none: what it holds on one side has one.
     pub fn has_edges(&self, id: ElementId) -> bool {
         let element = self.element(id);
         let has_rows = element.translation.is_some() || element.rotation.is_some() || element.coupling.is_some();

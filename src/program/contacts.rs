@@ -4,7 +4,7 @@ use cotree_fmu::program::{Contact, Contacts, Slip};
 use cotree_fmu::tape::Tape;
 
 use crate::equations::Equations;
-use crate::expr::{Arena, Expr, Order, Symbol};
+use crate::expr::{Expr, Order, Symbol};
 use crate::model::Formula;
 use crate::solve::{Levels, Solver};
 
@@ -29,10 +29,11 @@ impl ContactKernels {
             let row = equations.row_of_unilateral(index).map(|row| equations.constraints[row].clone());
             let Some(gap) = row.and_then(|row| row.one_sided) else { continue };
             let arena = &mut equations.system.arena;
-            let minus = arena.negate(gap.gamma);
             kernels.gaps.push(gap.value);
-            kernels.rates.push(along(arena, &gap.jacobian, Order::Velocity, gap.time_rate));
-            kernels.accelerations.push(along(arena, &gap.jacobian, Order::Acceleration, minus));
+            kernels.rates.push(gap.rate(arena));
+            kernels.accelerations.push(
+                gap.acceleration(arena, |arena, index| arena.symbol(Symbol::Coordinate(index, Order::Acceleration))),
+            );
             let share = own.slip.as_ref().map_or(&own.held.restitution, |slip| &slip.law.ratio);
             kernels.restitutions.push(equations.system.value(share));
         }
@@ -83,12 +84,4 @@ impl ContactKernels {
         let contacts = Contacts { all, gaps, rates, accelerations, restitutions, impact, pressing, locks };
         (contacts.gaps.results.len() == contacts.all.len() && !contacts.all.is_empty()).then_some(contacts)
     }
-}
-
-/// The sum of a row times a derivative of the coordinates, and a rest.
-fn along(arena: &mut Arena, row: &[(usize, Expr)], order: Order, rest: Expr) -> Expr {
-    row.iter().fold(rest, |sum, &(column, entry)| {
-        let derivative = arena.symbol(Symbol::Coordinate(column, order));
-        arena.add_product(sum, entry, derivative)
-    })
 }

@@ -178,7 +178,7 @@ pub fn program(
         let asked = [&table.results[..], &moving.instants.read()].concat();
         moving.drive(equations, (&kernels, &blocks), &asked, (length, pose))?;
     }
-    if driven && equations.constraints.iter().any(|row| row.standing == Standing::Level) {
+    if driven && equations.rubs_dry() {
         moving.lead(equations, length);
     }
     let mut no_series = None;
@@ -204,7 +204,7 @@ pub fn program(
 /// many bodies move with many angles each.
 fn series(equations: &mut Equations, length: f64, pose: &State) -> Result<(ArmForm, Vec<Expr>), String> {
     let values = typical(pose);
-    if !equations.is_driven() && equations.constraints.iter().any(|row| row.standing == Standing::Level) {
+    if !equations.is_driven() && equations.rubs_dry() {
         return Err("dry friction that sticks follows from reactions, of which series know nothing yet".into());
     }
     match equations.system.mechanism.solver.method {

@@ -13,7 +13,7 @@ use std::collections::HashMap;
 
 use super::eliminate::Obstacle;
 use super::motion::{Branch, LoopRow, MotionSystem, Solver, scales, typical};
-use crate::equations::{Constraint, Coordinate, Equations, Standing};
+use crate::equations::{Constraint, Coordinate, Equations};
 use crate::expr::{Expr, Order, Symbol};
 use crate::model::BodyId;
 use crate::network::{ElementId, Held, Trees};
@@ -48,7 +48,7 @@ pub fn solver(equations: &mut Equations, length: f64, pose: &State) -> Result<(S
     let bodies = equations.system.mechanism.bodies.len();
     let deepest = (0..bodies).map(|body| equations.depth(BodyId(body))).max().unwrap_or(0);
     // Levels act on the branch coordinates.
-    let rubs = equations.constraints.iter().any(|row| row.standing == Standing::Level);
+    let rubs = equations.rubs_dry();
     let many = bodies > COUNTED && (0..bodies).any(|body| equations.moving(BodyId(body)) >= DEEP);
     if rubs || !many && deepest < DEEP && equations.largest_loop() < LONG {
         let system = MotionSystem::in_branch_coordinates(equations, length);

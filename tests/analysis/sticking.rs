@@ -3,6 +3,7 @@
 use super::run::scene_of;
 use super::slopes::against_differences;
 use super::support::close;
+use crate::support::linkage::linkage;
 use cotree::scene::Scene;
 use cotree_study::analysis::report::Statics;
 use cotree_study::analysis::{At, Stability, StateSpace, Study, StudyError};
@@ -915,62 +916,9 @@ fn a_drawer_jams_or_slides() {
 /// A four-bar whose pins rub rests where the runtime finds that it does: both fill the shares of the pins in ways of their own.
 #[test]
 fn pins_hold_a_four_bar_where_it_stays() {
-    let mu = 0.4;
-    let text = |torque: f64| {
-        format!(
-            r#"
-name = "linkage"
-gravity = [0, -9.81]
-[ground.points]
-right = [0.6, 0]
-[bodies.crank]
-mass = 1.0
-inertia = 0.01
-points = {{ a = [-0.15, 0], b = [0.15, 0] }}
-[bodies.coupler]
-mass = 1.5
-inertia = 0.04
-points = {{ a = [-0.3, 0], b = [0.3, 0] }}
-[bodies.rocker]
-mass = 1.2
-inertia = 0.03
-points = {{ a = [-0.25, 0], b = [0.25, 0] }}
-[joints.pin1]
-type = "revolute"
-between = ["ground", "crank.a"]
-friction = {{ mu = {mu:?}, radius = "40 mm" }}
-[joints.pin2]
-type = "revolute"
-between = ["crank.b", "coupler.a"]
-friction = {{ mu = {mu:?}, radius = "30 mm" }}
-[joints.pin3]
-type = "revolute"
-between = ["coupler.b", "rocker.b"]
-friction = {{ mu = {mu:?}, radius = "35 mm" }}
-[joints.pin4]
-type = "revolute"
-between = ["ground.right", "rocker.a"]
-friction = {{ mu = {mu:?}, radius = "25 mm" }}
-[loads.motor]
-type = "torque"
-on = "crank"
-value = {torque:?}
-[initial]
-"crank.angle" = "50 deg"
-"crank.omega" = 0.0
-"coupler.angle" = {{ guess = "15 deg" }}
-"rocker.angle" = {{ guess = "75 deg" }}
-[outputs]
-variables = ["crank.alpha"]
-[experiment]
-stop = 0.1
-tolerance = 1e-9
-"#
-        )
-    };
     let mut seen = [0; 2];
     for torque in (0..12).map(|step| 0.5 * f64::from(step)) {
-        let text = text(torque);
+        let text = linkage(torque);
         let found = study(&text, &[]).equilibrium();
         let mut run = super::run::started(&super::run::model(&text), None, 0.1, 1e-9);
         let stays = super::run::value(&mut run, "crank.alpha").abs() < 1e-9;

@@ -9,6 +9,7 @@ pub mod hanging;
 pub mod hard;
 pub mod jet;
 pub mod large_scenes;
+pub mod linkage;
 pub mod loads;
 pub mod motion;
 pub mod one_freedom;

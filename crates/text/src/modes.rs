@@ -2,8 +2,8 @@
 //!
 //! All modes are one system of equations. The factor of a relation is 1 in the mode in which it holds, and its multiplier is zero in the others.
 
-use cotree::equations::{Constraint, Equations};
-use cotree::expr::{Binary, Expr, Order, Symbol};
+use cotree::equations::Equations;
+use cotree::expr::{Binary, Expr, Symbol};
 use cotree::model::{Formula, Pressed, Quantity, Slip, Unilateral, Variable};
 use serde_json::{Value, json};
 
@@ -39,9 +39,9 @@ enum Lasts {
 pub struct Modes {
     all: Vec<(String, Vec<(&'static str, Mode)>)>,
     levels: Vec<(Name, Tree)>,
-    /// Does anything strike?
+    /// True if anything strikes.
     strikes: bool,
-    /// Does anything rub in proportion to what presses?
+    /// True if anything rubs in proportion to what presses.
     rubs: bool,
 }
 
@@ -260,12 +260,7 @@ pub fn indicators(equations: &mut Equations) -> [(&'static str, Vec<Entry>); 2] 
             gaps.push((gap_name(&own.name), gap.value));
             continue;
         }
-        let arena = &mut equations.system.arena;
-        let rate = gap.jacobian.iter().fold(gap.time_rate, |sum, &(column, entry)| {
-            let speed = arena.symbol(Symbol::Coordinate(column, Order::Velocity));
-            arena.add_product(sum, entry, speed)
-        });
-        rates.push((rate_name(&own.name), rate));
+        rates.push((rate_name(&own.name), gap.rate(&mut equations.system.arena)));
     }
     [("Gaps", gaps), ("Rates of what slides or turns freely", rates)]
 }
@@ -273,13 +268,13 @@ pub fn indicators(equations: &mut Equations) -> [(&'static str, Vec<Entry>); 2] 
 /// What friction adds to {Q} while it slides.
 pub fn sliding(equations: &mut Equations) -> (&'static str, Vec<Entry>) {
     let title = "Dry friction while it slides";
-    if !rubs(equations) || !has_masses(equations) {
+    if !equations.rubs_dry() || !has_masses(equations) {
         return (title, Vec::new());
     }
     let reactions = equations.dynamics().reactions.clone();
     let mut entries = Vec::new();
     for (coordinate, row) in reactions.into_iter().enumerate() {
-        let levels = row.into_iter().filter(|(index, _)| is_level(&equations.constraints[*index]));
+        let levels = row.into_iter().filter(|(index, _)| equations.constraints[*index].is_level());
         let levels: Vec<(usize, Expr)> = levels.collect();
         let arena = &mut equations.system.arena;
         let force = levels.into_iter().fold(Expr::ZERO, |sum, (index, entry)| {
@@ -293,15 +288,6 @@ pub fn sliding(equations: &mut Equations) -> (&'static str, Vec<Entry>) {
         }
     }
     (title, entries)
-}
-
-/// Does anything rub that sticks?
-pub fn rubs(equations: &Equations) -> bool {
-    equations.constraints.iter().any(is_level)
-}
-
-fn is_level(row: &Constraint) -> bool {
-    row.standing == cotree::equations::Standing::Level
 }
 
 /// coulomb + mu x what presses, in the scene's names.

@@ -165,7 +165,7 @@ pub fn governing(equations: &Equations, dynamic: bool) -> Vec<(Tree, Tree)> {
     let loops = has_loops(equations).then(|| (column("Phi", ""), Tree::zero()));
     terms.extend(loops.as_ref().map(|_| (false, product(transposed, column("lambda", "")))));
     let mut loads = vec![(false, column("Q", ""))];
-    loads.extend(modes::rubs(equations).then(|| (false, column("Q", "friction"))));
+    loads.extend(equations.rubs_dry().then(|| (false, column("Q", "friction"))));
     dynamic.then(|| (Tree::sum(terms), Tree::sum(loads))).into_iter().chain(loops).collect()
 }
 

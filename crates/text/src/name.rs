@@ -1,7 +1,7 @@
 //! Names of quantities: the user's, and a letter with a subscript and dots.
 
 use cotree::diagnostic::Span;
-use cotree::equations::{Equations, Standing};
+use cotree::equations::Equations;
 use cotree::expr::{Order, Property, Symbol};
 
 #[derive(Clone, Debug, PartialEq)]
@@ -229,7 +229,7 @@ pub fn symbol_name(equations: &Equations, symbol: Symbol) -> Name {
 /// A multiplier, or the level of friction.
 fn reaction_name(equations: &Equations, row: usize) -> Name {
     match equations.constraints.get(row) {
-        Some(own) if own.standing == Standing::Level => super::modes::level_name(equations.system.name(own.element)),
+        Some(own) if own.is_level() => super::modes::level_name(equations.system.name(own.element)),
         // Counted among the loop equations that constrain the motion.
         _ => Name::entry("lambda", &[equations.loops().filter(|(index, _)| *index < row).count()]),
     }

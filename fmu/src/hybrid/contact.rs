@@ -65,7 +65,7 @@ pub(crate) struct Contacts {
     twice: bool,
     /// How often accelerations have been found or an impact tried.
     pub trials: u64,
-    /// Who touches, and whose reaction has fallen to zero.
+    /// Who touches; who has been found to open, or to slip.
     touches: Vec<bool>,
     leaves: Vec<bool>,
     dead: Vec<bool>,

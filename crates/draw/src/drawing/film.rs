@@ -36,7 +36,7 @@ pub struct Film {
     step: usize,
 }
 
-/// Of something that has modes, at each sample: does it hold, and has it struck since the sample before?
+/// What a film shows of something that has modes, at each sample: whether it holds, and whether it has struck since the sample before.
 #[derive(Clone, Debug, Default)]
 pub struct Shows {
     pub holds: Vec<bool>,

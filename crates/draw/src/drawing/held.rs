@@ -56,7 +56,7 @@ pub struct Held {
     pub name: String,
     pub spot: Spot,
     pub sticks: bool,
-    /// Does it hold in the pose that is drawn?
+    /// True if it holds in the pose that is drawn.
     pub now: bool,
     /// Each with the value that it has while this holds.
     pub while_held: Vec<(String, f64)>,

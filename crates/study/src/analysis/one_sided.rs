@@ -20,7 +20,7 @@ pub(super) const TOUCHING: f64 = 1e-9;
 pub struct Closure {
     /// Such as `hinge.max`.
     pub name: String,
-    /// Is it closed, caught, or does it stick?
+    /// True if it is closed, caught, or sticks.
     pub closed: bool,
     /// Its place among the mechanism's.
     pub(super) index: usize,
@@ -169,7 +169,7 @@ impl Closure {
         format!("{} {verb}{}", self.name, self.word())
     }
 
-    /// The same whichever way it slides.
+    /// What it is, in a word that is the same whichever way it slides.
     pub(crate) fn group(&self) -> &'static str {
         match (self.kind, self.closed) {
             (Kind::Stop, true) => "closed",
@@ -191,7 +191,7 @@ impl Closure {
         }
     }
 
-    /// Does it stick, and carries more than it can?
+    /// True if it sticks, and carries more than it can.
     pub(super) fn carries_too_much(&self) -> bool {
         self.most().is_some_and(|most| self.force.abs() > most)
     }
@@ -204,7 +204,7 @@ impl Closure {
         }
     }
 
-    /// Does it hold where it was put: does it stick, or is it caught?
+    /// True for what holds where it was put: what sticks or is caught.
     pub(crate) fn stands(&self) -> bool {
         self.closed && self.kind != Kind::Stop
     }

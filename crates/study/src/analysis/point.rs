@@ -15,7 +15,7 @@ pub struct Point {
     layout: Layout,
     /// The first part of the register file, up to and with the reactions.
     registers: Vec<f64>,
-    /// Is it one at rest?
+    /// True for a point at rest.
     rests: bool,
 }
 

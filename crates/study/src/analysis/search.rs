@@ -31,7 +31,7 @@ const STILL: f64 = 5e-4;
 /// Why a pose in which the loads balance is no rest.
 pub(super) struct Misfit {
     pub why: String,
-    /// Does it slide from where it was put, and everything else fits? Then other poses are of no use.
+    /// True if it slides from where it was put, and everything else fits: other poses are of no use then.
     pub slides: bool,
 }
 

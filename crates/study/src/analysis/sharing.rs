@@ -36,7 +36,7 @@ pub(super) struct Sharing {
     groups: Vec<Group>,
     /// What rubs where stops or freewheels hold it already.
     stopped: Vec<usize>,
-    /// Of all of them.
+    /// The names of everything in the groups, and of what is stopped.
     names: Vec<String>,
 }
 

@@ -155,7 +155,7 @@ struct MotionChanges {
     rates: DMatrix<f64>,
     accelerations: DMatrix<f64>,
     reactions: DMatrix<f64>,
-    /// Of what slides.
+    /// Those of the levels of what slides.
     levels: DMatrix<f64>,
 }
 

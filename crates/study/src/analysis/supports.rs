@@ -4,7 +4,6 @@
 
 use std::cell::RefCell;
 
-use cotree::equations::Pressing;
 use cotree::expr::{Symbol, Values};
 use cotree::formulate::Formulated;
 use cotree::model::{Mechanism, ParameterId};
@@ -211,14 +210,7 @@ fn level(formulated: &Formulated, own: &Rubbing, point: &Point) -> (f64, Vec<f64
     let wanted = [[own.level.free, own.level.share].as_slice(), &own.level.pressing.sums()].concat();
     let values = formulated.equations.system.arena.evaluate(&wanted, point);
     let sums = values[2..].to_vec();
-    let pressing: f64 = match &own.level.pressing {
-        Pressing::Sum(_) => sums.iter().map(|sum| sum.abs()).sum(),
-        Pressing::Sizes(vectors) => {
-            let mut rest = sums.iter();
-            vectors.iter().map(|own| rest.by_ref().take(own.len()).fold(0.0, |size: f64, sum| size.hypot(*sum))).sum()
-        }
-    };
-    (values[0] + values[1] * pressing, sums)
+    (values[0] + values[1] * own.level.pressing.size(&sums), sums)
 }
 
 /// Which parts are closed, in every mode that there can be: next to that of the guess first. What rubs sticks wherever something presses.

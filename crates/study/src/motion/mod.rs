@@ -118,7 +118,7 @@ impl Drive {
         if self.range.is_some_and(|[from, to]| to < from) { -1.0 } else { 1.0 }
     }
 
-    /// The same way back.
+    /// The drive that goes the way of a table back.
     fn backwards(&self, table: &Table) -> Drive {
         let last = if table.periodic { table.count() } else { table.count() - 1 };
         Drive { range: Some([table.input(last), table.input(0)]), ..self.clone() }

@@ -9,7 +9,6 @@ use super::numbers::agree;
 use super::projection::{Rows, is_free};
 use super::{Lesson, check, heading, with, words};
 use crate::document::{Block, Piece};
-use crate::modes::rubs;
 use crate::name::Name;
 use crate::tree::Tree;
 
@@ -112,7 +111,7 @@ impl Lesson<'_> {
             "The sum is zero. Accelerations and multipliers go to the left with the sign changed, and a row of (22) is there: the columns are \
              minus the entries of M, the rest is Q minus the multipliers' part.",
         ));
-        if rubs(&self.equations) {
+        if self.equations.rubs_dry() {
             blocks.push(words("The levels of friction that slides stay on the right, beside Q."));
         }
         let (whole, values) = (self.cells(&all, row, &columns), self.moving());

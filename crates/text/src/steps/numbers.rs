@@ -1,6 +1,6 @@
 //! The equations at the start: values of expressions, accelerations and multipliers.
 
-use cotree::equations::{Equations, Level, Pressing};
+use cotree::equations::{Equations, Level};
 use cotree::expr::{Expr, Order, Symbol, Values};
 use cotree::model::Mechanism;
 use cotree_fmu::model::State;
@@ -119,16 +119,8 @@ impl Moment {
     /// The level of friction by its law.
     fn level(&self, equations: &Equations, level: &Level) -> f64 {
         let [free, share] = self.of(equations, &[level.free, level.share])[..] else { return f64::NAN };
-        let pressing: f64 = match &level.pressing {
-            Pressing::Sum(sums) => {
-                let sums: Vec<Expr> = sums.iter().map(|(_, sum)| *sum).collect();
-                self.of(equations, &sums).into_iter().map(f64::abs).sum()
-            }
-            Pressing::Sizes(vectors) => {
-                vectors.iter().map(|own| self.of(equations, own).into_iter().fold(0.0, f64::hypot)).sum()
-            }
-        };
-        free + share * pressing
+        let sums = self.of(equations, &level.pressing.sums());
+        free + share * level.pressing.size(&sums)
     }
 }
 

@@ -1,6 +1,5 @@
 //! Reactions: the cutsets that Step 1 did not use, on the reaction spaces of their branches; and the numbers of the start.
 
-use cotree::equations::Standing;
 use cotree::expr::{Expr, Order, Symbol};
 use cotree::formulate::equations;
 use cotree::model::{BodyId, Coordinates, Mechanism, Owner, Place, Quantity, Variable};
@@ -112,7 +111,7 @@ impl Lesson<'_> {
         for (row, (index, _)) in self.equations.loops().enumerate().filter(|_| self.dynamic) {
             rows.push((Tree::Name(Name::entry("lambda", &[row])), Tree::number(short(values.reactions[index]))));
         }
-        let levels = self.equations.constraints.iter().enumerate().filter(|(_, own)| own.standing == Standing::Level);
+        let levels = self.equations.constraints.iter().enumerate().filter(|(_, own)| own.is_level());
         for (index, _) in levels.filter(|_| self.dynamic) {
             let name = symbol_name(&self.equations, Symbol::Reaction(index));
             rows.push((Tree::Name(name), Tree::number(short(values.reactions[index]))));

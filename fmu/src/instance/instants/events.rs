@@ -46,9 +46,7 @@ impl Instance {
                 return Ok(None);
             }
             // Each step has a measure of its own; together they may not do more than a communication step may.
-            if self.statistics().work - begin > self.most_work {
-                return Err(Failure::TooMuchWork { time: self.time(), target }.into());
-            }
+            self.check_work(self.statistics().work - begin, [self.time(), target])?;
             self.reach(self.now.run.step_end())?;
         }
         Ok(None)
@@ -124,7 +122,12 @@ impl Instance {
     /// Fails where a search takes more work than a communication step may, or the time for it is over: a comparison may jump at every place.
     fn check_search(&self, deadline: Option<Deadline>, spent: u64, [time, target]: [f64; 2]) -> Result<(), Failure> {
         Settings { deadline, ..self.settings() }.check_patience(time)?;
-        if spent > self.most_work { Err(Failure::TooMuchWork { time, target }) } else { Ok(()) }
+        self.check_work(spent, [time, target])
+    }
+
+    /// Fails where more work has been done than a communication step may be.
+    pub(super) fn check_work(&self, done: u64, [time, target]: [f64; 2]) -> Result<(), Failure> {
+        if done > self.most_work { Err(Failure::TooMuchWork { time, target }) } else { Ok(()) }
     }
 
     /// Looks at all excesses in the places of a piece, and whether those tell what they are in between.

@@ -299,9 +299,7 @@ impl Instance {
             }
             self.check_end()?;
             // Each part has a measure of its own; together they may not do more than one step may.
-            if self.statistics().work - begin > self.most_work {
-                return Err(Failure::TooMuchWork { time: self.time(), target: time }.into());
-            }
+            self.check_work(self.statistics().work - begin, [self.time(), time])?;
             if to_first || self.time() >= time {
                 return Ok(());
             }
