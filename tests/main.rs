@@ -40,6 +40,7 @@ mod examples;
 mod false_singular_poses;
 mod fault_pages;
 mod faults;
+mod feedback;
 mod fit;
 mod fmi3;
 mod fmu_archive;

@@ -150,7 +150,7 @@ pub enum Failure {
     },
     /// Numbers left the range of numbers.
     #[error(
-        "at t = {time} s the accelerations are not finite, first that of `{coordinate}`; look for a body there that can move without mass or inertia, and for the law of a load or a driver that divides by zero, itself or its derivatives, or grows beyond all numbers"
+        "at t = {time} s the accelerations are not finite, first that of `{coordinate}`; look for a body there that can move without mass or inertia, and for the law of a load or a driver that divides by zero, itself or its derivatives, grows beyond all numbers, or reads accelerations or reactions and has no solution"
     )]
     NotFinite {
         /// When [s].

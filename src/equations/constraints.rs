@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 
 use super::Equations;
 use super::couplings::{self, CoupledChord};
+use super::feedback;
 use super::form::{Coefficient, Form};
 use super::kinematics::{Kinematics, known_angle, project};
 use super::vector::Scalar;
@@ -76,6 +77,8 @@ pub enum Standing {
     OneSided,
     /// It is none: its multiplier is the level of the friction before it, a law of accelerations and reactions. Where drivers lead the motion, that before it is none either.
     Level,
+    /// It is none: its multiplier is the value of a load that reads accelerations or reactions.
+    Feedback,
 }
 
 impl Gap {
@@ -107,6 +110,16 @@ impl Constraint {
         self.standing == Standing::Level
     }
 
+    /// True for none of the equations: the row of a load that reads accelerations or reactions.
+    pub fn is_feedback(&self) -> bool {
+        self.standing == Standing::Feedback
+    }
+
+    /// True for a loop equation: its multiplier is no law.
+    pub fn is_loop(&self) -> bool {
+        !self.is_level() && !self.is_feedback()
+    }
+
     /// A row without coordinates: an identity, or a contradiction between two parts of the scene.
     pub fn is_trivial(&self) -> bool {
         self.jacobian.is_empty()
@@ -131,7 +144,7 @@ impl Constraint {
     pub fn repeats(&self) -> bool {
         match self.standing {
             Standing::Repeats | Standing::SecondOrder => true,
-            Standing::Imposed | Standing::Trivial | Standing::OneSided | Standing::Level => false,
+            Standing::Imposed | Standing::Trivial | Standing::OneSided | Standing::Level | Standing::Feedback => false,
         }
     }
 
@@ -154,7 +167,14 @@ impl Constraint {
 
     /// The row after a relation that rubs.
     fn level(&self) -> Constraint {
+        Constraint::none(self.element, self.held, Standing::Level)
+    }
+
+    /// The row of a law, which is no equation.
+    pub(super) fn none(element: ElementId, held: Held, standing: Standing) -> Constraint {
         Constraint {
+            element,
+            held,
             coupled: Vec::new(),
             value: Expr::ZERO,
             jacobian: Vec::new(),
@@ -163,8 +183,7 @@ impl Constraint {
             followers: Vec::new(),
             repeats_every_turn: false,
             one_sided: None,
-            standing: Standing::Level,
-            ..*self
+            standing,
         }
     }
 
@@ -229,7 +248,8 @@ pub fn constraints(
         rows.push(assemble(arena, kinematics, (chord, Held::Angle), value, &velocity, &acceleration));
     }
     couplings::append(system, kinematics, &mut rows);
-    rows.into_iter().flat_map(|row| masked(system, row)).collect()
+    let loops = rows.into_iter().flat_map(|row| masked(system, row)).collect::<Vec<_>>();
+    loops.into_iter().chain(feedback::rows(system)).collect()
 }
 
 /// The same, as what does not always hold, and after it the row of a level if it rubs.

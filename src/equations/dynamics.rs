@@ -274,7 +274,7 @@ fn without_reactions(arena: &mut Arena, kinematics: &Kinematics, balance: &Form<
 /// The nontrivial circuit equations, and trivial ones that are to share a load, by their chord; couplings act through other elements' chords.
 fn by_chord(constraints: &[Constraint]) -> HashMap<ElementId, Vec<usize>> {
     let mut held: HashMap<ElementId, Vec<usize>> = HashMap::new();
-    let counts = |constraint: &Constraint| !matches!(constraint.standing, Standing::Trivial | Standing::Level);
+    let counts = |constraint: &Constraint| constraint.is_loop() && constraint.standing != Standing::Trivial;
     let own = |constraint: &Constraint| counts(constraint) && constraint.coupled.is_empty();
     for (index, constraint) in constraints.iter().enumerate().filter(|(_, constraint)| own(constraint)) {
         held.entry(constraint.element).or_default().push(index);

@@ -4,9 +4,9 @@ use super::Equations;
 use super::form::{Coefficient, Form};
 use super::vector::Vector;
 use crate::expr::Expr;
-use crate::model::Formula;
 use crate::model::translate::translate;
-use crate::network::{Direction, ElementId, Force, TNode, Torque};
+use crate::model::{BodyId, Formula};
+use crate::network::{Direction, ElementId, Force, Held, TNode, Torque};
 
 impl Equations {
     /// Evaluates the terminal equations of all force and torque actuators, and the rates of the states.
@@ -21,7 +21,7 @@ impl Equations {
                 self.laws.forces.insert(id, force);
             }
             if let Some(Torque::Law(law)) = torque {
-                let torque = self.formula(&law);
+                let torque = self.law(id, Held::Angle, &law);
                 self.laws.torques.insert(id, torque);
             }
         }
@@ -31,8 +31,8 @@ impl Equations {
     /// The force of a law; none of what exerts none by a law.
     fn force_of_law(&mut self, id: ElementId, through: &Force, ends: [TNode; 2]) -> Option<Form<Vector>> {
         match through {
-            Force::World(vector) => Some(self.components(None, vector)),
-            Force::InBody(body, vector) => Some(self.components(Some(*body), vector)),
+            Force::World(vector) => Some(self.components(id, None, vector)),
+            Force::InBody(body, vector) => Some(self.components(id, Some(*body), vector)),
             Force::Line(law) => Some(self.line_force(id, ends, law)),
             Force::None | Force::Inertia(_) | Force::Resistance(_) => None,
         }
@@ -43,6 +43,7 @@ impl Equations {
         let mut values: Vec<Expr> = self.laws.forces.values().flat_map(Form::keys).collect();
         values.extend(self.laws.torques.values());
         values.extend(&self.states);
+        values.extend(self.feedback().iter().map(|law| law.value));
         for index in 0..self.system.elements.len() {
             let element = &self.system.elements[index];
             let (translation, rotation) = (element.translation.clone(), element.rotation.clone());
@@ -65,11 +66,11 @@ impl Equations {
         })
     }
 
-    fn components(&mut self, body: Option<crate::model::BodyId>, vector: &[Formula; 2]) -> Form<Vector> {
+    fn components(&mut self, id: ElementId, body: Option<BodyId>, vector: &[Formula; 2]) -> Form<Vector> {
         let mut force = Form::default();
-        let axes = [[Expr::ONE, Expr::ZERO], [Expr::ZERO, Expr::ONE]];
-        for (component, axis) in vector.iter().zip(axes) {
-            let value = self.formula(component);
+        let axes = [(Direction::X, [Expr::ONE, Expr::ZERO]), (Direction::Y, [Expr::ZERO, Expr::ONE])];
+        for (component, (along, axis)) in vector.iter().zip(axes) {
+            let value = self.law(id, Held::Along(along), component);
             let (_, along) = self.kinematics.direction(&mut self.system, Direction::Fixed(body, axis));
             force.add_term(&mut self.system.arena, value, &along);
         }
@@ -80,6 +81,15 @@ impl Equations {
     fn line_force(&mut self, id: ElementId, ends: [TNode; 2], law: &Formula) -> Form<Vector> {
         if let Some(centred) = self.centred(id) {
             return centred.force(&mut self.system.arena);
+        }
+        if law.reads_the_motion() {
+            let value = self.law(id, Held::Length, law);
+            let across = self.kinematics.spanned(&mut self.system, ends).position;
+            let length = self.length(&across);
+            let arena = &mut self.system.arena;
+            let along = arena.divide(Expr::ONE, length);
+            let along = across.scaled(arena, along);
+            return Form::term(arena, value, &along);
         }
         let (density, across) = self.density(id, ends, law);
         Form::term(&mut self.system.arena, density, &across)

@@ -12,8 +12,8 @@ use crate::model::{
     Whole,
 };
 use crate::network::{
-    Angle, Coupling, Curve, Direction, ElementId, Force, Origin, Port, RNode, RotationalRow, System, TNode, Torque,
-    TranslationalRow,
+    Angle, Coupling, Curve, Direction, ElementId, Force, Held, Origin, Port, RNode, RotationalRow, System, TNode,
+    Torque, TranslationalRow,
 };
 
 /// Ends are together where the square of their distance is no more than a few of the smallest numbers, so that its root has lost digits.
@@ -500,7 +500,7 @@ impl Equations {
         let Some(Force::Line(law)) = self.system.element(id).translation.as_ref().map(|row| row.through.clone()) else {
             return Expr::ZERO;
         };
-        self.formula(&law)
+        self.law(id, Held::Length, &law)
     }
 
     fn of_system(&mut self, quantity: Quantity) -> Expr {

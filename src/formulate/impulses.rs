@@ -62,7 +62,7 @@ fn jumps_there(driver: &Part, jump: &Jump) -> Fault {
 }
 
 /// What importers set in steps, or along lines with corners, and what the speed or the position of a driver follows: an input, or a tunable parameter.
-fn set_by(mechanism: &Mechanism, part: &Part) -> Option<&'static str> {
+pub(super) fn set_by(mechanism: &Mechanism, part: &Part) -> Option<&'static str> {
     const INPUT: &str = "an input";
     if part.values.iter().any(|(_, value)| matches!(value, Value::Motion(Motion::Velocity(_)))) {
         return Some(INPUT);

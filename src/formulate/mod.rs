@@ -4,6 +4,7 @@ pub mod assemblies;
 mod contacts;
 mod contradiction;
 pub mod explain;
+mod feedback;
 mod impulses;
 mod restrictions;
 pub mod start;
@@ -126,8 +127,15 @@ pub fn formulate_with(mut equations: Equations, outputs: &[Output]) -> Result<Fo
             rubbing.for_each(|row| row.standing = Standing::Level);
         }
     }
+    let jumps = crate::laws::jumps(&equations.system.mechanism);
+    if faults.is_empty() {
+        faults.extend(feedback::check_acts(&equations, &jumps));
+        if !faults.is_empty() {
+            return Err(faults);
+        }
+    }
     let rows = equations.constraints.iter().enumerate();
-    let is_redundant = |row: &Constraint| !row.is_imposed() && !row.is_level();
+    let is_redundant = |row: &Constraint| !row.is_imposed() && row.is_loop();
     let redundant: Vec<usize> = rows.filter(|(_, row)| is_redundant(row)).map(|(index, _)| index).collect();
     let mut lowered = match crate::program::program(&mut equations, outputs, length, [&state, &generic]) {
         Ok(lowered) => lowered,
@@ -137,6 +145,7 @@ pub fn formulate_with(mut equations: Equations, outputs: &[Output]) -> Result<Fo
     };
     faults.extend(check_masses(&mut equations, &lowered, outputs));
     faults.extend(check_determined(&equations, &lowered.shared, outputs));
+    faults.extend(feedback::check_determined(&equations, &lowered.shared));
     if !faults.is_empty() {
         return Err(faults);
     }
@@ -148,12 +157,12 @@ pub fn formulate_with(mut equations: Equations, outputs: &[Output]) -> Result<Fo
     let moves_freely = !program.is_driven();
     let mut warnings: Vec<Fault> = redundancy_warning(&equations, &lowered.shared, chosen).into_iter().collect();
     warnings.extend(crate::laws::touches(&equations.system.mechanism));
-    let jumps = crate::laws::jumps(&equations.system.mechanism);
     if moves_freely {
         if let Some(formulated) = with_impulses(&equations, outputs, &jumps) {
             return Ok(formulated);
         }
         warnings.extend(impulses::warnings(&equations, &jumps));
+        warnings.extend(feedback::warnings(&equations));
     } else {
         warnings.extend(impulses::leaps(&equations.system.mechanism, &jumps));
     }

@@ -88,8 +88,8 @@ fn generic(found: Independence, state: &State) -> State {
 /// Gives each loop equation its standing: `independent` ones, in ascending order, are imposed, and `restricting` ones restrict in second order only.
 pub(super) fn judge(equations: &mut Equations, independent: &[usize], restricting: &[usize]) {
     for (index, row) in equations.constraints.iter_mut().enumerate() {
-        row.standing = if row.standing == Standing::Level {
-            Standing::Level
+        row.standing = if !row.is_loop() {
+            row.standing
         } else if row.one_sided.is_some() && !row.is_trivial() {
             Standing::OneSided
         } else if independent.binary_search(&index).is_ok() {

@@ -1,6 +1,6 @@
 //! Expressions of the scene with their names resolved.
 
-use super::{InputId, ParameterId, StateId, Variable};
+use super::{Class, InputId, Owner, ParameterId, StateId, Variable};
 use crate::expr::Function;
 
 /// A parsed expression with its names resolved.
@@ -59,6 +59,21 @@ impl Formula {
     /// How many of them lie within each other.
     pub fn depth(&self) -> usize {
         1 + self.parts().iter().map(Formula::depth).max().unwrap_or(0)
+    }
+
+    /// True if it reads accelerations or reactions, which follow from the equations of motion; forces of loads are laws.
+    pub fn reads_the_motion(&self) -> bool {
+        let mut reads = false;
+        self.visit(&mut |part| {
+            if let Formula::Variable(variable) = part {
+                reads |= match variable.quantity.class() {
+                    Class::Acceleration => true,
+                    Class::Effort => !matches!(variable.owner, Owner::Load(_)),
+                    Class::Position | Class::Velocity | Class::State | Class::Contact | Class::System => false,
+                };
+            }
+        });
+        reads
     }
 
     /// Calls `visit` with every parameter that occurs.

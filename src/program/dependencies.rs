@@ -50,7 +50,7 @@ pub(crate) fn in_motion(rows: &mut [TableRow], equations: &mut Equations, moving
     if driven {
         let symbols = equations.system.arena.symbols(values.iter().copied());
         let reacts = symbols.iter().any(|symbol| matches!(symbol, Symbol::Reaction(_)));
-        let reactions = reacts.then(|| reaction_equations(equations));
+        let reactions = reacts.then(|| (reaction_equations(equations), laws_of_the_motion(equations)));
         driven_stages(equations, moving.blocks, reactions).iter().for_each(|stage| sources.add_stage(stage));
     } else {
         sources.add_solved(equations, moving.solved);
@@ -110,8 +110,12 @@ struct Stage {
 }
 
 /// The loop equations give positions, their derivatives rates and accelerations, each block from those before it; the reactions follow
-/// from the last block to the first.
-fn driven_stages(equations: &Equations, blocks: &[Block], reactions: Option<Vec<Vec<Symbol>>>) -> Vec<Stage> {
+/// from the last block to the first, or all together where laws read them.
+fn driven_stages(
+    equations: &Equations,
+    blocks: &[Block],
+    reactions: Option<(Vec<Vec<Symbol>>, Vec<Symbol>)>,
+) -> Vec<Stage> {
     let whole = [Block {
         rows: (0..equations.constraints.len() as u32).collect(),
         columns: (0..equations.coordinates.len() as u32).collect(),
@@ -123,7 +127,12 @@ fn driven_stages(equations: &Equations, blocks: &[Block], reactions: Option<Vec<
         let rows = block.rows.iter().map(|&row| &equations.constraints[row as usize]);
         Stage { unknowns, terms: rows.flat_map(|row| terms(&equations.system.arena, row, order)).collect() }
     });
-    let efforts = reactions.iter().flat_map(|columns| {
+    if let Some((columns, laws)) = reactions.as_ref().filter(|(_, laws)| !laws.is_empty()) {
+        let unknowns = (0..equations.constraints.len()).map(Symbol::Reaction).collect();
+        let terms = columns.iter().flatten().chain(laws).copied().collect();
+        return motion.chain([Stage { unknowns, terms }]).collect();
+    }
+    let efforts = reactions.iter().flat_map(|(columns, _)| {
         blocks.iter().rev().map(move |block| {
             let unknowns = block.rows.iter().map(|&row| Symbol::Reaction(row as usize)).collect();
             let terms = block.columns.iter().flat_map(|&column| columns[column as usize].iter().copied()).collect();
@@ -160,6 +169,12 @@ fn reaction_equations(equations: &mut Equations) -> Vec<Vec<Symbol>> {
         }
     }
     columns
+}
+
+/// What is in the laws of loads that read accelerations or reactions.
+fn laws_of_the_motion(equations: &mut Equations) -> Vec<Symbol> {
+    let laws: Vec<Expr> = equations.feedback().into_iter().map(|load| load.value).collect();
+    equations.system.arena.symbols(laws)
 }
 
 struct Sources {

@@ -1,5 +1,7 @@
 //! The kernels of a program.
 
+use std::collections::HashMap;
+
 use cotree_fmu::model::{Model, State};
 use cotree_fmu::program::Steep;
 use cotree_fmu::program::arm_form::ArmForm;
@@ -19,7 +21,7 @@ use super::kernels::Kernels;
 use super::table::Table;
 use crate::arms::{TOO_MANY, arm_form, mass_form, repeat_exactly};
 use crate::equations::{Constraint as Row, Equations, Standing, if_positive};
-use crate::expr::{Expr, Node, Order, Symbol};
+use crate::expr::{Arena, Expr, Node, Order, Symbol};
 use crate::laws::{domains, motion_indicators, ranges, steep};
 use crate::model::{Method, Output};
 use crate::network::{Held, Origin};
@@ -138,7 +140,13 @@ pub fn program(
         let constraints = equations.constraints.len();
         let levels = Levels::new(equations, |arena, column| solver.response(arena, column, constraints));
         let without = solver.motion(&mut equations.system.arena, equations.constraints.len());
-        let Solution { values, locks } = levels.solve(&mut equations.system.arena, without, false);
+        let Solution { mut values, locks } = levels.solve(&mut equations.system.arena, without, false);
+        let locks = if equations.rubs_dry() {
+            locks
+        } else {
+            unknown_unless(&mut equations.system.arena, &mut values, &locks);
+            Vec::new()
+        };
         moving.solved = values;
         moving.add_states(equations);
         let arena = &mut equations.system.arena;
@@ -154,6 +162,9 @@ pub fn program(
     let laws = if driven { equations.states.clone() } else { equations.law_values() };
     let values = [laws, kernels.gamma.clone(), kernels.constraint_rate.clone()].concat();
     moving.laws = steep(&mut equations.system.arena, &values);
+    if !driven {
+        moving.read_the_motion(equations);
+    }
     moving.domains = domains(equations);
     let shared = match blocks.iter().find(|block| block.repeats()) {
         Some(block) => least_norm::impose_in_every_pose(equations, block, length, generic)?,
@@ -167,8 +178,9 @@ pub fn program(
     let kinematic = driven && equations.states.is_empty();
     if driven && !kinematic {
         let outputs: Vec<Expr> = outputs.iter().map(|output| equations.formula(&output.value)).collect();
-        let asked = [outputs, InstantKernels::new(equations).read()].concat();
+        let asked = [outputs, InstantKernels::new(equations).read(), equations.states.clone()].concat();
         moving.drive(equations, (&kernels, &blocks), &asked, (length, pose))?;
+        moving.read_the_motion(equations);
         moving.indicators = motion_indicators(equations, &moving.solved);
     }
     let table = Table::new(equations, outputs, kinematic, &Moving { solved: &moving.solved, blocks: &blocks });
@@ -186,7 +198,7 @@ pub fn program(
         Ok(arms) => moving.arms = Some(arms),
         Err(reason) => {
             no_series = Some(reason);
-            if !driven {
+            if !driven && !equations.reads_the_motion() {
                 moving.masses = mass_form(equations, &typical(pose)).ok();
             }
         }
@@ -206,6 +218,9 @@ fn series(equations: &mut Equations, length: f64, pose: &State) -> Result<(ArmFo
     let values = typical(pose);
     if !equations.is_driven() && equations.rubs_dry() {
         return Err("dry friction that sticks follows from reactions, of which series know nothing yet".into());
+    }
+    if equations.reads_the_motion() {
+        return Err("a law reads accelerations or reactions, of which series know nothing yet".into());
     }
     match equations.system.mechanism.solver.method {
         Method::Auto => arm_form(equations, length, &values),
@@ -297,10 +312,35 @@ impl MotionKernels {
         self.laws.extend(kinds.into_iter().zip(laws));
     }
 
-    /// Rates of states stand between accelerations and reactions.
-    fn add_states(&mut self, equations: &Equations) {
+    /// Rates of states stand between accelerations and reactions, which they may read.
+    fn add_states(&mut self, equations: &mut Equations) {
         let first = equations.coordinates.len();
-        self.solved.splice(first..first, equations.states.iter().copied());
+        let rates = self.known(equations, &equations.states.clone());
+        self.solved.splice(first..first, rates);
+    }
+
+    /// Gives the arguments of steep laws what they read of the motion.
+    fn read_the_motion(&mut self, equations: &mut Equations) {
+        let (kinds, laws): (Vec<Steep>, Vec<Expr>) = self.laws.drain(..).unzip();
+        self.laws = kinds.into_iter().zip(self.known(equations, &laws)).collect();
+    }
+
+    /// Expressions with accelerations and reactions as they have been solved for.
+    fn known(&self, equations: &mut Equations, values: &[Expr]) -> Vec<Expr> {
+        let reactions = self.solved.len() - equations.constraints.len();
+        let arena = &mut equations.system.arena;
+        let solved = |symbol: Symbol| match symbol {
+            Symbol::Coordinate(index, Order::Acceleration) => Some((symbol, self.solved[index])),
+            Symbol::Reaction(row) => Some((symbol, self.solved[reactions + row])),
+            _ => None,
+        };
+        let given: HashMap<Symbol, Expr> =
+            arena.symbols(values.iter().copied()).into_iter().filter_map(solved).collect();
+        if given.is_empty() {
+            return values.to_vec();
+        }
+        let before = arena.clone();
+        arena.import(&before, values, &given)
     }
 
     /// Both projections: the residuals, and the corrections that cancel them.
@@ -326,11 +366,16 @@ fn balanced(equations: &mut Equations, loops: &Loops, accelerations: &[Expr]) ->
     }
     let arena = &mut equations.system.arena;
     let Solution { mut values, locks } = levels.solve(arena, [accelerations, &without].concat(), false);
-    for lock in locks {
-        let known = if_positive(arena, lock);
-        values[first..].iter_mut().for_each(|value| *value = arena.add(*value, known));
-    }
+    unknown_unless(arena, &mut values[first..], &locks);
     values.split_off(first)
+}
+
+/// Makes values no numbers unless these are positive.
+fn unknown_unless(arena: &mut Arena, values: &mut [Expr], positive: &[Expr]) {
+    for &own in positive {
+        let known = if_positive(arena, own);
+        values.iter_mut().for_each(|value| *value = arena.add(*value, known));
+    }
 }
 
 /// Q - M a, by coordinates.
@@ -481,7 +526,9 @@ fn roles(equations: &Equations, length: f64, pose: &State) -> Vec<Role> {
         Standing::Imposed => Role::Imposed,
         Standing::OneSided => Role::OneSided,
         Standing::Repeats if chosen => Role::Repeating,
-        Standing::Repeats | Standing::SecondOrder | Standing::Trivial | Standing::Level => Role::LeftOut,
+        Standing::Repeats | Standing::SecondOrder | Standing::Trivial | Standing::Level | Standing::Feedback => {
+            Role::LeftOut
+        }
     };
     equations.constraints.iter().map(role).collect()
 }

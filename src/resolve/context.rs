@@ -446,7 +446,7 @@ fn refusal(variable: Variable, site: Site<'_>, called: &str) -> Option<(&'static
         }
         Context::Law(_) => (
             "scene::load_depends",
-            "a load may use positions and velocities of the scene, forces along springs and actuators, torques of loads, states, the time `t`, parameters and inputs",
+            "a load may use positions, velocities, accelerations and reactions of the scene, forces along springs and actuators, torques of loads, states, the time `t`, parameters and inputs",
         ),
         Context::Start => (
             "scene::begin_depends",
@@ -454,15 +454,20 @@ fn refusal(variable: Variable, site: Site<'_>, called: &str) -> Option<(&'static
         ),
         Context::Rate => (
             "scene::rate_depends",
-            "the rate of a state may use states, positions and velocities of the scene, forces along springs and actuators, torques of loads, the time `t`, parameters and inputs",
+            "the rate of a state may use states, positions, velocities, accelerations and reactions of the scene, forces along springs and actuators, torques of loads, the time `t`, parameters and inputs",
         ),
     };
     let is_own = matches!(site.context, Context::Law(own) if variable.owner == Owner::Load(own));
     let refused = match (variable.quantity.class(), variable.owner, variable.quantity) {
         (Class::Position | Class::Velocity | Class::State, ..) => return None,
-        _ if is_own => {
+        (Class::Effort, ..) if is_own => {
             let message = format!("{what} depends on itself: {called}");
             return Some(("scene::cycle", message, "a load may use positions and velocities of the scene"));
+        }
+        (Class::Acceleration, ..) | (Class::Effort, Owner::Joint(_) | Owner::Driver(_), _)
+            if matches!(site.context, Context::Law(_) | Context::Rate) =>
+        {
+            return None;
         }
         (Class::Acceleration, ..) => "an acceleration",
         (Class::Effort, ..) if site.context == Context::Start => "a force or torque, which may depend on it",

@@ -42,7 +42,7 @@ pub struct Shared {
 /// # Errors
 /// The elimination takes too many operations.
 pub fn impose(equations: &mut Equations, length: f64, [pose, generic]: [&State; 2]) -> Result<Shared, Obstacle> {
-    if equations.constraints.iter().all(|row| row.is_imposed() || row.is_level()) {
+    if equations.constraints.iter().all(|row| row.is_imposed() || !row.is_loop()) {
         return Ok(Shared::default());
     }
     let stresses = self_stresses(equations, length, pose)?;
@@ -50,7 +50,7 @@ pub fn impose(equations: &mut Equations, length: f64, [pose, generic]: [&State; 
     let values = stress_values(equations, &reactions, stresses.len(), generic);
     let largest = values.iter().flatten().fold(0.0, |largest: f64, value| largest.max(value.abs()));
     let shares = |row: &[f64], states: &[usize]| states.iter().any(|&state| row[state].abs() > NONE * largest);
-    let dropped = equations.constraints.iter().filter(|row| !row.is_imposed() && !row.is_level());
+    let dropped = equations.constraints.iter().filter(|row| !row.is_imposed() && row.is_loop());
     let unbounded = dropped.enumerate().filter(|(_, row)| row.standing == Standing::SecondOrder);
     let unbounded: Vec<usize> = unbounded.map(|(state, _)| state).collect();
     let undetermined = reactions.iter().zip(&values).filter(|(_, row)| shares(row, &unbounded));
@@ -187,7 +187,7 @@ fn self_stresses(equations: &mut Equations, length: f64, pose: &State) -> Result
     let scales = scales(equations, length);
     let values = typical(pose);
     // What may be open takes no part: where it closes upon what is held already, the run is refused.
-    let is_loop = |row: &Constraint| row.one_sided.is_none() && !row.is_level();
+    let is_loop = |row: &Constraint| row.one_sided.is_none() && row.is_loop();
     let always = (0..equations.constraints.len()).filter(|&row| is_loop(&equations.constraints[row]));
     let (rows, dropped): (Vec<usize>, Vec<usize>) = always.partition(|&row| equations.constraints[row].always_holds());
     let jacobian: Vec<_> = rows.iter().map(|&row| equations.constraints[row].jacobian.clone()).collect();

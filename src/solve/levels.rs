@@ -1,12 +1,12 @@
-//! Friction that follows from reactions, in the solution of the equations of motion.
+//! What follows from accelerations and reactions and acts on them, in the solution of the equations of motion: friction, and loads whose laws read them.
 //!
 //! With levels s the solution is x = x0 + sum y s: x0 without friction, and y what a level of one adds, both by the same symmetric factors. The levels are laws of x, so there are as many
 //! equations in s as there are levels: linear ones where what presses is a sum, and where it is the size of a vector (a pin) Newton's method converges in a few steps, as friction is small
-//! beside what presses. Where it is not, a pivot here falls to zero: the mechanism locks itself (Painleve 1895; Pfeiffer and Glocker 1996, section 5.4).
+//! beside what presses. Where it is not, a pivot here falls to zero: the mechanism locks itself (Painleve 1895; Pfeiffer and Glocker 1996, section 5.4). The value of a load is such a level by a law of its own.
 
 use std::collections::HashMap;
 
-use crate::equations::{Equations, Level, Pressing};
+use crate::equations::{Equations, Feedback, Level, Pressing};
 use crate::expr::{Arena, Binary, Expr, Order, Symbol, Unary};
 
 /// Newton's steps for pins: each squares an error, which begins with the share of friction in what presses.
@@ -18,13 +18,26 @@ const LEAST: f64 = 1e-150;
 
 /// The levels of a mechanism, with what they read of the solution and what they add to it.
 pub(crate) struct Levels {
-    /// The place of each in the mechanism.
-    pub places: Vec<usize>,
-    all: Vec<Level>,
-    /// What each level presses with: the sums in its law.
+    all: Vec<Law>,
+    /// What each law reads: sums over the solution.
     sums: Vec<Vec<Sum>>,
     /// What a level of one adds to accelerations and multipliers.
     responses: Vec<Vec<Expr>>,
+}
+
+/// Whose value a multiplier is.
+enum Law {
+    /// The level of what rubs at this place in the mechanism.
+    Friction(usize, Level),
+    Load(LoadLaw),
+}
+
+/// The law of a load, with what it reads and its derivatives by that.
+struct LoadLaw {
+    row: usize,
+    value: Expr,
+    read: Vec<Symbol>,
+    slopes: Vec<Expr>,
 }
 
 /// rest + sum of slope x solution.
@@ -44,30 +57,34 @@ pub(crate) struct Solution {
 impl Levels {
     /// The levels of a mechanism; `response` gives the change of the solution by loads on the coordinates.
     pub fn new(equations: &mut Equations, mut response: impl FnMut(&mut Arena, &[Expr]) -> Vec<Expr>) -> Self {
-        let (places, all): (Vec<usize>, Vec<Level>) = equations.levels().into_iter().unzip();
+        let mut all: Vec<Law> =
+            equations.levels().into_iter().map(|(place, level)| Law::Friction(place, level)).collect();
+        for load in equations.feedback() {
+            all.push(Law::Load(LoadLaw::new(&mut equations.system.arena, &load)));
+        }
         let coordinates = equations.coordinates.len();
-        let pressing = all.iter().map(|level| level.pressing.sums()).collect::<Vec<_>>();
-        let mut sums = solved_sums(&mut equations.system.arena, &pressing.concat(), coordinates).into_iter();
-        let sums = pressing.iter().map(|own| sums.by_ref().take(own.len()).collect()).collect();
-        let responses = all.iter().map(|level| {
-            let column = column_of(equations, level.row);
+        let read: Vec<Vec<Expr>> = all.iter().map(|law| law.reads(&mut equations.system.arena)).collect();
+        let mut sums = solved_sums(&mut equations.system.arena, &read.concat(), coordinates).into_iter();
+        let sums = read.iter().map(|own| sums.by_ref().take(own.len()).collect()).collect();
+        let responses = all.iter().map(|law| {
+            let column = column_of(equations, law.row());
             let mut response = response(&mut equations.system.arena, &column);
-            response[coordinates + level.row] = Expr::ONE;
+            response[coordinates + law.row()] = Expr::ONE;
             response
         });
         let responses = responses.collect();
-        Self { places, all, sums, responses }
+        Self { all, sums, responses }
     }
 
     /// What presses where signs decide: each sign's place among those of its level, and the sum.
     pub fn signed(&self) -> impl Iterator<Item = (usize, &[(Expr, Expr)])> {
-        self.places.iter().zip(&self.all).filter_map(|(&place, level)| match &level.pressing {
-            Pressing::Sum(signed) => Some((place, &signed[..])),
-            Pressing::Sizes(_) => None,
+        self.all.iter().filter_map(|law| match law {
+            Law::Friction(place, Level { pressing: Pressing::Sum(signed), .. }) => Some((*place, &signed[..])),
+            Law::Friction(_, Level { pressing: Pressing::Sizes(_), .. }) | Law::Load(_) => None,
         })
     }
 
-    /// True if nothing rubs.
+    /// True if nothing follows from the solution.
     pub fn is_empty(&self) -> bool {
         self.all.is_empty()
     }
@@ -77,9 +94,8 @@ impl Levels {
         if self.all.is_empty() {
             return Solution { values: without, locks: Vec::new() };
         }
-        let free: Vec<Expr> = self.all.iter().map(|level| if impact { Expr::ZERO } else { level.free }).collect();
-        let (at_rest, changes) = self.pressing(arena, &without, impact);
-        let (sizes, locks) = self.sizes(arena, &free, &at_rest, &changes);
+        let (at_rest, changes) = self.read(arena, &without, impact);
+        let (sizes, locks) = self.sizes(arena, impact, &at_rest, &changes);
         let mut values = without;
         for (size, response) in sizes.iter().zip(&self.responses) {
             for (value, &change) in values.iter_mut().zip(response) {
@@ -89,8 +105,8 @@ impl Levels {
         Solution { values, locks }
     }
 
-    /// The sums of each level without friction, and what each level changes in them.
-    fn pressing(&self, arena: &mut Arena, without: &[Expr], impact: bool) -> (Vec<Vec<Expr>>, Vec<Vec<Vec<Expr>>>) {
+    /// What each law reads without them, and what each level changes in it.
+    fn read(&self, arena: &mut Arena, without: &[Expr], impact: bool) -> (Vec<Vec<Expr>>, Vec<Vec<Vec<Expr>>>) {
         let mut at = |sum: &Sum, solution: &[Expr], rest: Expr| {
             sum.slopes.iter().fold(rest, |total, &(index, slope)| arena.add_product(total, slope, solution[index]))
         };
@@ -108,23 +124,23 @@ impl Levels {
     fn sizes(
         &self,
         arena: &mut Arena,
-        free: &[Expr],
+        impact: bool,
         at_rest: &[Vec<Expr>],
         changes: &[Vec<Vec<Expr>>],
     ) -> (Vec<Expr>, Vec<Expr>) {
         let laws = |arena: &mut Arena, sizes: &[Expr]| -> Vec<(Expr, Vec<Expr>)> {
-            let of = |(index, level): (usize, &Level)| {
+            let of = |(index, law): (usize, &Law)| {
                 let sums = at_rest[index].iter().zip(&changes[index]).map(|(&rest, change)| {
                     change.iter().zip(sizes).fold(rest, |sum, (&change, &size)| arena.add_product(sum, change, size))
                 });
                 let sums: Vec<Expr> = sums.collect();
-                level.law(arena, free[index], &sums, (&changes[index], self.all.len()))
+                law.at(arena, impact, &sums, (&changes[index], self.all.len()))
             };
             self.all.iter().enumerate().map(of).collect()
         };
         let zeros = vec![Expr::ZERO; self.all.len()];
         let mut sizes: Vec<Expr> = laws(arena, &zeros).into_iter().map(|(value, _)| value).collect();
-        let is_linear = self.all.iter().all(|level| matches!(level.pressing, Pressing::Sum(_)));
+        let is_linear = self.all.iter().all(|law| law.is_linear(arena));
         let mut locks = Vec::new();
         for _ in 0..if is_linear { 1 } else { STEPS } {
             let values = laws(arena, &sizes);
@@ -144,27 +160,72 @@ impl Levels {
         if !is_linear {
             let values = laws(arena, &sizes);
             locks.push(converged(arena, &sizes, &values));
+        } else if self.all.iter().all(|law| matches!(law, Law::Load(_))) {
+            // Linear equations have one solution, whatever the signs.
+            locks.clear();
         }
         (sizes, locks)
     }
 }
 
-impl Level {
-    /// Its value where its sums are these, and its slopes by so many levels, which change the sums like this.
-    fn law(
+impl Law {
+    fn row(&self) -> usize {
+        match self {
+            Law::Friction(_, level) => level.row,
+            Law::Load(load) => load.row,
+        }
+    }
+
+    fn reads(&self, arena: &mut Arena) -> Vec<Expr> {
+        match self {
+            Law::Friction(_, level) => level.pressing.sums(),
+            Law::Load(load) => load.read.iter().map(|&symbol| arena.symbol(symbol)).collect(),
+        }
+    }
+
+    /// True if it is linear in what it reads.
+    fn is_linear(&self, arena: &Arena) -> bool {
+        match self {
+            Law::Friction(_, level) => matches!(level.pressing, Pressing::Sum(_)),
+            Law::Load(load) => !arena.symbols(load.slopes.iter().copied()).into_iter().any(Symbol::is_solved),
+        }
+    }
+
+    /// Its value where what it reads is this, and its slopes by so many levels, which change that like this. What does not follow from impulses has no part in an impact.
+    fn at(
         &self,
         arena: &mut Arena,
-        free: Expr,
+        impact: bool,
         sums: &[Expr],
         (changes, count): (&[Vec<Expr>], usize),
     ) -> (Expr, Vec<Expr>) {
-        let (pressing, factors) = match &self.pressing {
+        let (share, (read, factors)) = match self {
+            Law::Friction(_, level) => (level.share, level.pressing.at(arena, sums)),
+            Law::Load(load) => (Expr::ONE, load.at(arena, sums)),
+        };
+        let slope = |level: usize| {
+            let own = factors.iter().zip(changes);
+            let slope =
+                own.fold(Expr::ZERO, |total, (&factor, change)| arena.add_product(total, factor, change[level]));
+            arena.multiply(share, slope)
+        };
+        let slopes = (0..count).map(slope).collect();
+        let free = match self {
+            Law::Friction(_, level) if !impact => level.free,
+            Law::Friction(..) | Law::Load(_) => Expr::ZERO,
+        };
+        (arena.add_product(free, share, read), slopes)
+    }
+}
+
+impl Pressing {
+    /// What presses where its sums are these, and its derivatives by them.
+    fn at(&self, arena: &mut Arena, sums: &[Expr]) -> (Expr, Vec<Expr>) {
+        match self {
             Pressing::Sum(signed) => {
                 let factors: Vec<Expr> = signed.iter().map(|(sign, _)| *sign).collect();
-                let pressing = factors
-                    .iter()
-                    .zip(sums)
-                    .fold(Expr::ZERO, |total, (&sign, &sum)| arena.add_product(total, sign, sum));
+                let own = factors.iter().zip(sums);
+                let pressing = own.fold(Expr::ZERO, |total, (&sign, &sum)| arena.add_product(total, sign, sum));
                 (pressing, factors)
             }
             Pressing::Sizes(vectors) => {
@@ -178,16 +239,25 @@ impl Level {
                 }
                 (total, factors)
             }
+        }
+    }
+}
+
+impl LoadLaw {
+    fn new(arena: &mut Arena, load: &Feedback) -> Self {
+        let read: Vec<Symbol> = arena.symbols([load.value]).into_iter().filter(|symbol| symbol.is_solved()).collect();
+        let slopes = read.iter().map(|&symbol| arena.derivative(load.value, symbol)).collect();
+        Self { row: load.row, value: load.value, read, slopes }
+    }
+
+    /// Its value where what it reads is this, and its derivatives by it.
+    fn at(&self, arena: &mut Arena, read: &[Expr]) -> (Expr, Vec<Expr>) {
+        let mut with = |law: Expr| {
+            let known = self.read.iter().zip(read);
+            known.fold(law, |law, (&symbol, &value)| arena.substituted(law, symbol, value))
         };
-        let slopes = (0..count).map(|level| {
-            let slope = factors
-                .iter()
-                .zip(changes)
-                .fold(Expr::ZERO, |total, (&factor, change)| arena.add_product(total, factor, change[level]));
-            arena.multiply(self.share, slope)
-        });
-        let slopes: Vec<Expr> = slopes.collect();
-        (arena.add_product(free, self.share, pressing), slopes)
+        let slopes = self.slopes.iter().map(|&slope| with(slope)).collect();
+        (with(self.value), slopes)
     }
 }
 

@@ -48,9 +48,9 @@ pub fn solver(equations: &mut Equations, length: f64, pose: &State) -> Result<(S
     let bodies = equations.system.mechanism.bodies.len();
     let deepest = (0..bodies).map(|body| equations.depth(BodyId(body))).max().unwrap_or(0);
     // Levels act on the branch coordinates.
-    let rubs = equations.rubs_dry();
+    let has_levels = equations.constraints.iter().any(|row| !row.is_loop());
     let many = bodies > COUNTED && (0..bodies).any(|body| equations.moving(BodyId(body)) >= DEEP);
-    if rubs || !many && deepest < DEEP && equations.largest_loop() < LONG {
+    if has_levels || !many && deepest < DEEP && equations.largest_loop() < LONG {
         let system = MotionSystem::in_branch_coordinates(equations, length);
         return Ok((system.factorise(equations, pose)?, None));
     }

@@ -6,6 +6,7 @@ use crate::support::run;
 mod command;
 mod driven;
 mod equilibrium;
+mod feedback;
 mod linear;
 mod one_sided;
 mod slopes;

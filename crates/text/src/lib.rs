@@ -19,6 +19,7 @@ pub mod code;
 pub(crate) mod contract;
 pub(crate) mod document;
 pub(crate) mod factor;
+pub(crate) mod feedback;
 pub(crate) mod json;
 pub(crate) mod matrices;
 pub(crate) mod minimal;

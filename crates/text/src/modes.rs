@@ -2,12 +2,13 @@
 //!
 //! All modes are one system of equations. The factor of a relation is 1 in the mode in which it holds, and its multiplier is zero in the others.
 
-use cotree::equations::Equations;
+use cotree::equations::{Constraint, Equations};
 use cotree::expr::{Binary, Expr, Symbol};
 use cotree::model::{Formula, Pressed, Quantity, Slip, Unilateral, Variable};
 use serde_json::{Value, json};
 
 use super::document::{Block, Piece};
+use super::feedback::beside_load;
 use super::json::{formula, tree};
 use super::motion::{Entry, has_masses};
 use super::name::{Name, symbol_name};
@@ -271,23 +272,7 @@ pub fn sliding(equations: &mut Equations) -> (&'static str, Vec<Entry>) {
     if !equations.rubs_dry() || !has_masses(equations) {
         return (title, Vec::new());
     }
-    let reactions = equations.dynamics().reactions.clone();
-    let mut entries = Vec::new();
-    for (coordinate, row) in reactions.into_iter().enumerate() {
-        let levels = row.into_iter().filter(|(index, _)| equations.constraints[*index].is_level());
-        let levels: Vec<(usize, Expr)> = levels.collect();
-        let arena = &mut equations.system.arena;
-        let force = levels.into_iter().fold(Expr::ZERO, |sum, (index, entry)| {
-            let level = arena.symbol(Symbol::Reaction(index));
-            arena.subtract_product(sum, entry, level)
-        });
-        if force != Expr::ZERO {
-            let number = coordinate + 1;
-            let name = Name::letter("Q", &format!("{number}, friction"));
-            entries.push((Name { plain: format!("Q_friction[{number}]"), ..name }, force));
-        }
-    }
-    (title, entries)
+    (title, beside_load(equations, Constraint::is_level, "friction"))
 }
 
 /// coulomb + mu x what presses, in the scene's names.

@@ -8,6 +8,7 @@ use cotree::model::{BodyId, Coordinates, Dimension, JointId, Owner, Part, Place,
 use cotree::network::{Direction, Force, Held, Origin, Torque};
 
 use super::document::{Block, Piece};
+use super::feedback::feedback;
 use super::matrices::Matrices;
 use super::modes::{self, Modes};
 use super::name::{Name, symbol_name};
@@ -37,6 +38,7 @@ impl MotionEquations {
             groups.extend(dynamics(equations));
             groups.extend(vibration(equations));
             groups.push(modes::sliding(equations));
+            groups.extend(feedback(equations));
         }
         groups.push(("Rates of the states", rates_of_states(equations)));
         groups.extend(loops(equations));
@@ -166,6 +168,8 @@ pub fn governing(equations: &Equations, dynamic: bool) -> Vec<(Tree, Tree)> {
     terms.extend(loops.as_ref().map(|_| (false, product(transposed, column("lambda", "")))));
     let mut loads = vec![(false, column("Q", ""))];
     loads.extend(equations.rubs_dry().then(|| (false, column("Q", "friction"))));
+    let reads = equations.constraints.iter().any(Constraint::is_feedback);
+    loads.extend(reads.then(|| (false, column("Q", "feedback"))));
     dynamic.then(|| (Tree::sum(terms), Tree::sum(loads))).into_iter().chain(loops).collect()
 }
 

@@ -226,10 +226,11 @@ pub fn symbol_name(equations: &Equations, symbol: Symbol) -> Name {
     }
 }
 
-/// A multiplier, or the level of friction.
+/// A multiplier, the level of friction, or the value of a load.
 fn reaction_name(equations: &Equations, row: usize) -> Name {
     match equations.constraints.get(row) {
         Some(own) if own.is_level() => super::modes::level_name(equations.system.name(own.element)),
+        Some(own) if own.is_feedback() => super::feedback::value_name(equations, own),
         // Counted among the loop equations that constrain the motion.
         _ => Name::entry("lambda", &[equations.loops().filter(|(index, _)| *index < row).count()]),
     }

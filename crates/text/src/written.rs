@@ -1,8 +1,8 @@
 //! Equations of a scene, as the commands write them.
 
-use cotree::diagnostic::{Fault, Faults};
-use cotree::equations::Equations;
-use cotree::expr::Expr;
+use cotree::diagnostic::{Fault, Faults, Span};
+use cotree::equations::{Constraint, Equations};
+use cotree::expr::{Expr, Symbol};
 use cotree::formulate::explain::size::check_written;
 use cotree::formulate::{Formulated, formulate};
 use cotree::scene::Scene;
@@ -115,6 +115,13 @@ fn without_code(equations: &Equations, solved: &[Expr]) -> Option<Fault> {
              `velocity` friction is a function of the rates",
         ));
     }
+    if equations.reads_the_motion() {
+        return Some(reads(
+            equations,
+            "functions of positions and rates cannot give it",
+            "print the equations as `text`, `latex`, `html` or `json`, or export an FMU",
+        ));
+    }
     let state = equations.system.mechanism.states.first()?;
     let driven = solved.is_empty() && !equations.coordinates.is_empty();
     driven.then(|| {
@@ -156,6 +163,10 @@ pub fn reduced(
             fault.help("print the equations without `--minimal`: they hold in all modes, with a table of these"),
         ]);
     }
+    if formulated.equations.reads_the_motion() {
+        let why = "in the reduced equations there are no multipliers, and its law would have to be solved for";
+        return Err(vec![reads(&formulated.equations, why, "print the equations without `--minimal`")]);
+    }
     Ok(crate::minimal(formulated, written, symbols))
 }
 
@@ -165,5 +176,33 @@ pub fn reduced(
 /// They are too large to be written.
 pub fn derived(formulated: &mut Formulated, prose: Prose) -> Result<String, Vec<Fault>> {
     check(&formulated.equations)?;
+    if formulated.equations.constraints.iter().any(Constraint::is_feedback) {
+        let why = "the lesson solves for accelerations with loads that are known";
+        return Err(vec![reads(
+            &formulated.equations,
+            why,
+            "print the equations with `show --equations`, which has its law",
+        )]);
+    }
     Ok(crate::steps(formulated, prose))
+}
+
+/// Something reads accelerations or reactions where it cannot.
+fn reads(equations: &Equations, why: &str, help: &str) -> Fault {
+    let row = equations.constraints.iter().find(|row| row.is_feedback());
+    let (what, span) = match row {
+        Some(row) => {
+            let element = equations.system.element(row.element);
+            let load = equations.system.mechanism.loads.iter().find(|load| load.name == element.name);
+            (format!("load `{}`", element.name), load.map_or_else(Span::default, |load| load.span))
+        }
+        None => {
+            let states = equations.states.iter().zip(&equations.system.mechanism.states);
+            let mut reading =
+                states.filter(|(rate, _)| equations.system.arena.symbols([**rate]).into_iter().any(Symbol::is_solved));
+            reading.next().map_or_else(Default::default, |(_, state)| (format!("state `{}`", state.name), state.span))
+        }
+    };
+    let message = format!("{what} reads an acceleration or a reaction: {why}");
+    Fault::new("equations::feedback", message, span).label("reads what follows from it").help(help)
 }

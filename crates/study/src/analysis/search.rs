@@ -233,13 +233,16 @@ impl<'a> Search<'a> {
             };
         let (scales, gaps) = (&self.scales, &self.gaps);
         put((0, 0), by_positions(RowBlock::Motion), &|value, i, j| value * self.weight(i) * scales[j]);
-        put((0, n), numbers.block(RowBlock::Motion, Column::Reactions), &|value, i, j| value * scales[i] / gaps[j]);
+        // A row of the motion by an effort: forces and efforts share the energy.
+        let by_effort = |i: usize| if i < self.mechanical { scales[i] } else { self.energy / scales[i] };
+        let reactions = numbers.block(RowBlock::Motion, Column::Reactions);
+        put((0, n), reactions, &|value, i, j| value * by_effort(i) / gaps[j]);
         put((n, 0), numbers.block(RowBlock::Loops, Column::Positions), &|value, i, j| value * scales[j] / gaps[i]);
         if l > 0 {
             let of = |column: Column| numbers.block(RowBlock::Levels, column);
             let level = |i: usize| self.levels[i].1;
             let acting = numbers.block(RowBlock::Motion, Column::Levels);
-            put((0, n + m), acting, &|value, i, j| value * scales[i] / level(j));
+            put((0, n + m), acting, &|value, i, j| value * by_effort(i) / level(j));
             put((n + m, 0), by_positions(RowBlock::Levels), &|value, i, j| value * scales[j] * level(i) / self.energy);
             put((n + m, n), of(Column::Reactions), &|value, i, j| value * level(i) / gaps[j]);
             put((n + m, n + m), of(Column::Levels), &|value, i, j| value * level(i) / level(j));

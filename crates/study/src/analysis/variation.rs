@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use cotree::equations::{Equations, Level, Pressing};
+use cotree::equations::{Equations, Feedback, Level, Pressing};
 use cotree::expr::{Expr, Order, Symbol, Unary};
 use cotree::formulate::Formulated;
 use cotree::laws::motion_indicators;
@@ -27,7 +27,7 @@ pub(super) enum RowBlock {
     Motion,
     /// Phi_q a - gamma.
     Accelerations,
-    /// s - F - mu p(a, lambda) of what slides.
+    /// s - F - mu p(a, lambda) of what slides; then f - law of loads that read accelerations or reactions.
     Levels,
     Outputs,
     /// Known initial positions less what they should be.
@@ -47,7 +47,7 @@ pub(super) enum Column {
     Accelerations,
     /// lambda of the independent loop equations.
     Reactions,
-    /// s of what slides.
+    /// s of what slides, then f of loads that read accelerations or reactions.
     Levels,
     Signals,
 }
@@ -68,6 +68,8 @@ pub struct Variation {
     masks: Vec<Option<Expr>>,
     /// The levels of what rubs.
     levels: Vec<Rubbing>,
+    /// Loads that read accelerations or reactions; they stand after the levels, as one more kind of them.
+    loads: Vec<Feedback>,
     /// Loads without a limit where their ends come together, with the squares of their lengths.
     lines: Vec<(String, Expr)>,
     /// The names of the outputs, if they are differentiated.
@@ -89,14 +91,14 @@ pub(super) struct Rubbing {
 struct Holding {
     /// Places among the independent loop equations of those that hold.
     loops: Vec<usize>,
-    /// Places among the levels of those that slide.
+    /// Places among the levels of those that slide, and of the loads after them.
     levels: Vec<usize>,
 }
 
 impl Variation {
     /// Differentiates the equations and the outputs of a mechanism by inputs and followers.
     pub fn new(formulated: &mut Formulated) -> Self {
-        let levels = rubbing(&mut formulated.equations);
+        let levels = acting(&mut formulated.equations);
         let roots = roots(formulated, &active(formulated), &levels);
         let symbols = formulated.equations.system.arena.symbols(roots.iter().flat_map(|(_, roots)| roots).copied());
         let signals = symbols.into_iter().filter(|symbol| matches!(symbol, Symbol::Input(..) | Symbol::Follower(..)));
@@ -106,7 +108,7 @@ impl Variation {
     /// Derivatives by these symbols.
     pub(super) fn by(formulated: &mut Formulated, signals: Vec<Symbol>) -> Self {
         let active = active(formulated);
-        let levels = rubbing(&mut formulated.equations);
+        let levels = acting(&mut formulated.equations);
         let roots = roots(formulated, &active, &levels);
         let outputs = names(&formulated.outputs);
         Variation { outputs, ..Variation::of(&mut formulated.equations, (active, levels), roots, signals) }
@@ -123,21 +125,22 @@ impl Variation {
         roots.push((RowBlock::Repeated, repeated(equations, &active)));
         let switches = motion_indicators(equations, &formulated.lowered.solved);
         roots.push((RowBlock::Switches, switches));
-        Variation::of(equations, (active, Vec::new()), roots, signals)
+        Variation::of(equations, (active, (Vec::new(), Vec::new())), roots, signals)
     }
 
     fn of(
         equations: &mut Equations,
-        (active, levels): (Vec<usize>, Vec<Rubbing>),
+        (active, (levels, loads)): (Vec<usize>, Acting),
         groups: Vec<(RowBlock, Vec<Expr>)>,
         signals: Vec<Symbol>,
     ) -> Self {
         let (mechanical, coordinates) =
             (equations.coordinates.len(), equations.coordinates.len() + equations.states.len());
         let arena = &mut equations.system.arena;
+        let rows = levels.iter().map(|own| own.level.row).chain(loads.iter().map(|own| own.row));
         let columns: Vec<Symbol> = (Order::ALL.into_iter())
             .flat_map(|order| (0..coordinates).map(move |index| unknown(mechanical, index, order)))
-            .chain(active.iter().copied().chain(levels.iter().map(|own| own.level.row)).map(Symbol::Reaction))
+            .chain(active.iter().copied().chain(rows).map(Symbol::Reaction))
             .chain(signals)
             .collect();
         let (mut roots, mut rows) = (Vec::new(), Vec::new());
@@ -158,14 +161,28 @@ impl Variation {
         let mask = |&row: &usize| equations.constraints[row].one_sided.as_ref().map(|gap| gap.closed);
         let masks = active.iter().map(mask).collect();
         let outputs = Vec::new();
-        Variation { roots, columns, places, derivatives, rows, coordinates, active, masks, levels, lines, outputs }
+        Variation {
+            roots,
+            columns,
+            places,
+            derivatives,
+            rows,
+            coordinates,
+            active,
+            masks,
+            levels,
+            loads,
+            lines,
+            outputs,
+        }
     }
 
     /// What counts at a point: what is open does not, nor does the level of what sticks.
     fn holding(&self, equations: &Equations, point: &Point) -> Holding {
         let counts = |mask: Expr| equations.system.arena.evaluate(&[mask], point)[0] != 0.0;
         let loops = (0..self.active.len()).filter(|&place| self.masks[place].is_none_or(counts)).collect();
-        let levels = (0..self.levels.len()).filter(|&place| counts(self.levels[place].direction)).collect();
+        let slides = (0..self.levels.len()).filter(|&place| counts(self.levels[place].direction));
+        let levels = slides.chain(self.levels.len()..self.levels.len() + self.loads.len()).collect();
         Holding { loops, levels }
     }
 
@@ -181,7 +198,11 @@ impl Variation {
 
     /// The rows of the levels that act at a point.
     pub(super) fn levels_at(&self, equations: &Equations, point: &Point) -> Vec<usize> {
-        self.holding(equations, point).levels.into_iter().map(|place| self.levels[place].level.row).collect()
+        let row = |place: usize| match self.levels.get(place) {
+            Some(own) => own.level.row,
+            None => self.loads[place - self.levels.len()].row,
+        };
+        self.holding(equations, point).levels.into_iter().map(row).collect()
     }
 
     /// Inputs and followers with their derivatives, as far as anything depends on them.
@@ -310,7 +331,7 @@ impl Variation {
     }
 
     fn column(&self, column: Column) -> Range<usize> {
-        let (n, m, l) = (self.coordinates, self.active.len(), self.levels.len());
+        let (n, m, l) = (self.coordinates, self.active.len(), self.levels.len() + self.loads.len());
         match column {
             Column::Positions => 0..n,
             Column::Rates => n..2 * n,
@@ -333,7 +354,13 @@ impl Variation {
                 Some(state) => equations.system.mechanism.states[state].name.clone(),
             }
         } else if let Some(level) = within(RowBlock::Levels) {
-            equations.system.mechanism.unilaterals[self.levels[level].place].name.clone()
+            match self.levels.get(level) {
+                Some(own) => equations.system.mechanism.unilaterals[own.place].name.clone(),
+                None => {
+                    let row = self.loads[level - self.levels.len()].row;
+                    equations.system.element(equations.constraints[row].element).name.clone()
+                }
+            }
         } else {
             let place = [RowBlock::Loops, RowBlock::Rates, RowBlock::Accelerations].into_iter().find_map(within);
             match place.and_then(|place| self.active.get(place)) {
@@ -369,6 +396,13 @@ fn names(outputs: &[Output]) -> Vec<String> {
     outputs.iter().map(|output| output.name.clone()).collect()
 }
 
+/// What rubs, and loads that read accelerations or reactions.
+type Acting = (Vec<Rubbing>, Vec<Feedback>);
+
+fn acting(equations: &mut Equations) -> Acting {
+    (rubbing(equations), equations.feedback())
+}
+
 /// Everything that rubs.
 fn rubbing(equations: &mut Equations) -> Vec<Rubbing> {
     let levels = equations.levels();
@@ -381,13 +415,19 @@ fn rubbing(equations: &mut Equations) -> Vec<Rubbing> {
     levels.into_iter().filter_map(of).collect()
 }
 
-fn roots(formulated: &mut Formulated, active: &[usize], levels: &[Rubbing]) -> Vec<(RowBlock, Vec<Expr>)> {
+fn roots(formulated: &mut Formulated, active: &[usize], (levels, loads): &Acting) -> Vec<(RowBlock, Vec<Expr>)> {
     let Formulated { equations, outputs, .. } = formulated;
+    let mut laws: Vec<Expr> = levels.iter().map(|own| level(equations, &own.level)).collect();
+    laws.extend(loads.iter().map(|own| {
+        let arena = &mut equations.system.arena;
+        let value = arena.symbol(Symbol::Reaction(own.row));
+        arena.subtract(value, own.value)
+    }));
     let mut roots = loops(equations, active);
     roots.extend([
         (RowBlock::Motion, motion(equations)),
         (RowBlock::Accelerations, active.iter().map(|&row| acceleration(equations, row)).collect()),
-        (RowBlock::Levels, levels.iter().map(|own| level(equations, &own.level)).collect()),
+        (RowBlock::Levels, laws),
         (RowBlock::Outputs, outputs.iter().map(|output| equations.formula(&output.value)).collect()),
         (RowBlock::Repeated, repeated(equations, active)),
     ]);

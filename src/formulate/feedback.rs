@@ -1,0 +1,129 @@
+//! Laws that read accelerations or reactions: where these have no value of their own, or act at an instant, the laws are refused.
+
+use crate::diagnostic::{Fault, Span};
+use crate::equations::Equations;
+use crate::formulate::impulses;
+use crate::laws::Jump;
+use crate::model::{Class, Formula, Mechanism, Part, Value, Variable};
+use crate::solve::Shared;
+
+/// A law that reads accelerations or reactions: whose it is, what is read, and where it stands.
+struct Reading<'m> {
+    what: String,
+    read: Vec<Variable>,
+    acts: bool,
+    part: Option<&'m Part>,
+    span: Span,
+}
+
+/// What such laws may not do: say how much something holds or rubs, or act where impulses may, which drivers that determine the motion do not give way to.
+pub(super) fn check_acts(equations: &Equations, jumps: &[Jump]) -> Vec<Fault> {
+    let moves_freely = !equations.is_driven();
+    let mechanism = &equations.system.mechanism;
+    let mut faults = Vec::new();
+    let acting = readings(mechanism).into_iter().filter(|reading| reading.acts);
+    for reading in acting {
+        let Some(part) = reading.part else { continue };
+        let holds = mechanism.unilaterals.iter().any(|own| own.owner == part.owner);
+        let impacts = mechanism.unilaterals.iter().find(|own| own.slip.is_none() && moves_freely);
+        let jumps =
+            jumps.iter().find(|jump| jump.of_rate && moves_freely).map(|jump| &mechanism.drivers[jump.driver].name);
+        let (why, help) = match (holds, impacts, jumps) {
+            (true, ..) => (
+                "and it is what something holds or rubs by".to_owned(),
+                "let it depend on positions, velocities, states and inputs; friction takes what presses by `mu`",
+            ),
+            (_, Some(own), _) => (
+                format!("which are impulses where `{}` meets what it stops", own.name),
+                "leave one of the two out, or let the load follow a state that lags behind what it reads",
+            ),
+            (.., Some(driver)) => (
+                format!("which are impulses where the law of driver `{driver}` jumps"),
+                "let the law turn smoothly (`smoothstep`, `spline`)",
+            ),
+            (false, None, None) => continue,
+        };
+        let read = mechanism.variable_name(reading.read[0]);
+        let message = format!("{} reads `{read}`, an acceleration or a reaction, {why}", reading.what);
+        faults.push(Fault::new("scene::load_depends", message, reading.span).label("reads it").help(help));
+    }
+    faults
+}
+
+/// Drivers whose rates may jump, as importers set them: such loads take no part in the impulses.
+pub(super) fn warnings(equations: &Equations) -> Vec<Fault> {
+    let mechanism = &equations.system.mechanism;
+    let Some(reading) = readings(mechanism).into_iter().find(|reading| reading.acts) else { return Vec::new() };
+    let warning = |driver: &Part| {
+        let by = impulses::set_by(mechanism, driver)?;
+        let message = format!(
+            "driver `{}` follows {by}, and its rate may jump: {} takes no part in the impulse",
+            driver.name, reading.what
+        );
+        let help = "let what is set turn smoothly; where it jumps, reactions are impulses, and a law of them is none";
+        Some(Fault::warning("scene::driver_jump", message, driver.span).label("may jump").help(help))
+    };
+    mechanism.drivers.iter().filter_map(warning).collect()
+}
+
+/// Reactions that are shared or grow without bound have no value that a law could read.
+pub(super) fn check_determined(equations: &Equations, shared: &Shared) -> Vec<Fault> {
+    let mechanism = &equations.system.mechanism;
+    let open = |variable: &Variable| shared.owners.contains(&variable.owner) || shared.undetermined.contains(variable);
+    let fault = |reading: Reading| {
+        let read = reading.read.iter().find(|variable| reads_reaction(variable) && open(variable))?;
+        let read = mechanism.variable_name(*read);
+        let message =
+            format!("{} reads `{read}`, which the equations of motion do not determine: others share it", reading.what);
+        let help =
+            "read a reaction that is determined, or give the mechanism one joint less (`check` says which ones share)";
+        Some(Fault::new("scene::undetermined_reaction", message, reading.span).label("reads it").help(help))
+    };
+    readings(mechanism).into_iter().filter_map(fault).collect()
+}
+
+fn reads_reaction(variable: &Variable) -> bool {
+    Formula::Variable(*variable).reads_the_motion() && variable.quantity.class() == Class::Effort
+}
+
+/// All such laws of a mechanism: those of loads, and the rates of states.
+fn readings(mechanism: &Mechanism) -> Vec<Reading<'_>> {
+    let mut all = Vec::new();
+    for load in &mechanism.loads {
+        let read: Vec<Variable> = formulas(load).flat_map(read).collect();
+        let what = format!("load `{}`", load.name);
+        all.push(Reading { what, read, acts: true, part: Some(load), span: load.span });
+    }
+    for state in &mechanism.states {
+        let what = format!("`rate` of state `{}`", state.name);
+        all.push(Reading { what, read: read(&state.rate).collect(), acts: false, part: None, span: state.span });
+    }
+    all.retain(|reading| !reading.read.is_empty());
+    all
+}
+
+/// What its keys say.
+fn formulas(load: &Part) -> impl Iterator<Item = &Formula> {
+    load.values.iter().flat_map(|(_, value)| -> Vec<&Formula> {
+        match value {
+            Value::Formula(law) => vec![law],
+            Value::Vector(both) => both.iter().collect(),
+            Value::Friction(friction) => friction.formulas().collect(),
+            Value::Limits(limits) => limits.formulas().collect(),
+            Value::Place(_) | Value::Joint(_) | Value::Motion(_) | Value::Choice(_) | Value::Switch(_) => Vec::new(),
+        }
+    })
+}
+
+/// The accelerations and reactions in a law.
+fn read(law: &Formula) -> impl Iterator<Item = Variable> + use<> {
+    let mut found = Vec::new();
+    law.visit(&mut |part| {
+        if let Formula::Variable(variable) = part
+            && part.reads_the_motion()
+        {
+            found.push(*variable);
+        }
+    });
+    found.into_iter()
+}
