@@ -445,3 +445,217 @@ fn values_are_fitted_through_impacts() {
     }
     assert!((own[0] - 0.8).abs() < 1e-9 && (own[1] - 1.0).abs() < 1e-9, "{own:?}");
 }
+
+/// A block that is pushed off on a rough floor comes to rest v^2/(2 mu g) away, and stays there.
+#[test]
+fn what_slides_to_rest_stays_where_that_is() {
+    let text = r#"
+name = "shove"
+gravity = [0, -9.81]
+[parameters]
+mu = 0.3
+push = "1.4 m/s"
+[bodies.block]
+mass = 2.0
+[joints.slide]
+type = "prismatic"
+between = ["ground", "block"]
+axis = [1, 0]
+friction = { mu = "mu" }
+[initial]
+"slide.s" = 0.0
+"slide.v" = "push"
+[outputs]
+variables = ["slide.s", "slide.v", "slide.force"]
+[experiment]
+stop = "2 s"
+tolerance = 1e-11
+"#;
+    let names = ["mu", "push"].map(str::to_owned);
+    let found = Study::new(&Scene::from_toml(text).unwrap()).unwrap().sensitivities(&names, &[0.2, 0.9]).unwrap();
+    let (g, mu, v) = (9.81, 0.3, 1.4);
+    let exact = [[[-0.5 * g * 0.04, 0.2], [-g * 0.2, 1.0]], [[-v * v / (2.0 * mu * mu * g), v / (mu * g)], [0.0, 0.0]]];
+    for (row, exact) in exact.iter().enumerate() {
+        for (output, exact) in exact.iter().enumerate() {
+            for (column, exact) in exact.iter().enumerate() {
+                let value = found.derivatives[row][(output, column)];
+                assert!((value - exact).abs() < 1e-8, "{row} {output} {column}: {value}, {exact}");
+            }
+        }
+    }
+    // Nothing holds it at the start with another push.
+    let resting = text.replace("push = \"1.4 m/s\"", "push = \"0 m/s\"");
+    let message = refused(&resting, "push", 0.1);
+    assert!(message.contains("would begin in motion"), "{message}");
+    check(&resting, &["mu"], 0.5, 1e-4, 1e-9);
+}
+
+/// A block that a belt takes along until its spring pulls it off: sticks and slips, with a level at rest of its own.
+#[test]
+fn stick_and_slip_pass_their_derivatives_on() {
+    let text = r#"
+name = "belt"
+gravity = [0, -10]
+[parameters]
+mu = 0.25
+static = 1.6
+stiffness = "80 N/m"
+speed = "0.2 m/s"
+[ground.points]
+wall = [-1, 0]
+[bodies.belt]
+mass = 1.0
+[bodies.block]
+mass = 2.0
+[joints.track]
+type = "prismatic"
+between = ["ground", "belt"]
+axis = [1, 0]
+[joints.slide]
+type = "prismatic"
+between = ["belt", "block"]
+axis = [1, 0]
+friction = { mu = "mu", static = "static" }
+[drivers.motor]
+joint = "track"
+displacement = "speed*t"
+[loads.spring]
+type = "spring"
+between = ["ground.wall", "block"]
+stiffness = "stiffness"
+length = "1 m"
+[initial]
+"block.x" = 0.03
+"block.vx" = 0.05
+[outputs]
+variables = ["block.x", "block.vx", "slide.force", "spring.force"]
+[experiment]
+stop = "4 s"
+tolerance = 1e-11
+"#;
+    check(text, &["mu", "stiffness"], 0.1, 1e-4, 1e-7);
+    for time in [0.44, 1.0, 1.4, 3.3] {
+        check(text, &["mu", "static", "stiffness", "speed"], time, 1e-4, 1e-7);
+    }
+    let explicit = text.replace("[experiment]", "[solver]\nmethod = \"implicit\"\n[experiment]");
+    check(&explicit, &["mu", "stiffness"], 1.0, 1e-4, 1e-5);
+}
+
+/// Pins by the size of what they carry, a long guide by the signs of its two ends, and a limit that is reached while others rub by levels of their own.
+#[test]
+fn linkages_that_rub_pass_their_derivatives_on() {
+    let slider_crank = |pin: &str, guide: &str, more: &str| {
+        format!(
+            r#"
+name = "press"
+gravity = [0, -9.81]
+[parameters]
+mu = 0.12
+length = "0.1 m"
+pull = "3 N.m"
+[bodies.crank]
+mass = 1.0
+inertia = 0.01
+points = {{ tip = ["length", 0] }}
+[bodies.rod]
+mass = 0.8
+inertia = 0.008
+points = {{ big = [-0.15, 0], small = [0.15, 0] }}
+[bodies.slider]
+mass = 2.0
+inertia = 0.01
+points = {{ pin = [0, 0.03] }}
+[joints.main]
+type = "revolute"
+between = ["ground", "crank"]
+{pin}
+[joints.big]
+type = "revolute"
+between = ["crank.tip", "rod.big"]
+{pin}
+[joints.small]
+type = "revolute"
+between = ["rod.small", "slider.pin"]
+[joints.guide]
+type = "prismatic"
+between = ["ground", "slider"]
+axis = [1, 0]
+{guide}
+{more}
+[loads.motor]
+type = "torque"
+on = "crank"
+value = "pull*sin(3*t) - 1"
+[initial]
+"crank.angle" = 0.4
+"crank.omega" = 2.0
+"rod.angle" = {{ guess = -0.1 }}
+[outputs]
+variables = ["crank.angle", "crank.omega", "slider.x", "main.fx", "guide.fn"]
+[experiment]
+stop = 2.0
+tolerance = 1e-11
+"#
+        )
+    };
+    let pins = slider_crank("friction = { mu = \"mu\", radius = 0.02 }", "", "");
+    let guide = slider_crank("", "friction = { mu = \"mu\", length = 0.08 }", "");
+    let stop = slider_crank("", "friction = { coulomb = \"10[N]*mu\" }\nlimits = { min = 0.3, restitution = 0.5 }", "");
+    // The stop ends a series of bounces after 1.67 s.
+    for text in [&pins, &guide, &stop] {
+        for time in [0.3, 1.1, 1.6] {
+            check(text, &["mu", "length", "pull", "crank.omega"], time, 1e-5, 1e-6);
+        }
+    }
+    let both = slider_crank("", "friction = { mu = \"mu\" }\nlimits = { min = 0.3, restitution = 0.5 }", "");
+    let message = refused(&both, "mu", 1.9);
+    assert!(message.contains("rubs by the impulse that presses"), "{message}");
+}
+
+/// A ratchet that lets a wheel turn one way only: caught where it stands, let go where it is driven on.
+#[test]
+fn a_freewheel_passes_its_derivatives_on() {
+    let text = r#"
+name = "ratchet"
+[parameters]
+push = "2 N.m"
+drag = 0.3
+weight = 0.2
+[bodies.wheel]
+mass = 1.0
+inertia = "weight"
+[bodies.rim]
+mass = 1.0
+inertia = 0.5
+[joints.pin]
+type = "revolute"
+between = ["ground", "wheel"]
+[joints.bearing]
+type = "revolute"
+between = ["ground", "rim"]
+[joints.wheel_and_rim]
+type = "one_way"
+between = ["wheel", "rim"]
+[loads.motor]
+type = "torque"
+on = "wheel"
+value = "push*sin(4*t) - drag*wheel.omega"
+[loads.brake]
+type = "torque"
+on = "rim"
+value = "-drag*rim.omega"
+[initial]
+"wheel.angle" = 0.0
+"wheel.omega" = 0.5
+"rim.angle" = 0.0
+"rim.omega" = 1.0
+[outputs]
+variables = ["wheel.angle", "wheel.omega", "rim.angle", "rim.omega"]
+[experiment]
+stop = 4.0
+tolerance = 1e-11
+"#;
+    for time in [0.4, 1.5, 3.7] {
+        check(text, &["push", "drag", "weight", "rim.omega"], time, 1e-5, 1e-6);
+    }
+}

@@ -12,12 +12,15 @@ use crate::hybrid::tick::Clock;
 use crate::integrator::accelerations::Accelerations;
 use crate::linalg::lane::{Lane, WIDTH, ZERO};
 use crate::machine::Machine;
+use crate::math::maximum;
 use crate::model::{Model, State};
-use crate::program::{Contacts, Write};
+use crate::program::{Contact, Contacts, Write};
 use crate::tape::Tape;
 
 /// A comparison whose excess is further from zero than this share of what it has been jumps there.
 const JUMPED: f64 = 1e-6;
+/// A rate of less than this share of its scale in a second is none, nor is a change of it that is smaller than this share of the largest one: rounding errors of what loops hold.
+const STILL: f64 = 1e-9;
 /// Ticks of different samplers change together within this share.
 const SAME: f64 = 1e-9;
 
@@ -132,12 +135,61 @@ impl Passage<'_> {
     }
 
     /// How held values change that begin with what the scene says of them.
-    pub fn begin(&self, state: &State, columns: &mut Columns) {
+    ///
+    /// # Errors
+    /// What holds wherever it stands begins at rest, and slides or turns with other values.
+    pub fn begin(&self, state: &State, columns: &mut Columns) -> Result<(), String> {
         let own = columns.clone();
         let count = self.parameters.len();
         let (_, begin) = self.along(state, &own, false).run(&self.model.program().instants.begin);
         for (place, tangents) in begin.iter().enumerate() {
             (0..count).for_each(|column| columns.held_values[column * columns.held + place] = tangents[column]);
+        }
+        let contacts = self.model.program().instants.contacts();
+        self.hold(state, &vec![true; contacts.len()], columns);
+        self.check_rest(state, columns)
+    }
+
+    fn check_rest(&self, state: &State, columns: &Columns) -> Result<(), String> {
+        let program = self.model.program();
+        let Some(data) = &program.instants.contacts else { return Ok(()) };
+        let (values, changes) = self.along(state, columns, false).run(&data.rates);
+        let largest = columns.rates.iter().fold(1.0, |most, change| maximum(most, change.abs()));
+        let moves = |(index, contact): &(usize, &Contact)| {
+            let scale = program.constraints[contact.constraint as usize].scale;
+            let rests = contact.place().is_some() && values[*index].abs() <= STILL * scale;
+            rests && changes[*index].iter().any(|change| change.abs() > STILL * scale * largest)
+        };
+        match data.all.iter().enumerate().find(moves) {
+            None => Ok(()),
+            Some((_, contact)) => Err(format!(
+                "`{}` begins at rest, and with a changed value it would begin in motion, one way or the other: let it begin in motion",
+                contact.name
+            )),
+        }
+    }
+
+    /// What is held wherever it stands is held where it stands in a state: the places of these change so that their gaps do not.
+    fn hold(&self, state: &State, which: &[bool], columns: &mut Columns) {
+        let Some(data) = &self.model.program().instants.contacts else { return };
+        let first = self.model.layout().parameters();
+        let places = data
+            .all
+            .iter()
+            .map(|contact| self.held.iter().position(|&own| Some(own) == contact.place().map(|place| first + place)));
+        let places: Vec<(usize, usize)> = places
+            .enumerate()
+            .filter(|(index, _)| which[*index])
+            .filter_map(|(index, place)| Some((index, place?)))
+            .collect();
+        if places.is_empty() {
+            return;
+        }
+        let (_, gaps) = self.along(state, columns, false).run(&data.gaps);
+        for (index, place) in places {
+            for (column, gap) in gaps[index].iter().enumerate() {
+                columns.held_values[column * columns.held + place] += gap;
+            }
         }
     }
 
@@ -147,7 +199,10 @@ impl Passage<'_> {
         let samplers = own.ticks.iter().map(|&index| format!("a tick of `{}`", instants.samplers[index].name));
         let events = instants.events.iter().map(|event| &event.name);
         let names: Vec<&String> = events.chain(instants.contacts().iter().map(|contact| &contact.name)).collect();
-        let due = own.due.iter().map(|&index| format!("`{}`", names[index]));
+        let due = own.due.iter().map(|&index| match names.get(index) {
+            Some(name) => format!("`{name}`"),
+            None => "a change of side of what presses".to_owned(),
+        });
         let all: Vec<String> = samplers.chain(due).collect();
         if all.is_empty() { "the start".to_owned() } else { all.join(" and ") }
     }
@@ -242,14 +297,29 @@ impl Passage<'_> {
             return (values[one] - values[other], change);
         }
         let index = event - instants.events.len();
-        let row = instants.contacts()[index].constraint as usize;
-        if own.closed(self.model)[0][index] {
-            return along.register(self.model.layout().reactions() + row);
+        let Some(data) = &instants.contacts else { return (0.0, vec![f64::NAN]) };
+        let of = |(values, changes): (Vec<f64>, Vec<Vec<f64>>), place: usize, factor: f64| {
+            (factor * values[place], changes[place].iter().map(|change| factor * change).collect())
+        };
+        let Some(contact) = data.all.get(index) else {
+            // It changes sign.
+            return of(along.run(&data.pressing), index - data.all.len(), 1.0);
+        };
+        let reactions = self.model.layout().reactions();
+        let (reaction, closed) = (reactions + contact.constraint as usize, own.closed(self.model)[0][index]);
+        match &contact.slip {
+            None if closed => along.register(reaction),
+            None => of(along.run(if contact.of_rate { &data.rates } else { &data.gaps }), index, -1.0),
+            Some(_) if !closed => of(along.run(&data.rates), index, -own.directions(self.model)[0][index]),
+            Some(slip) => {
+                let share = of(along.run(&data.restitutions), index, 1.0);
+                let level = along.register(reactions + slip.level as usize);
+                let level = product(&share, &level);
+                let (force, squares) = (along.register(reaction), product(&level, &level));
+                let (square, changes) = product(&force, &force);
+                (square - squares.0, changes.iter().zip(&squares.1).map(|(one, other)| one - other).collect())
+            }
         }
-        let gaps = instants.contacts.as_ref().map(|data| along.run(&data.gaps));
-        gaps.map_or((0.0, vec![f64::NAN]), |(values, changes)| {
-            (-values[index], changes[index].iter().map(|change| -change).collect())
-        })
     }
 
     /// How the time of a tick moves with each parameter: that of offset + k period.
@@ -285,6 +355,9 @@ impl Passage<'_> {
         if let (Some(data), false) = (&instants.contacts, own.hit.is_empty()) {
             self.strike(own, data, columns)?;
         }
+        let [before, after] = own.closed(self.model);
+        let caught: Vec<bool> = before.iter().zip(after).map(|(before, after)| after && !before).collect();
+        self.hold(&own.before, &caught, columns);
         for write in writes {
             for (column, tangent) in written[write.result as usize].iter().enumerate() {
                 columns.held_values[column * columns.held + write.held as usize] = *tangent;
@@ -301,6 +374,10 @@ impl Passage<'_> {
             return Err(format!("{} hit at the same time, and their order matters", names.join(" and ")));
         };
         let name = &data.all[index].name;
+        let rubs = |contact: &&Contact| contact.slip.as_ref().is_some_and(|slip| slip.follows);
+        if let Some(other) = data.all.iter().find(rubs) {
+            return Err(format!("`{name}` hits, and `{}` rubs by the impulse that presses", other.name));
+        }
         if own.due != [index + events] {
             return Err(format!("{} and an impact of `{name}` happen at the same time", self.names(own)));
         }
@@ -338,4 +415,10 @@ impl Passage<'_> {
         }
         Ok(())
     }
+}
+
+/// The product of two values, with its changes.
+fn product((one, changes): &(f64, Vec<f64>), (other, others): &(f64, Vec<f64>)) -> (f64, Vec<f64>) {
+    let both = changes.iter().zip(others).map(|(change, by)| change * other + one * by);
+    (one * other, both.collect())
 }

@@ -31,7 +31,7 @@ pub enum Varied {
 pub struct Variational {
     /// The register of each parameter.
     registers: Vec<usize>,
-    /// The registers of held values and of impulses, and how they change: a column for each parameter. Between instants they stay as they are.
+    /// The registers of held inputs, of the places where something is held, and of impulses, and how they change: a column for each parameter. Between instants they stay as they are.
     held: Vec<usize>,
     held_values: Vec<f64>,
     /// Eight parameters each; none if there are no such series.
@@ -74,8 +74,9 @@ impl Variational {
         });
         let inputs = (program.open_inputs()..program.inputs.len()).map(|index| layout.inputs() + index);
         let contacts = program.instants.contacts().iter();
+        let places = contacts.clone().filter_map(|contact| Some(layout.parameters() + contact.place()?));
         let impulses = contacts.map(|contact| layout.parameters() + contact.closed as usize + 1);
-        let held: Vec<usize> = inputs.chain(impulses).collect();
+        let held: Vec<usize> = inputs.chain(places).chain(impulses).collect();
         Self {
             registers: varied.iter().map(register).collect(),
             held_values: vec![0.0; held.len() * varied.len()],
@@ -90,11 +91,15 @@ impl Variational {
     }
 
     /// How held values change at the start of a motion, with these q_p and v_p.
-    pub fn begin_held(&mut self, motion: &Instance, state: [&[f64]; 2]) {
+    ///
+    /// # Errors
+    /// Why there are no derivatives there.
+    pub fn begin_held(&mut self, motion: &Instance, state: [&[f64]; 2]) -> Result<(), String> {
         let mut columns =
             Columns::new(motion.model.coordinates(), self.held.len(), [state[0], state[1], &self.held_values]);
-        self.passage(&motion.model, 0.0).begin(&motion.now.state, &mut columns);
+        self.passage(&motion.model, 0.0).begin(&motion.now.state, &mut columns)?;
         self.held_values = columns.held_values;
+        Ok(())
     }
 
     /// Carries q_p and v_p, and the derivatives of held values, over everything that has happened at one instant of a motion; says how that moves with each parameter. Events are found to this
@@ -123,9 +128,9 @@ impl Variational {
         Passage { model, parameters: &self.registers, held: &self.held, tolerance }
     }
 
-    /// How held inputs, of which there are so many, change: a column for each parameter.
-    pub fn held_inputs(&self, inputs: usize) -> impl Iterator<Item = f64> {
-        self.held_values.chunks(self.held.len().max(1)).flat_map(move |column| column.iter().take(inputs).copied())
+    /// How held inputs and the places where something is held change, of which together there are so many: a column for each parameter.
+    pub fn held_values(&self, count: usize) -> impl Iterator<Item = f64> {
+        self.held_values.chunks(self.held.len().max(1)).flat_map(move |column| column.iter().take(count).copied())
     }
 
     /// Begins the series at the present state of a motion, with these q_p and v_p, of which the largest of each direction have reached so far: errors count relative to that. Says how long a step they permit, up to a limit; none where there are none, because of the laws

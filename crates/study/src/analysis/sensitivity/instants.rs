@@ -3,8 +3,9 @@
 //! Between them the motion is smooth, in the mode and with the held values of the moment. One run of the motion goes ahead and says what happens, and when; the derivatives follow it up to
 //! there, and jump with it.
 
-use cotree::expr::Order;
+use cotree::expr::{Order, Symbol};
 use cotree_fmu::instance::Happening;
+use cotree_fmu::program::Program;
 use nalgebra::DMatrix;
 
 use super::super::variation::{Column, Numbers, RowBlock};
@@ -27,13 +28,15 @@ impl Course<'_> {
             return Err(refused(format!("the motion begins with an impact of `{}`", contact.name)));
         }
         let first = self.parameters + 1 + self.driven.inputs().len();
+        let inputs = self.model.program().inputs.len() - self.model.program().open_inputs();
         for row in [RowBlock::Loops, RowBlock::Starts, RowBlock::StartRates] {
             let block = numbers.block(row, Column::Signals);
-            if block.columns(first, block.ncols() - first).iter().any(|entry| *entry != 0.0) {
+            if block.columns(first, inputs).iter().any(|entry| *entry != 0.0) {
                 return Err(refused("the start depends on values that ticks and events change".to_owned()));
             }
         }
-        self.variational.begin_held(&self.motion, [self.positions.as_slice(), self.rates.as_slice()]);
+        let changes = [self.positions.as_slice(), self.rates.as_slice()];
+        self.variational.begin_held(&self.motion, changes).map_err(refused)?;
         if happened.is_empty() {
             return Ok(());
         }
@@ -47,12 +50,12 @@ impl Course<'_> {
     /// How rows change with the parameters, given their derivatives by all signals: by each of them, and by the held values that follow from it.
     pub(super) fn by_parameters(&self, signals: &DMatrix<f64>) -> DMatrix<f64> {
         let own = signals.columns(0, self.parameters).into_owned();
-        let inputs = self.model.program().inputs.len() - self.model.program().open_inputs();
-        if inputs == 0 {
+        let held = held(self.model.program()).len();
+        if held == 0 {
             return own;
         }
-        let held = DMatrix::from_iterator(inputs, self.parameters, self.variational.held_inputs(inputs));
-        own + signals.columns(signals.ncols() - inputs, inputs) * held
+        let changes = DMatrix::from_iterator(held, self.parameters, self.variational.held_values(held));
+        own + signals.columns(signals.ncols() - held, held) * changes
     }
 
     /// Runs to the end of a motion without knots, through everything that happens in it.
@@ -142,4 +145,11 @@ impl Course<'_> {
         }
         Ok(())
     }
+}
+
+/// What follows from the motion and is held between instants: inputs, and the places where something sticks or is caught.
+pub(super) fn held(program: &Program) -> Vec<Symbol> {
+    let inputs = (program.open_inputs()..program.inputs.len()).map(|input| Symbol::Input(input, Order::Position));
+    let places = program.instants.contacts().iter().filter_map(|contact| contact.place().map(Symbol::Parameter));
+    inputs.chain(places).collect()
 }

@@ -129,12 +129,6 @@ impl Differentiated {
         let parameters = varied(&formulated, to)?;
         let program = &formulated.lowered.program;
         let refused = |what: String| Failure::NoDerivative { time: program.experiment.start, what };
-        let may_hold = formulated.equations.system.mechanism.first_held_anywhere().filter(|_| !program.is_driven());
-        if let Some(held) = may_hold {
-            return Err(refused(format!(
-                "{held} holds wherever it stands, where derivatives are not followed: compare runs with other values instead, with `cotree sweep`, or give friction a `velocity`"
-            )));
-        }
         let given =
             |own: &&Varied| matches!(own.place, instance::Varied::Input(index) if driven.inputs().contains(&index));
         if let Some(own) = parameters.iter().find(given) {
@@ -164,7 +158,7 @@ impl Differentiated {
         // Time is a column of its own, and so are the inputs that change with it: switching functions may depend on them.
         let moving = driven.inputs().iter().map(|&input| Symbol::Input(input, Order::Position));
         // Held values follow from the motion so far.
-        let held = (program.open_inputs()..program.inputs.len()).map(|input| Symbol::Input(input, Order::Position));
+        let held = instants::held(program);
         let signals = parameters.iter().map(|own| own.symbol).chain([Symbol::Time]).chain(moving).chain(held).collect();
         let variation = Variation::of_constraints(&mut formulated, signals);
         Ok(Differentiated { formulated, variation, model, parameters })

@@ -159,7 +159,11 @@ impl<'f> Course<'f> {
     }
 
     fn begin(&mut self) -> Result<(), Failure> {
-        let point = Point::moving(&self.model, &self.motion.state())?;
+        let mut point = Point::moving(&self.model, &self.motion.state())?;
+        // What holds wherever it stands holds nothing of the start.
+        for contact in self.model.program().instants.contacts().iter().filter(|contact| contact.place().is_some()) {
+            point.set_parameter((contact.closed as usize, 0.0));
+        }
         let numbers = self.variation.at(&self.formulated.equations, &point)?;
         let rates = self.values(&point, Order::Velocity);
         let refused = |what: String| Failure::NoDerivative { time: point.time(), what };
