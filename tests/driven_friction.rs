@@ -320,15 +320,102 @@ fn figures_of_the_linkage_do_not_depend_on_friction() {
     assert!(said.contains("give a speed above zero"), "{said}");
 }
 
-/// What drivers move in a mechanism that moves freely besides is refused, with the way out.
+/// The press with a light pendulum that hangs on its slider: what the drive gives is as without it, though the mechanism moves freely now, and what the linkage rubs turns at events.
 #[test]
-fn friction_beside_free_motion_is_refused() {
-    let pendulum = "[bodies.bob]\nmass = 1.0\ninertia = 0.1\npoints = { top = [0, 0.3] }\n[joints.hinge]\ntype = \"revolute\"\nbetween = [\"slider\", \"bob.top\"]\n[drivers.turn]";
+fn friction_of_what_drivers_move_counts_beside_free_motion() {
+    let pendulum = "[bodies.bob]\nmass = 1e-9\ninertia = 1e-10\npoints = { top = [0, 0.3] }\n[joints.hinge]\ntype = \"revolute\"\nbetween = [\"slider\", \"bob.top\"]\n[drivers.turn]";
     let text = PRESS.replace("[drivers.turn]", pendulum);
-    let text = text.replace("[initial]", "[initial]\n\"bob.omega\" = 0.0");
-    let refused = Scene::from_toml(&text).and_then(|scene| compile(&scene)).unwrap_err().to_string();
-    for word in ["scene::friction", "`main.friction` would rub where drivers move it", "velocity"] {
+    let text = text.replace("[initial]", "[initial]\n\"bob.angle\" = 0.2\n\"bob.omega\" = 0.0");
+    let [mut alone, mut beside] = [PRESS, &text].map(|text| started(&model(text), None, 2.0, 1e-10));
+    for step in 1..40 {
+        let time = 0.05 * f64::from(step);
+        for name in ["turn.torque", "main.torque", "guide.force", "small.fx"] {
+            let [one, other] = [&mut alone, &mut beside].map(|run| {
+                if run.time() < time {
+                    run.step_to(time).unwrap();
+                }
+                value(run, name)
+            });
+            assert!((one - other).abs() < 1e-6 * one.abs().max(1.0), "{name} at {time}: {one} {other}");
+        }
+    }
+}
+
+/// A cart on a rough rail that a driver moves to and fro, with a pendulum on it: the drive gives mu times the force between cart and rail more than without friction, against the motion; nothing at rest is known.
+#[test]
+fn a_driven_cart_rubs_below_its_pendulum() {
+    let cart = |friction: &str, more: &str| {
+        format!(
+            r#"
+name = "cart"
+gravity = [0, -9.81]
+[bodies.cart]
+mass = 2.0
+inertia = 1.0
+[bodies.bob]
+mass = 1.5
+inertia = 0.1
+points = {{ top = [0, 0.4] }}
+[joints.rail]
+type = "prismatic"
+between = ["ground", "cart"]
+axis = [1, 0]
+{friction}
+[joints.hinge]
+type = "revolute"
+between = ["cart", "bob.top"]
+{more}
+[drivers.push]
+joint = "rail"
+displacement = "0.3*sin(2*t)"
+[initial]
+"bob.angle" = 0.4
+"bob.omega" = 0.0
+[outputs]
+variables = ["push.force", "rail.force", "rail.fn", "rail.v", "rail.sliding", "bob.angle", "bob.omega"]
+[experiment]
+stop = 4.0
+tolerance = 1e-11
+"#
+        )
+    };
+    for pin in ["", "friction = { mu = 0.2, radius = 0.01 }"] {
+        let [mut rough, mut smooth] = ["friction = { mu = 0.3 }", ""].map(|rail| {
+            let text = cart(rail, pin);
+            let text = if rail.is_empty() { text.replace("\"rail.sliding\", ", "") } else { text };
+            started(&model(&text), Some(cotree_fmu::program::Engine::Dop853), 4.0, 1e-11)
+        });
+        for time in [0.1, 0.7, 0.9, 1.5, 2.3, 3.9] {
+            [&mut rough, &mut smooth].into_iter().for_each(|run| run.step_to(time).unwrap());
+            let rate = 0.6 * (2.0 * time).cos();
+            let level = 0.3 * value(&mut rough, "rail.fn").abs();
+            let more = value(&mut rough, "push.force") - value(&mut smooth, "push.force");
+            assert!((more - level * rate.signum()).abs() < 1e-8 * level, "{pin} {time}: {more} {level}");
+            assert_eq!(value(&mut rough, "rail.sliding"), rate.signum());
+            let [one, other] = [&mut rough, &mut smooth].map(|run| value(run, "bob.angle"));
+            assert!((one - other).abs() < 1e-8, "{pin} {time}: {one} {other}");
+        }
+    }
+    // At its turn the force is that of the way on; where it stays there is none.
+    let still = cart("friction = { mu = 0.3 }", "").replace("0.3*sin(2*t)", "0.3*smoothstep(t/1[s])");
+    let mut run = started(&model(&still), None, 2.0, 1e-9);
+    run.step_to(0.5).unwrap();
+    assert!(value(&mut run, "push.force").is_finite());
+    run.step_to(1.5).unwrap();
+    assert!(is_undefined(&mut run, "push.force") && value(&mut run, "bob.angle").is_finite());
+    // Where what moves freely follows from that force it is refused, with the way out.
+    let carried = "friction = { mu = 0.2, radius = 0.01 }\n[loads.brake]\ntype = \"torque\"\non = \"bob\"\nvalue = \"0.01*push.force\"";
+    let refused = Scene::from_toml(&cart("friction = { mu = 0.3 }", carried)).and_then(|scene| compile(&scene));
+    let refused = refused.unwrap_err().to_string();
+    for word in ["scene::friction", "`rail.friction` rubs where drivers move it", "velocity"] {
         assert!(refused.contains(word), "{refused}");
+    }
+    for arguments in [&["linearize", "scene.toml"][..], &["show", "scene.toml", "--equations", "text"]] {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("scene.toml"), cart("friction = { mu = 0.3 }", "")).unwrap();
+        let output = cotree(folder.path(), arguments);
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(!output.status.success() && said.contains("`rail"), "{said}");
     }
 }
 

@@ -1,5 +1,6 @@
 //! Dry friction that sticks, against closed forms and other formulations.
 
+use crate::outside::command::cotree;
 use crate::support::ROOT;
 use crate::support::hard::random::Random;
 use crate::support::linkage::linkage;
@@ -161,6 +162,28 @@ fn stick_and_slip_repeat_with_their_period() {
         assert!((found[0] - place).abs() < 1e-9 && (found[1] - rate).abs() < 1e-8, "{time} {found:?} {place} {rate}");
         assert_eq!(value(&mut run, "slide.mode"), if sticks { 0.0 } else { -1.0 });
     }
+}
+
+/// Over 1000 s every period is that of the closed form: what begins to stick forgets every error but that of the time.
+#[test]
+fn a_thousand_seconds_of_stick_and_slip_keep_their_period() {
+    let stretch = 0.25 * 2.0 * 10.0 / 80.0;
+    let belt = Belt { omega: (80.0_f64 / 2.0).sqrt(), speed: 0.2, slips: stretch, rests: 1.6 * stretch };
+    let period: f64 = belt.phases().iter().sum();
+    let folder = tempfile::tempdir().unwrap();
+    let text = STICK_SLIP.replace("stop = \"400 s\"", "stop = \"1000 s\"\nstep = 1");
+    std::fs::write(folder.path().join("belt.toml"), text).unwrap();
+    let output = cotree(folder.path(), &["simulate", "belt.toml", "--log", "log.csv"]);
+    assert!(output.status.success());
+    let log = std::fs::read_to_string(folder.path().join("log.csv")).unwrap();
+    let slips = log.lines().filter(|line| line.ends_with(",slips,"));
+    let times: Vec<f64> = slips.map(|line| line.split(',').next().unwrap().parse().unwrap()).collect();
+    assert_eq!(times.len(), 1 + ((1000.0 - belt.rests / belt.speed) / period) as usize);
+    for pair in times.windows(2) {
+        assert!((pair[1] - pair[0] - period).abs() < 1e-11, "{pair:?} {period}");
+    }
+    let last = belt.rests / belt.speed + period * (times.len() - 1) as f64;
+    assert!((times[times.len() - 1] - last).abs() < 1e-9, "{times:?}");
 }
 
 /// The model of the gallery: every output by its closed form.

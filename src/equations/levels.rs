@@ -89,11 +89,11 @@ impl Equations {
                     Some(length) => self.at_both_ends(own.owner, normal, length),
                     None => vec![normal],
                 };
-                self.signed(slip, sums)
+                self.signed(index, slip, sums)
             }
             Pressed::Reaction(quantity) => {
                 let reaction = self.reaction(own.owner, quantity);
-                self.signed(slip, vec![reaction])
+                self.signed(index, slip, vec![reaction])
             }
             Pressed::Contact => {
                 let presses = self.row_of_unilateral(slip.on?)?;
@@ -106,20 +106,20 @@ impl Equations {
     }
 
     /// Sums that press by their sizes. Events keep their signs; where drivers lead the motion there are none, and no step depends on a size.
-    fn signed(&mut self, slip: &Slip, sums: Vec<Expr>) -> Pressing {
-        if self.is_driven() {
+    fn signed(&mut self, index: usize, slip: &Slip, sums: Vec<Expr>) -> Pressing {
+        if self.is_led(index) {
             return Pressing::Sizes(sums.into_iter().take(slip.signs.len()).map(|sum| vec![sum]).collect());
         }
         let signs = slip.signs.iter().map(|sign| self.system.arena.symbol(Symbol::Parameter(sign.0)));
         Pressing::Sum(signs.zip(sums).collect())
     }
 
-    /// Which way things slide whose motion is known, with these accelerations of the coordinates: v/|v|, where they turn around as they go on, a/|a|, and where they rest not a number.
+    /// Which way things slide that drivers lead, with these accelerations of the coordinates: v/|v|, where they turn around as they go on, a/|a|, and where they rest not a number.
     pub(crate) fn known_directions(&mut self, accelerations: &[Expr], length: f64) -> HashMap<Symbol, Expr> {
         let mechanism = self.system.mechanism.clone();
         let sliding = mechanism.unilaterals.iter().enumerate();
         let known = |(index, own): (usize, &Unilateral)| {
-            let direction = own.slip.as_ref()?.direction;
+            let direction = own.slip.as_ref().filter(|_| self.is_led(index))?.direction;
             let row = &self.constraints[self.row_of_unilateral(index)?];
             let (gap, least) = (row.one_sided.as_ref()?, STILL * row.scale(length));
             let arena = &mut self.system.arena;

@@ -365,6 +365,21 @@ impl Equations {
         self.constraints.iter().position(|row| row.element == id && row.one_sided.is_some())
     }
 
+    /// That of something that may hold or stick: what drivers lead never does.
+    pub fn row_that_may_hold(&self, index: usize) -> Option<usize> {
+        self.row_of_unilateral(index).filter(|&row| !self.constraints[row].is_level())
+    }
+
+    /// True for what rubs where drivers lead it.
+    pub fn is_led(&self, index: usize) -> bool {
+        self.row_of_unilateral(index).is_some_and(|row| self.constraints[row].is_level())
+    }
+
+    /// The first thing that rubs where drivers lead it.
+    pub fn first_led(&self) -> Option<usize> {
+        (0..self.system.mechanism.unilaterals.len()).find(|&index| self.is_led(index))
+    }
+
     /// A displacement driver as a branch carries the joint's normal force too: the two lie side by side.
     fn normal_force(&mut self, joint: JointId, id: ElementId) -> Expr {
         let Some(&normal) = self.system.element(id).translation.as_ref().and_then(|row| row.reaction.first()) else {

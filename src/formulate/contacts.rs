@@ -4,6 +4,7 @@ use cotree_fmu::model::State;
 
 use crate::diagnostic::Fault;
 use crate::equations::Equations;
+use crate::expr::{Expr, Symbol};
 use crate::formulate::explain::assembly::show;
 use crate::model::Unilateral;
 use crate::network::Held;
@@ -22,13 +23,21 @@ fn unmoved_fault(equations: &Equations, index: usize, own: &Unilateral) -> Fault
     if equations.drivers_move_unilateral(index) {
         return driven(own);
     }
+    if own.slip.is_some() {
+        let message = format!("nothing moves `{}`: what friction holds there is not determined", own.name);
+        let help = "leave the friction out here; an equilibrium, and what vibrates about it, holds drivers still";
+        return Fault::new("scene::friction", message, own.span).label("rubs where nothing moves").help(help);
+    }
     let message = format!("nothing moves `{}`: what it would stop cannot move", own.name);
     Fault::new("scene::limits", message, own.span).label("holds nothing").help("leave it out")
 }
 
 fn driven(own: &Unilateral) -> Fault {
     if own.slip.is_some() {
-        let message = format!("`{}` would rub where drivers move it: at rest its force is not determined", own.name);
+        let message = format!(
+            "`{}` rubs where drivers move it: at rest its force is not determined, and the motion beside it follows from that",
+            own.name
+        );
         return Fault::new("scene::friction", message, own.span)
             .label("rubs in a driven motion")
             .help("give friction a `velocity`, with which it is smooth, or let a force or a torque move the mechanism instead of a driver");
@@ -54,6 +63,10 @@ pub(super) fn check_contacts(equations: &mut Equations, state: &State, length: f
     for (index, own) in mechanism.unilaterals.iter().enumerate() {
         let Some(row) = equations.row_of_unilateral(index) else { continue };
         if equations.constraints[row].is_trivial() {
+            let rubs = own.slip.as_ref().is_some_and(|slip| slip.on.is_none());
+            if rubs && equations.drivers_move_unilateral(index) {
+                continue;
+            }
             faults.push(unmoved_fault(equations, index, own));
             continue;
         }
@@ -76,4 +89,22 @@ pub(super) fn check_contacts(equations: &mut Equations, state: &State, length: f
         }
     }
     faults
+}
+
+/// What rubs where drivers lead it has no force that is determined at rest: what moves freely beside it may not follow from that.
+pub(super) fn check_led(equations: &mut Equations) -> Vec<Fault> {
+    if equations.is_driven() || equations.first_led().is_none() {
+        return Vec::new();
+    }
+    let mechanism = equations.system.mechanism.clone();
+    let led = |equations: &Equations, symbol: &Symbol| {
+        let mut own = mechanism.unilaterals.iter().enumerate().filter(|(index, _)| equations.is_led(*index));
+        own.find(|(_, own)| own.slip.as_ref().is_some_and(|slip| Symbol::Parameter(slip.direction.0) == *symbol))
+    };
+    let levels = equations.levels().into_iter().filter(|(index, _)| !equations.is_led(*index));
+    let mut read: Vec<Expr> = levels.flat_map(|(_, level)| level.pressing.sums()).collect();
+    read.extend(equations.feedback().into_iter().map(|load| load.value));
+    read.extend(&equations.states);
+    let symbols = equations.system.arena.symbols(read);
+    symbols.iter().find_map(|symbol| led(equations, symbol)).map(|(_, own)| driven(own)).into_iter().collect()
 }

@@ -121,10 +121,12 @@ pub fn formulate_with(mut equations: Equations, outputs: &[Output]) -> Result<Fo
         if !faults.is_empty() {
             return Err(faults);
         }
-        if driven {
-            // What rubs slides as the drivers say, and never holds.
-            let rubbing = equations.constraints.iter_mut().filter(|row| row.one_sided.is_some());
-            rubbing.for_each(|row| row.standing = Standing::Level);
+        // What rubs where drivers move it slides as they say, and never holds.
+        let led = |row: &&mut Constraint| row.one_sided.is_some() && (driven || row.is_trivial());
+        equations.constraints.iter_mut().filter(led).for_each(|row| row.standing = Standing::Level);
+        faults.extend(contacts::check_led(&mut equations));
+        if !faults.is_empty() {
+            return Err(faults);
         }
     }
     let jumps = crate::laws::jumps(&equations.system.mechanism);

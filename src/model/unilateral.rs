@@ -214,6 +214,11 @@ impl Mechanism {
         self.called(self.unilaterals.iter().find(|own| own.slip.is_some())?)
     }
 
+    /// What rubs or holds at this place, as a message calls it.
+    pub fn what_holds(&self, index: usize) -> Option<String> {
+        self.called(self.unilaterals.get(index)?)
+    }
+
     /// The first of what is held wherever it stands, as a message calls it: friction that sticks, and freewheels.
     pub fn first_held_anywhere(&self) -> Option<String> {
         self.called(self.unilaterals.iter().find(|own| own.slip.is_some() || own.held.of_rate)?)

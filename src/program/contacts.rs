@@ -26,7 +26,7 @@ impl ContactKernels {
         let mut kernels = Self { locks, ..Self::default() };
         let mechanism = equations.system.mechanism.clone();
         for (index, own) in mechanism.unilaterals.iter().enumerate() {
-            let row = equations.row_of_unilateral(index).map(|row| equations.constraints[row].clone());
+            let row = equations.row_that_may_hold(index).map(|row| equations.constraints[row].clone());
             let Some(gap) = row.and_then(|row| row.one_sided) else { continue };
             let arena = &mut equations.system.arena;
             kernels.gaps.push(gap.value);
@@ -61,7 +61,7 @@ impl ContactKernels {
     ) -> Option<Contacts> {
         let mechanism = &equations.system.mechanism;
         let rows: Vec<Option<usize>> =
-            (0..mechanism.unilaterals.len()).map(|index| equations.row_of_unilateral(index)).collect();
+            (0..mechanism.unilaterals.len()).map(|index| equations.row_that_may_hold(index)).collect();
         let mut first = 0;
         let mut all = Vec::new();
         for (own, row) in mechanism.unilaterals.iter().zip(&rows) {

@@ -190,7 +190,7 @@ pub fn program(
         let asked = [&table.results[..], &moving.instants.read()].concat();
         moving.drive(equations, (&kernels, &blocks), &asked, (length, pose))?;
     }
-    if driven && equations.rubs_dry() {
+    if equations.first_led().is_some() {
         moving.lead(equations, length);
     }
     let mut no_series = None;
@@ -307,6 +307,8 @@ impl MotionKernels {
         for kernel in [&mut self.solved, &mut self.indicators, &mut self.outputs, begin, clocks, written, sides] {
             lead(kernel);
         }
+        // What may stick does so whatever drivers lead, but what locks is the levels of all.
+        lead(&mut self.contacts.locks);
         let (kinds, mut laws): (Vec<Steep>, Vec<Expr>) = self.laws.drain(..).unzip();
         lead(&mut laws);
         self.laws.extend(kinds.into_iter().zip(laws));

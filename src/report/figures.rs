@@ -10,7 +10,7 @@ use super::summary::{
 };
 use crate::equations::Equations;
 use crate::formulate::{Formulated, equations};
-use crate::model::{Coordinates, Mechanism, Part};
+use crate::model::{Coordinates, Mechanism, Part, Unilateral};
 use crate::network::{Angle, ElementId, Origin};
 use crate::program::Lowered;
 use crate::solve::Block;
@@ -37,7 +37,7 @@ pub fn summarise(formulated: &Formulated) -> Summary {
         integrated: (!formulated.lowered.program.is_driven()).then(|| integrated(&formulated.lowered)),
         coordinates: coordinates(own),
         constraints: real.iter().map(|&index| owner(index)).collect(),
-        modes: mechanism.unilaterals.iter().map(|own| Modes { name: own.name.clone(), modes: own.modes() }).collect(),
+        modes: modes(own),
         redundant: formulated
             .redundant
             .iter()
@@ -104,6 +104,16 @@ fn solve_tree(own: &Equations, tree: &crate::solve::SolveTree) -> SolveTree {
     let bodies = added.map(|&id| own.system.element(id).name.clone()).collect();
     let saving = |branch_cost: crate::tape::Cost| 1.0 - tree.cost.nanoseconds() / branch_cost.nanoseconds();
     SolveTree { bodies, saving: tree.branch_cost.map(saving) }
+}
+
+/// The modes of everything that has some.
+fn modes(equations: &Equations) -> Vec<Modes> {
+    let all = equations.system.mechanism.unilaterals.iter().enumerate();
+    let of = |(index, own): (usize, &Unilateral)| {
+        let modes = if equations.is_led(index) { vec!["slides as drivers say"] } else { own.modes() };
+        Modes { name: own.name.clone(), modes }
+    };
+    all.map(of).collect()
 }
 
 fn describe_joint(mechanism: &Mechanism, joint: &Part) -> Joint {

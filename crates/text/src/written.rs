@@ -92,8 +92,9 @@ pub fn written(formulated: &mut Formulated, notation: Notation) -> Result<String
 /// Whether equations can be written.
 fn check(equations: &Equations) -> Result<(), Vec<Fault>> {
     check_written(equations)?;
-    let rubbing = equations.system.mechanism.unilaterals.iter().find(|own| own.slip.is_some());
-    let Some(own) = rubbing.filter(|_| equations.is_driven()) else { return Ok(()) };
+    let Some(own) = equations.first_led().map(|index| &equations.system.mechanism.unilaterals[index]) else {
+        return Ok(());
+    };
     let message = format!(
         "`{}` slides as drivers say: its part of the reactions follows from them, and is not written down where drivers determine the motion",
         own.name

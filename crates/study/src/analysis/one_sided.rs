@@ -73,7 +73,7 @@ fn closure(formulated: &Formulated, point: &Point, (index, own): (usize, &Unilat
     let held = -point.value(Symbol::Reaction(row));
     let mut closed = point.value(Symbol::Parameter(own.closed.0)) != 0.0;
     let (kind, force) = match &own.slip {
-        Some(_) if equations.is_driven() => (Kind::Led, held),
+        Some(_) if equations.is_led(index) => (Kind::Led, held),
         Some(slip) => {
             let parameters = equations.system.mechanism.parameters.len();
             let parameters: Vec<f64> = (0..parameters).map(|place| point.value(Symbol::Parameter(place))).collect();

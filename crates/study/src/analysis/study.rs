@@ -299,7 +299,7 @@ impl Study {
     fn made_local(&mut self, mechanism: &Mechanism) -> Result<Local, StudyError> {
         let formulated = formulate_written(mechanism, &self.outputs);
         let mut formulated = formulated.map_err(|list| Faults::new(self.source.clone(), list))?;
-        if let Some(slips) = mechanism.first_slip().filter(|_| formulated.equations.is_driven()) {
+        if let Some(slips) = formulated.equations.first_led().and_then(|index| mechanism.what_holds(index)) {
             return Err(Failure::Instants(format!(
                 "{slips} acts where drivers determine the motion: at rest it is not determined, and no linear system has it; use `simulate`, or `motion`"
             ))
