@@ -486,7 +486,7 @@ fn what_is_wrong_with_keys_of_signals_is_said() {
         (filter("input = 1\ntime = -1\n"), "`time` of filter `slow` must be positive"),
         (filter("time = 1\n"), "filter `slow` has no `input`"),
         (filter("input = 1\ncutoff = \"3 Hz\"\n"), "`Hz` leaves open"),
-        (filter("input = \"wheel.alpha\"\ntime = 1\n"), "`wheel.alpha`, an acceleration"),
+        (filter("input = \"energy.kinetic\"\ntime = 1\n"), "`energy.kinetic`, a sum over the whole system"),
         (filter("input = \"3[N]*t/1[s]\"\nstart = \"2 m\"\ntime = 1\n"), "`start` of filter `slow`"),
         (filter("input = 1\ntime = \"1 m\"\n"), "must be a time"),
         (filter("input = 1\ntime = 1\nfast = 2\n"), "no key `fast`"),

@@ -218,8 +218,8 @@ fn one_slip_is_one_fault() {
     );
     says(&sled("a = 1", "a", "[outputs]\na = \"2*a\"\n"), "scene::duplicate_name output `a` has the name of a signal");
     says(
-        &sled("a = \"guide.fn\"", "a + 3*a", ""),
-        "scene::load_depends `vector` of force `push` depends on `guide.fn` (in signal `a`), a reaction",
+        &sled("a = \"energy.kinetic\"", "a + 3*a", ""),
+        "scene::load_depends `vector` of force `push` depends on `energy.kinetic` (in signal `a`), a sum over the whole system",
     );
     let spring = "[loads.coil]\ntype = \"spring\"\nbetween = [\"ground\", \"sled\"]\nstiffness = \"a\"\n";
     says(

@@ -314,8 +314,7 @@ fn fault(text: &str) -> String {
 fn what_a_rate_and_a_driver_may_not_use_is_said() {
     let rate = "(voltage - resistance*current - constant*wheel.omega)/inductance";
     let with = |other: &str| fault(&MOTOR.replace(rate, other));
-    assert!(with("voltage/inductance + 1[A/s]*wheel.alpha/1[rad/s2]").contains("`wheel.alpha`, an acceleration"));
-    assert!(with("1[A/s]*axle.torque/1[N.m]").contains("`axle.torque`"));
+    assert!(with("voltage/inductance + 1[A/s]*energy.kinetic/1[J]").contains("`energy.kinetic`, a sum"));
     let other = with("voltage");
     assert!(other.contains("must be in `A/s`") && other.contains("`V`"), "{other}");
     let driven = MOTOR.replace("[initial]", "[drivers.turn]\nangle = \"current\"\njoint = \"axle\"\n[initial]");
