@@ -15,6 +15,8 @@ use crate::program::{Constraint, Contact, Contacts, Program};
 const PENETRATION: f64 = 1e-9;
 /// A rate that is wrong by so many tolerances of its scale in a second is none of the method's errors.
 const OVERLOOKED: f64 = 100.0;
+/// What slides the wrong way by so many turns there: it has begun to slide for less than the method resolves.
+const TURNED: f64 = 1.0;
 /// So far below zero is the indicator of a contact that has just been left, as a share of its scale: less than `TOUCHING`, from where on it is seen as it is.
 const CLEARANCE: f64 = 1e-12;
 /// In Model Exchange a series of bounces ends where the next flight would last less than this share of a fall: lower ones end within `CLEARANCE`, where an importer sees none.
@@ -322,6 +324,26 @@ impl Instance {
         let index = (0..data.all.len()).find(|&index| is_passed(index))?;
         let (names, time) = (vec![data.all[index].name.clone()], own.within.time());
         Some(Failure::Contact { time, names, why: "it has been passed without a beginning that could be found" })
+    }
+}
+
+impl Instance {
+    /// Something that has begun to slide, and slides back where the excesses were last evaluated.
+    pub(super) fn find_turned(&self, own: &Instants) -> Option<usize> {
+        let first = self.model.program().instants.events.len();
+        (first..own.armed.len()).find(|&event| self.slides_back(own, event))
+    }
+
+    /// True if an event is something that has begun to slide, and slides against that way by more than the tolerance.
+    pub(super) fn slides_back(&self, own: &Instants, event: usize) -> bool {
+        let program = self.model.program();
+        let index = event - program.instants.events.len();
+        let data = program.instants.contacts.as_ref().filter(|data| index < data.all.len());
+        data.is_some_and(|data| {
+            let slides = data.all[index].slip.is_some() && !is_closed(data, &self.now.state, index);
+            let least = TURNED * self.now.tolerance * row_of(program, &data.all[index]).scale;
+            slides && !own.armed[event] && own.indicators[index] > least
+        })
     }
 }
 
