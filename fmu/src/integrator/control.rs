@@ -1,4 +1,4 @@
-//! The steps of Runge-Kutta methods: proposed, tried, accepted or taken again with another length.
+//! The loop of a step, whatever the method: proposed, tried, accepted or taken again with another length; and what Runge-Kutta methods have in common.
 
 use crate::constraints::domains::outside_soon;
 use crate::constraints::projection::largest_gap;
@@ -53,60 +53,167 @@ pub(crate) enum Progress {
     Declined,
 }
 
-/// A step to be tried.
+/// What came of an attempt at a step.
+pub(crate) enum Trial {
+    /// The run has come further, or sees the place where it is differently now.
+    Done,
+    /// To be tried with this length, and what was wrong with the longer one.
+    Shorter(f64, Option<Failure>),
+    /// Another method is to take the step.
+    Declined,
+    /// No other length is better.
+    Failed(Failure),
+}
+
+/// What is known of a step before it is tried.
+pub(crate) enum Proposal<S> {
+    Step(S),
+    /// There is none to be tried.
+    Nothing(Progress),
+}
+
+/// A method that takes steps. It keeps what it needs for the next one; what a saved state needs besides is in the run.
+pub(crate) trait Method {
+    /// What bounds a step, and its length.
+    type Step;
+    /// So often a step is tried.
+    const ATTEMPTS: usize;
+
+    /// Prepares for a step from the end of the last one, no shorter than the shortest one.
+    fn plan(&mut self, context: &mut Context, run: &mut Run, horizon: Horizon)
+    -> Result<Proposal<Self::Step>, Failure>;
+
+    /// Tries a step, judges it, and makes it the last one of the run if it is accepted.
+    fn attempt(&mut self, context: &mut Context, run: &mut Run, step: &mut Self::Step) -> Trial;
+
+    /// The step is to be tried with another length.
+    fn shorten(&mut self, context: &Context, run: &mut Run, step: &mut Self::Step, h: f64);
+
+    /// No length does that is long enough, because of this.
+    fn give_up(&mut self, context: &mut Context, run: &Run, cause: Option<Failure>) -> Result<Progress, Failure>;
+
+    /// After a step that has been accepted: may the run go on?
+    fn goes_on(&self, context: &mut Context, run: &Run) -> Result<(), Failure>;
+}
+
+/// One accepted step from the end of the last one, unless the method declines it.
+#[inline]
+pub(crate) fn take_step<M: Method>(
+    method: &mut M,
+    context: &mut Context,
+    run: &mut Run,
+    horizon: Horizon,
+) -> Result<Progress, Failure> {
+    let mut step = match method.plan(context, run, horizon)? {
+        Proposal::Step(step) => step,
+        Proposal::Nothing(progress) => return Ok(progress),
+    };
+    let shortest = shortest(run.last.end_time);
+    for _ in 0..M::ATTEMPTS {
+        match method.attempt(context, run, &mut step) {
+            Trial::Done => return method.goes_on(context, run).map(|()| Progress::Stepped),
+            Trial::Shorter(h, cause) => {
+                method.shorten(context, run, &mut step, h);
+                // Written so that NaN is too short.
+                let long = h >= shortest;
+                if !long {
+                    return method.give_up(context, run, cause);
+                }
+            }
+            Trial::Declined => return Ok(Progress::Declined),
+            Trial::Failed(failure) => return Err(failure),
+        }
+    }
+    method.give_up(context, run, None)
+}
+
+/// A step of a Runge-Kutta method to be tried.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Attempt {
     pub end: f64,
-    /// The communication point that is wanted.
-    pub target: f64,
+    horizon: Horizon,
     /// Has an attempt at this step been rejected?
     pub rejected: bool,
     /// The length that the error permits.
-    pub natural: f64,
+    natural: f64,
     /// Does the step end at a limit? A step cut short is no evidence against the natural length.
-    pub limited: bool,
+    limited: bool,
+    /// How long after the step a law is steep that an attempt has overlooked.
+    until_steep: f64,
 }
 
 impl Attempt {
-    /// The step is the last one of the run now; its error permits this length of the next one.
-    pub fn accepted(&self, proposed: f64) -> Trial {
-        Trial::Accepted { next: if self.limited && !self.rejected { proposed.max(self.natural) } else { proposed } }
+    fn new(context: &Context, run: &Run, horizon: Horizon) -> Self {
+        let step = Self {
+            end: run.last.end_time,
+            horizon,
+            rejected: false,
+            natural: run.last.natural,
+            limited: false,
+            until_steep: f64::INFINITY,
+        };
+        step.with(context, run, run.last.natural)
     }
-}
 
-/// What came of an attempt.
-pub(crate) enum Trial {
-    /// The step is the last one of the run now; the next one is so long.
-    Accepted { next: f64 },
-    /// To be tried with this length.
-    Rejected { shorter: f64, cause: Option<Failure> },
-    /// A law is steep somewhere within the step.
-    Overlooked(Overlooked),
-    /// No other length is better.
-    Failed(Failure),
-    /// There could be a singular pose in the step.
-    Unsteady,
-}
+    /// The same of another length. A step that ends before a law gets steep is not stretched into it.
+    fn with(self, context: &Context, run: &Run, natural: f64) -> Self {
+        let (time, limit) = (run.last.end_time, self.horizon.limit);
+        let longest = run.following().unwrap_or(LONGEST).min(context.settings.max_step);
+        let natural = within(natural, shortest(time), longest);
+        let stretch = if self.until_steep.is_finite() { 1.0 } else { STRETCH };
+        let limited = time + stretch * natural >= limit;
+        Self { end: if limited { limit } else { time + natural }, natural, limited, ..self }
+    }
 
-impl Trial {
-    /// A step that begins at a time, to which there is an objection.
-    pub fn objected(model: &Model, time: f64, objection: Objection) -> Self {
+    /// Does the step go beyond the communication point that is wanted?
+    pub fn passes_target(&self) -> bool {
+        self.end > self.horizon.target
+    }
+
+    /// The step is the last one of the run now; its error permits this length of the next one.
+    pub fn accepted(&self, context: &mut Context, run: &mut Run, proposed: f64) -> Trial {
+        let next = if self.limited && !self.rejected { proposed.max(self.natural) } else { proposed };
+        run.last.natural = next.min(self.until_steep);
+        context.statistics.steps += 1;
+        Trial::Done
+    }
+
+    /// There is an objection to the step.
+    pub fn objected(&mut self, context: &mut Context, run: &Run, objection: Objection) -> Trial {
+        let (time, h) = (run.last.end_time, self.end - run.last.end_time);
         match objection {
-            Objection::Overlooked(overlooked) => Self::Overlooked(overlooked),
+            Objection::Overlooked(Overlooked { begin, place }) => {
+                self.until_steep = (place - begin) * h;
+                rejected(context, (begin * h).max(shortest(time)), None)
+            }
             Objection::SlidingMode(index) => {
-                Self::Failed(Failure::SlidingMode { time, coordinate: model.program().coordinates[index].name.clone() })
+                context.statistics.rejected += 1;
+                let coordinate = context.model.program().coordinates[index].name.clone();
+                Trial::Failed(Failure::SlidingMode { time, coordinate })
             }
         }
     }
+
+    /// There could be a singular pose in the step.
+    pub fn unsteady<M: Integrator>(&self, context: &mut Context, run: &Run) -> Trial {
+        let trial = rejected(context, 0.5 * (self.end - run.last.end_time), None);
+        if M::yields(context.settings) || is_refused(context, run) { Trial::Declined } else { trial }
+    }
 }
 
-/// A Runge-Kutta method with an estimate of its error. It keeps what it needs for the next step; what a saved state needs besides is in the run.
+/// An attempt that is to be repeated with another length.
+pub(crate) fn rejected(context: &mut Context, shorter: f64, cause: Option<Failure>) -> Trial {
+    context.statistics.rejected += 1;
+    Trial::Shorter(shorter, cause)
+}
+
+/// A Runge-Kutta method with an estimate of its error.
 pub(crate) trait Integrator {
     /// Prepares for a step from the end of the last one: its derivative, and a first length.
     fn begin(&mut self, context: &mut Context, run: &mut Run) -> Result<(), Failure>;
 
     /// Tries a step, judges it, and makes it the last one of the run if it is accepted.
-    fn attempt(&mut self, context: &mut Context, run: &mut Run, attempt: &Attempt) -> Trial;
+    fn try_step(&mut self, context: &mut Context, run: &mut Run, attempt: &mut Attempt) -> Trial;
 
     /// The derivative where the step begins.
     fn first(&self) -> &[f64];
@@ -118,66 +225,38 @@ pub(crate) trait Integrator {
     fn yields(settings: &Settings) -> bool;
 }
 
-/// One accepted step from the end of the last one, unless the method declines it.
-pub(crate) fn take_step<M: Integrator>(
-    method: &mut M,
-    context: &mut Context,
-    run: &mut Run,
-    horizon: Horizon,
-) -> Result<Progress, Failure> {
-    // Next to a singular pose no step is taken.
-    if run.begins_at_pose() {
-        return Ok(Progress::Declined);
-    }
-    method.begin(context, run)?;
-    if run.singular.is_close(method.range().start()) && is_refused(context, run) {
-        return Ok(Progress::Declined);
-    }
-    let shortest = shortest(run.last.end_time);
-    let (mut rejected, mut until_steep) = (false, f64::INFINITY);
-    loop {
-        let attempt = propose(context, run, horizon, (rejected, until_steep.is_finite()));
-        let h = attempt.end - run.last.end_time;
-        let trial = method.attempt(context, run, &attempt);
-        let accepted = matches!(trial, Trial::Accepted { .. });
-        *(if accepted { &mut context.statistics.steps } else { &mut context.statistics.rejected }) += 1;
-        match trial {
-            Trial::Accepted { next } => {
-                run.last.natural = next.min(until_steep);
-                return Ok(Progress::Stepped);
-            }
-            Trial::Rejected { shorter, cause } => {
-                (rejected, run.last.natural) = (true, shorter);
-                if shorter < shortest {
-                    return Err(no_step(context, run, method.first(), cause));
-                }
-            }
-            Trial::Overlooked(Overlooked { begin, place }) => {
-                (rejected, run.last.natural, until_steep) = (true, (begin * h).max(shortest), (place - begin) * h);
-            }
-            Trial::Failed(failure) => return Err(failure),
-            Trial::Unsteady => {
-                if M::yields(context.settings) || is_refused(context, run) {
-                    return Ok(Progress::Declined);
-                }
-                if 0.5 * h < shortest {
-                    return Err(no_step(context, run, method.first(), None));
-                }
-                (rejected, run.last.natural) = (true, 0.5 * h);
-            }
-        }
-    }
-}
+impl<M: Integrator> Method for M {
+    type Step = Attempt;
+    const ATTEMPTS: usize = usize::MAX;
 
-/// The next attempt. A step that ends before a law gets steep is not stretched into it.
-fn propose(context: &Context, run: &Run, horizon: Horizon, (rejected, steep): (bool, bool)) -> Attempt {
-    let (time, limit) = (run.last.end_time, horizon.limit);
-    let longest = run.following().unwrap_or(LONGEST).min(context.settings.max_step);
-    let natural = within(run.last.natural, shortest(time), longest);
-    let stretch = if steep { 1.0 } else { STRETCH };
-    let limited = time + stretch * natural >= limit;
-    let end = if limited { limit } else { time + natural };
-    Attempt { end, target: horizon.target, rejected, natural, limited }
+    fn plan(&mut self, context: &mut Context, run: &mut Run, horizon: Horizon) -> Result<Proposal<Attempt>, Failure> {
+        // Next to a singular pose no step is taken.
+        if run.begins_at_pose() {
+            return Ok(Proposal::Nothing(Progress::Declined));
+        }
+        self.begin(context, run)?;
+        if run.singular.is_close(self.range().start()) && is_refused(context, run) {
+            return Ok(Proposal::Nothing(Progress::Declined));
+        }
+        Ok(Proposal::Step(Attempt::new(context, run, horizon)))
+    }
+
+    fn attempt(&mut self, context: &mut Context, run: &mut Run, step: &mut Attempt) -> Trial {
+        self.try_step(context, run, step)
+    }
+
+    fn shorten(&mut self, context: &Context, run: &mut Run, step: &mut Attempt, h: f64) {
+        run.last.natural = h;
+        *step = Attempt { rejected: true, ..step.with(context, run, h) };
+    }
+
+    fn give_up(&mut self, context: &mut Context, run: &Run, cause: Option<Failure>) -> Result<Progress, Failure> {
+        Err(no_step(context, run, self.first(), cause))
+    }
+
+    fn goes_on(&self, _: &mut Context, _: &Run) -> Result<(), Failure> {
+        Ok(())
+    }
 }
 
 /// No step is short enough: the loops are at the end of their reach, or something moves too fast. Names the coordinate that accelerates most, judging

@@ -10,7 +10,7 @@ use crate::context::{Context, Settings};
 use crate::events::{Monitor, Objection, Span};
 use crate::failure::Failure;
 use crate::integrator::accelerations::finite;
-use crate::integrator::control::{Attempt, Integrator, Trial, because, reach, shortest};
+use crate::integrator::control::{Attempt, Integrator, Trial, because, reach, rejected, shortest};
 use crate::integrator::range::{Range, Ranged};
 use crate::math;
 use crate::model::Model;
@@ -56,26 +56,26 @@ impl Integrator for Explicit {
         Ok(())
     }
 
-    fn attempt(&mut self, context: &mut Context, run: &mut Run, attempt: &Attempt) -> Trial {
+    fn try_step(&mut self, context: &mut Context, run: &mut Run, attempt: &mut Attempt) -> Trial {
         let (end, h) = (attempt.end, attempt.end - run.last.end_time);
-        let reject = |error: f64, cause| Trial::Rejected { shorter: next_step(h, error, true).min(0.5 * h), cause };
+        let shorter = |error: f64| next_step(h, error, true).min(0.5 * h);
         let error = match self.solve(context, run, end) {
             Ok(error) => error,
-            Err((error, cause)) => return reject(error, cause),
+            Err((error, cause)) => return rejected(context, shorter(error), cause),
         };
         if !self.range.is_steady() {
-            return Trial::Unsteady;
+            return attempt.unsteady::<Self>(context, run);
         }
         let monitored = !self.monitor.is_empty() && h > 2.0 * shortest(end);
-        if (end > attempt.target || monitored) && !self.interpolate(context, run, end) {
-            return reject(f64::NAN, None);
+        if (attempt.passes_target() || monitored) && !self.interpolate(context, run, end) {
+            return rejected(context, shorter(f64::NAN), None);
         }
         if monitored && let Some(objection) = self.objection(context, run, end) {
-            return Trial::objected(context.model, run.last.end_time, objection);
+            return attempt.objected(context, run, objection);
         }
         let proposed = next_step(h, error, attempt.rejected);
         self.accept(context.model, run, end);
-        attempt.accepted(proposed)
+        attempt.accepted(context, run, proposed)
     }
 
     fn first(&self) -> &[f64] {

@@ -18,7 +18,9 @@ use crate::context::{Context, Settings};
 use crate::events::{Monitor, Objection, Span};
 use crate::failure::Failure;
 use crate::integrator::accelerations::finite;
-use crate::integrator::control::{Attempt, Horizon, Integrator, Progress, Trial, because, reach, shortest, take_step};
+use crate::integrator::control::{
+    Attempt, Horizon, Integrator, Progress, Trial, because, reach, rejected, shortest, take_step,
+};
 use crate::integrator::range::Range;
 use crate::linalg::lane::{Lane, ZERO};
 use crate::math;
@@ -91,21 +93,23 @@ impl Integrator for Implicit {
         Ok(())
     }
 
-    fn attempt(&mut self, context: &mut Context, run: &mut Run, attempt: &Attempt) -> Trial {
+    fn try_step(&mut self, context: &mut Context, run: &mut Run, attempt: &mut Attempt) -> Trial {
         let h = attempt.end - run.last.end_time;
         let solved = match self.solve(context, run, attempt) {
             Ok(solved) => solved,
-            Err(trial) => {
-                if matches!(trial, Trial::Rejected { .. }) && !self.radau.has_each() {
+            Err(Unsolved::Bad { shorter, cause }) => {
+                if !self.radau.has_each() {
                     self.anchor_at_the_start(context, run);
                 }
-                return trial;
+                return rejected(context, shorter * h, cause);
             }
+            Err(Unsolved::Unsteady) => return attempt.unsteady::<Self>(context, run),
+            Err(Unsolved::Objection(objection)) => return attempt.objected(context, run, objection),
         };
         let Solved { error, iterations, contraction } = solved;
         let proposed = self.propose(&self.memory, h, error, [f64::from(iterations), contraction], attempt.rejected);
         self.accept(context.model, run, attempt.end, [error, contraction]);
-        attempt.accepted(proposed)
+        attempt.accepted(context, run, proposed)
     }
 
     fn first(&self) -> &[f64] {
@@ -119,6 +123,18 @@ impl Integrator for Implicit {
     fn yields(settings: &Settings) -> bool {
         settings.engine == Engine::Taylor
     }
+}
+
+/// Why a step is not accepted.
+enum Unsolved {
+    /// It should be shorter by this factor.
+    Bad {
+        shorter: f64,
+        cause: Option<Failure>,
+    },
+    /// There could be a singular pose in it.
+    Unsteady,
+    Objection(Objection),
 }
 
 /// How a step was solved.
@@ -197,28 +213,26 @@ impl Implicit {
     }
 
     /// Solves a step, closes the loops at its end, and looks at it for singular poses and laws that it has not seen.
-    fn solve(&mut self, context: &mut Context, run: &mut Run, attempt: &Attempt) -> Result<Solved, Trial> {
+    fn solve(&mut self, context: &mut Context, run: &mut Run, attempt: &Attempt) -> Result<Solved, Unsolved> {
         let (end, h) = (attempt.end, attempt.end - run.last.end_time);
-        let reject = |shorter: f64, cause| Trial::Rejected { shorter: shorter * h, cause };
-        let (iterations, contraction) = self.iterate(context, run, h).map_err(|shorter| reject(shorter, None))?;
+        let bad = |shorter: f64, cause| Unsolved::Bad { shorter, cause };
+        let (iterations, contraction) = self.iterate(context, run, h).map_err(|shorter| bad(shorter, None))?;
         let error = self.estimate(context, run, attempt);
         let small = error < 1.0;
         if !small {
             let first = self.memory.step == 0.0;
             let shorter = if first { FIRST_REJECTED } else { (SAFETY / fourth_root(error)).clamp(SHRINK, 0.9) };
-            return Err(reject(shorter, None));
+            return Err(bad(shorter, None));
         }
         self.radau.end(&run.last.end, &mut self.next);
         self.range.restart();
         self.range.note_nodes(context.model, self.batched.registers());
         if !self.range.is_steady() {
-            return Err(Trial::Unsteady);
+            return Err(Unsolved::Unsteady);
         }
-        self.close(context, run, end).map_err(|failure| reject(0.5, Some(failure)))?;
-        if let Some(objection) = self.objection(context, run, end) {
-            return Err(Trial::objected(context.model, run.last.end_time, objection));
-        }
-        Ok(Solved { error, iterations, contraction })
+        self.close(context, run, end).map_err(|failure| bad(0.5, Some(failure)))?;
+        let solved = Solved { error, iterations, contraction };
+        self.objection(context, run, end).map_or(Ok(solved), |objection| Err(Unsolved::Objection(objection)))
     }
 
     /// Newton's iterations for the stages: how many, and their contraction; or the factor by which a step should be shorter.

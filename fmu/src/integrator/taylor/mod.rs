@@ -10,7 +10,7 @@ mod passage;
 mod propose;
 mod step;
 
-use super::control::{Horizon, Progress};
+use super::control::{Horizon, Progress, take_step};
 use crate::context::Context;
 use crate::events::Layers;
 use crate::failure::Failure;
@@ -146,7 +146,7 @@ impl Taylor {
                 self.guard.roll();
                 Ok(Progress::Stepped)
             }),
-            Start::Unknown | Start::Regular => self.step(context, run, horizon),
+            Start::Unknown | Start::Regular => take_step(self, context, run, horizon),
         }
     }
 

@@ -4,7 +4,8 @@ use super::Taylor;
 use super::step::PREDICTED;
 use crate::context::Context;
 use crate::events::{Choices, half_width};
-use crate::integrator::control::{Horizon, STRETCH, shortest};
+use crate::failure::Failure;
+use crate::integrator::control::{Horizon, Progress, Proposal, STRETCH, shortest};
 use crate::math;
 use crate::model::Model;
 use crate::motion::Run;
@@ -37,18 +38,12 @@ const SPACINGS: f64 = 8.0;
 /// those before.
 const SHORTENED: f64 = 0.75;
 
-/// What the series where the step begins says of the step.
-pub(super) enum Proposal {
-    Step(Step),
-    /// The motion begins on other branches of the laws.
-    Switch(Choices),
-    /// There is no series.
-    Unknown,
-}
+/// There is no series, or none that knows so long a step.
+const UNKNOWN: Proposal<Step> = Proposal::Nothing(Progress::Declined);
 
 /// A step to be tried, and what bounds it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Step {
+pub(crate) struct Step {
     /// Length to be tried.
     pub h: f64,
     pub order: usize,
@@ -96,7 +91,12 @@ impl Step {
 
 impl Taylor {
     /// Expands the series and proposes the next step.
-    pub(super) fn propose(&mut self, context: &mut Context, run: &mut Run, horizon: Horizon) -> Proposal {
+    pub(super) fn propose(
+        &mut self,
+        context: &mut Context,
+        run: &mut Run,
+        horizon: Horizon,
+    ) -> Result<Proposal<Step>, Failure> {
         let (time, tolerance) = (run.last.end_time, share(context.settings.tolerance));
         let (shortest, following) = (shortest(time), run.following());
         let predicted = predict(run);
@@ -110,21 +110,21 @@ impl Taylor {
         // A law that is not analytic here, |x|^1.5 at zero say; its series, and those of the switching functions, hold no numbers. Written so that NaN is no length.
         let analytic = reach >= shortest;
         if !analytic {
-            return Proposal::Unknown;
+            return Ok(UNKNOWN);
         }
         let natural = reach.min(longest);
         self.follow_laws(order);
         let sighted = self.jet.sighted(order, room.min(REACH * natural), tolerance);
         let switch = self.jet.end_of_piece(order, 0.0, sighted);
         if let Some((_, branches)) = switch.filter(|(length, branches)| *length < self.at_once(*branches, shortest)) {
-            return Proposal::Switch(branches);
+            return self.switch_at_once(context, run, branches).map(Proposal::Nothing);
         }
         let cut = self.layers.first_cut(natural.min(room), half_width(tolerance));
         let most = if sighted < natural.min(room) { math::minimum(cut, sighted) } else { cut };
         // At a root of a law the series knows nothing, however its coefficients come out.
         let known = most >= shortest;
         if !known {
-            return Proposal::Unknown;
+            return Ok(UNKNOWN);
         }
         let natural = natural.min(most);
         let before = run.last.natural;
@@ -150,7 +150,9 @@ impl Taylor {
             located,
             missed: false,
         };
-        Proposal::Step(Step { h: step.planned(run.singular.ahead), ..step })
+        let h = step.planned(run.singular.ahead);
+        // Written so that NaN is too short.
+        Ok(if h >= shortest { Proposal::Step(Step { h, ..step }) } else { UNKNOWN })
     }
 
     /// The length that the tolerance permits.

@@ -1,11 +1,11 @@
 //! One step: propose a length, try it, judge it, accept or shorten it.
 
-use super::propose::{Proposal, Step, is_near, is_near_pose};
+use super::propose::{Step, is_near, is_near_pose};
 use super::{Start, Taylor};
 use crate::context::Context;
 use crate::events::Choices;
 use crate::failure::Failure;
-use crate::integrator::control::{Horizon, Progress};
+use crate::integrator::control::{Horizon, Method, Progress, Proposal, Trial, rejected};
 use crate::motion::Run;
 use crate::singular::dependence::{STOPPED, end_of_reach, is_singular, not_passed};
 
@@ -23,61 +23,48 @@ const NOISE: f64 = 1e-7;
 /// What is left of the defect of such a step without what the loops take off, in units of what another step may miss.
 const FLAT: f64 = 100.0;
 
-/// What came of an attempt.
-enum Trial {
-    /// A step has been taken, or the state where it begins is seen differently now.
-    Done,
-    /// To be tried with this length.
-    Shorter(f64),
-    /// Another method is to take the step.
-    Declined,
-    /// No step passes the singular pose ahead, and a shorter one would end where nothing may be evaluated.
-    Blocked,
-}
+impl Method for Taylor {
+    type Step = Step;
+    const ATTEMPTS: usize = ATTEMPTS;
 
-impl Taylor {
-    /// One step, or none if there is no series to step along.
-    pub(super) fn step(&mut self, context: &mut Context, run: &mut Run, horizon: Horizon) -> Result<Progress, Failure> {
-        let mut step = match self.propose(context, run, horizon) {
-            Proposal::Step(step) => step,
-            Proposal::Switch(branches) => return self.switch_at_once(context, run, branches),
-            Proposal::Unknown => return Ok(Progress::Declined),
-        };
-        for _ in 0..ATTEMPTS {
-            // Written so that NaN is too short.
-            let long = step.h >= step.shortest;
-            if !long {
-                break;
-            }
-            match self.attempt(context, run, &mut step) {
-                Trial::Done => return self.stepped(context, run),
-                Trial::Shorter(h) => step.h = h,
-                Trial::Declined => return Ok(Progress::Declined),
-                Trial::Blocked => return Err(not_passed(context, run)),
-            }
-        }
+    #[inline]
+    fn plan(&mut self, context: &mut Context, run: &mut Run, horizon: Horizon) -> Result<Proposal<Step>, Failure> {
+        self.propose(context, run, horizon)
+    }
+
+    #[inline]
+    fn attempt(&mut self, context: &mut Context, run: &mut Run, step: &mut Step) -> Trial {
+        self.try_step(context, run, step)
+    }
+
+    fn shorten(&mut self, _: &Context, _: &mut Run, step: &mut Step, h: f64) {
+        step.h = h;
+    }
+
+    fn give_up(&mut self, _: &mut Context, _: &Run, _: Option<Failure>) -> Result<Progress, Failure> {
         Ok(Progress::Declined)
     }
 
     /// A driven mechanism does not go on from where branches of its motion lie as close together as errors of steps: the loops are at the end of their reach there, or
     /// drivers turn back.
-    fn stepped(&self, context: &Context, run: &Run) -> Result<Progress, Failure> {
+    fn goes_on(&self, context: &mut Context, run: &Run) -> Result<(), Failure> {
         let near = context.model.is_driven() && self.guard.begins_within(STOPPED);
         let stops = near && is_singular(context, run);
         let failure = if stops { end_of_reach(context, run) } else { None };
-        failure.map_or(Ok(Progress::Stepped), Err)
+        failure.map_or(Ok(()), Err)
     }
+}
 
+impl Taylor {
     /// Tries a step of the proposed length.
-    fn attempt(&mut self, context: &mut Context, run: &mut Run, step: &mut Step) -> Trial {
+    fn try_step(&mut self, context: &mut Context, run: &mut Run, step: &mut Step) -> Trial {
         let (end, switch) = step.end(run.last.end_time);
         let h = end - run.last.end_time;
         // What lies behind the switch says nothing about the step up to it.
         self.jet.force(if switch.is_some() { step.branches } else { Choices::default() });
         if let Some(begin) = self.overlooked(context, run, h, step.goal) {
-            context.statistics.rejected += 1;
             step.most = begin;
-            return Trial::Shorter(begin);
+            return rejected(context, begin, None);
         }
         if !is_near_pose(run) && !self.agrees(context, run, h, step.goal) {
             return Trial::Declined;
@@ -96,18 +83,19 @@ impl Taylor {
         let goal = if step.located && run.singular.ahead < h { step.goal.max(NOISE) } else { step.goal };
         let closed = self.start(context, run, end, false).is_some_and(|open| open <= goal);
         if closed && let Some(shorter) = self.too_near(context, run, step, h) {
-            return Trial::Shorter(shorter);
+            return Trial::Shorter(shorter, None);
         }
         if closed && (self.jet.defect(step.order, h) <= goal || self.is_noise(context, run, step, end)) {
             self.conclude(context, run, step, (end, switch));
             return Trial::Done;
         }
-        context.statistics.rejected += 1;
+        let shorter = rejected(context, 0.5 * h, None);
         let blocked = step.located && run.singular.ahead < h && run.in_zone(run.last.end_time + 0.5 * h);
         if !blocked {
-            return Trial::Shorter(0.5 * h);
+            return shorter;
         }
-        if self.finds_avoided(context, run, h) { Trial::Done } else { Trial::Blocked }
+        // No step passes the pose, and a shorter one would end where nothing may be evaluated.
+        if self.finds_avoided(context, run, h) { Trial::Done } else { Trial::Failed(not_passed(context, run)) }
     }
 
     /// Is the defect of a step next to a singular pose, or across it, what rounding errors make of it?
