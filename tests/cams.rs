@@ -8,10 +8,11 @@ use crate::support::run;
 use std::f64::consts::{PI, TAU};
 
 use cotree::scene::{Body, Joint, Scene};
+use cotree_fmu::program::Engine;
 
 use cam::{Cam, Place, Random, Touch, turned};
 use command::{code, cotree, stderr, stdout};
-use run::sound;
+use run::{distance, model, motion, sound, started};
 
 /// The cam turns once, with the speed 1.
 const TURN: &str = r#"
@@ -357,6 +358,25 @@ tolerance = 1e-10
         assert!((omega[index] - rate).abs() < 1e-4, "{} {rate}", omega[index]);
     }
     assert!(angle[4] > TAU, "it turns more than once: {}", angle[4]);
+}
+
+/// Free cams of all kinds under gravity, several turns: by series, whose loop equation has the law in it, as by Runge and Kutta's method.
+#[test]
+fn free_cams_move_alike_by_series_and_by_runge_kutta() {
+    for (case, (cam, side)) in cams(6, 24).into_iter().enumerate() {
+        let start = "[initial]\n\"cam.angle\" = 0.4\n\"cam.omega\" = 30\n[experiment]\nstop = 1\n";
+        let text = format!("gravity = [0, -9.81]\n{}", cam.scene(side, start));
+        let model = model(&text);
+        assert_eq!(model.program().engine, Engine::Taylor, "{text}");
+        let [series, stages] = [Engine::Taylor, Engine::Dop853].map(|engine| {
+            let mut run = started(&model, Some(engine), 1.0, 1e-13);
+            run.step_to(1.0).expect("regular");
+            assert_eq!(run.statistics().fallbacks, 0, "{text}");
+            motion(&run)
+        });
+        let error = distance(&series, &stages);
+        assert!(error < 1e-11, "{case}: {error} {series:?}\n{text}");
+    }
 }
 
 const LIFTED: &str = r#"

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use crate::support::ROOT;
 use crate::support::cam::{Cam, Random};
 use crate::support::one_sided::{Always, At, OneSided, Shape, World};
-use crate::support::run::{model, scene_of, started, value};
+use crate::support::run::{distance, model, motion, scene_of, started, value};
 
 use cotree::compile::compile;
 use cotree::scene::Scene;
@@ -144,7 +144,7 @@ fn a_follower_on_a_spring_lifts_off_and_lands() {
         let expected = follower(speed, restitution, &times);
         let lifts = expected.iter().any(|[.., force]| *force == 0.0);
         assert_eq!(lifts, speed > most);
-        for engine in [Engine::Dop853, Engine::Radau] {
+        for engine in [Engine::Taylor, Engine::Dop853, Engine::Radau] {
             let mut run = started(&model(&lifter(speed, restitution)), Some(engine), 1.0, 1e-10);
             for (&time, expected) in times.iter().zip(&expected) {
                 run.step_to(time).unwrap();
@@ -324,6 +324,22 @@ fn a_valve_train_follows_absolute_coordinates() {
             [stored, text].map(|row| row.split(',').map(|cell| cell.parse::<f64>().unwrap()).collect::<Vec<_>>());
         assert!(stored.iter().zip(&text).all(|(a, b)| (a - b).abs() < 1e-9 * (1.0 + b.abs())), "{stored:?} {text:?}");
     }
+}
+
+/// With its 81 impacts and seven lift-offs.
+#[test]
+fn a_valve_train_moves_alike_by_series_and_by_runge_kutta() {
+    let model = model(&scene_of("valve_train"));
+    let mut runs = [Engine::Taylor, Engine::Dop853].map(|engine| started(&model, Some(engine), 0.25, 1e-13));
+    for row in 1..=125 {
+        let motions = runs.each_mut().map(|run| {
+            run.step_to(0.002 * f64::from(row)).unwrap();
+            motion(run)
+        });
+        let error = distance(&motions[0], &motions[1]);
+        assert!(error < 1e-11, "row {row}: {error}");
+    }
+    assert_eq!(runs[0].statistics().fallbacks, 0);
 }
 
 #[test]

@@ -4,12 +4,12 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use cotree_fmu::program::arm_form;
 use cotree_fmu::program::arm_form::{
-    ArmForm, Coefficient, Coupling, Factor as FactorData, Frame, Operation, Place, Product, Push, Slot, Source,
+    ArmForm, Cause, Coefficient, Coupling, Factor as FactorData, Frame, Operation, Place, Product, Push, Slot, Source,
 };
 
 use super::linear::conjugate_product;
 use super::series::{Coefficients, SeriesBuilder};
-use super::{Arm, ArmEquations, Arms, Factor, Load, Reason};
+use super::{Arm, ArmEquations, Arms, Factor, Load, LoopEquation, Reason};
 use crate::equations::{Constraint, Equations, FrameId};
 use crate::expr::{Arena, Expr, Node, Order, Property, Symbol, Unary, Values};
 
@@ -354,7 +354,7 @@ impl Lowering<'_> {
                 data.unknowns.push((self.displacements[&index], self.coefficients.place(factor)));
             }
             for &(frame, factor) in &row.angles {
-                if let Some(unknown) = self.form.frames[self.numbers[&Arm::of(frame)] as usize].unknown {
+                if let Some(unknown) = self.angle(frame) {
                     data.unknowns.push((unknown, self.coefficients.place(factor)));
                 }
             }
@@ -362,6 +362,7 @@ impl Lowering<'_> {
                 let slot = self.builder.slot(self.arena, &mut self.coefficients, signal)?;
                 data.signals.push((slot, self.coefficients.place(factor)));
             }
+            self.slopes(row)?;
             let constant = self.arena.sum(row.constant.iter().copied());
             data.constant = self.coefficients.place(constant);
             if let Some(closed) = row.closed {
@@ -371,6 +372,22 @@ impl Lowering<'_> {
             self.form.rows.push(data);
         }
         Ok(())
+    }
+
+    /// How the next loop equation changes with angles, where that is no constant.
+    fn slopes(&mut self, row: &LoopEquation) -> Result<(), Reason> {
+        for &(frame, slope, factor) in &row.slopes {
+            let Some(unknown) = self.angle(frame) else { continue };
+            let slope = self.builder.slot(self.arena, &mut self.coefficients, slope)?;
+            let value = Cause::Reaction { row: self.form.rows.len() as u32, slope };
+            self.form.pushes.push(Push { unknown, value, factor: self.coefficients.place(factor) });
+        }
+        Ok(())
+    }
+
+    /// The unknown that a frame turns with.
+    fn angle(&self, frame: FrameId) -> Option<u32> {
+        self.form.frames[self.numbers[&Arm::of(frame)] as usize].unknown
     }
 
     /// Lengths of lines that laws use, and their rates, from their components.
@@ -452,10 +469,7 @@ impl Lowering<'_> {
             let Some(&number) = self.numbers.get(arm) else { continue };
             let moves = match arm.frame == FrameId::WORLD {
                 true => matches!(arm.factor, Factor::Displacement(_)),
-                false => {
-                    let frame = self.form.frames[self.numbers[&Arm::of(arm.frame)] as usize];
-                    frame.unknown.is_some() || matches!(arm.factor, Factor::Displacement(_))
-                }
+                false => self.angle(arm.frame).is_some() || matches!(arm.factor, Factor::Displacement(_)),
             };
             let along = conjugate_product(self.arena, z, force);
             if moves && along != [Expr::ZERO; 2] {
@@ -468,13 +482,16 @@ impl Lowering<'_> {
     fn pushes(&mut self) -> Result<(), Reason> {
         for push in &self.arms.pushes {
             let unknown = match push.on {
-                Ok(frame) => self.form.frames[self.numbers[&Arm::of(frame)] as usize].unknown,
+                Ok(frame) => self.angle(frame),
                 Err(displacement) => self.displacements.get(&displacement).copied(),
             };
             let Some(unknown) = unknown else { continue };
             let (value, factor) = match self.builder.is_constant(self.arena, push.value) {
-                true => (None, self.arena.multiply(push.value, push.factor)),
-                false => (Some(self.builder.slot(self.arena, &mut self.coefficients, push.value)?), push.factor),
+                true => (Cause::One, self.arena.multiply(push.value, push.factor)),
+                false => {
+                    let slot = self.builder.slot(self.arena, &mut self.coefficients, push.value)?;
+                    (Cause::Series(slot), push.factor)
+                }
             };
             let factor = self.mass(factor);
             self.form.pushes.push(Push { unknown, value, factor });

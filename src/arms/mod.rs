@@ -79,7 +79,10 @@ pub struct LoopEquation {
     pub displacements: Vec<(usize, Expr)>,
     /// Angles of frames, without their signals.
     pub angles: Vec<(FrameId, Expr)>,
+    /// Functions of time, and of coordinates.
     pub signals: Vec<(Expr, Expr)>,
+    /// How the latter change with the angles of frames.
+    pub slopes: Vec<(FrameId, Expr, Expr)>,
     pub constant: Vec<Expr>,
     /// 1 while it is closed, if it holds on one side only: everything above has it as a factor.
     pub closed: Option<Expr>,

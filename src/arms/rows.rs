@@ -6,7 +6,7 @@ use crate::equations::form::Coefficient;
 use crate::equations::kinematics::{ScalarMotion, known_angle};
 use crate::equations::vector::FrameId;
 use crate::expr::{Arena, Expr};
-use crate::network::{Angle, Coupling, Direction, Element, Held, Port, RNode, TNode};
+use crate::network::{Angle, Coupling, Curve, Direction, Element, Held, Port, RNode, TNode};
 
 impl Equations {
     pub(super) fn row(&mut self, index: usize, arms: &mut ArmEquations) -> Result<(), Reason> {
@@ -62,7 +62,7 @@ impl Equations {
             match term.port {
                 Port::Angle(ends) => self.angle_between(ends, factor, arms, &mut row),
                 Port::Along(ends, direction) => self.displacement_between(ends, direction, factor, arms, &mut row)?,
-                Port::Curve(..) => return Err("a cam's law is not linear in its angle".into()),
+                Port::Curve(ends, curve) => self.function_of_angle(ends, &curve, factor, arms, &mut row),
                 Port::Length(ends) => return self.rod(constraint, ends, coupling, arms),
             }
         }
@@ -80,6 +80,28 @@ impl Equations {
             if let Some(turning) = arms.place(frame).map(|place| &arms.frames[place]) {
                 row.angles.push((frame, factor));
                 row.signals.push((turning.signal, factor));
+            }
+        }
+    }
+
+    /// factor x a function of the angle of the second node relative to the first.
+    fn function_of_angle(
+        &mut self,
+        ends: [RNode; 2],
+        curve: &Curve,
+        factor: Expr,
+        arms: &ArmEquations,
+        row: &mut LoopEquation,
+    ) {
+        let arena = &mut self.system.arena;
+        let angle = self.kinematics.angle_across(arena, ends).position.total(arena);
+        let [value, slope, _] = curve.value.map(|expr| Curve::at(arena, expr, angle));
+        row.signals.push((value, factor));
+        let minus = arena.negate(factor);
+        for (node, factor) in ends.into_iter().zip([minus, factor]) {
+            let (frame, _) = self.kinematics.placement(node);
+            if arms.place(frame).is_some() {
+                row.slopes.push((frame, slope, factor));
             }
         }
     }
@@ -214,6 +236,7 @@ impl LoopEquation {
         let parts = self.arms.values_mut().flatten().chain(self.displacements.iter_mut().map(|(_, factor)| factor));
         let parts = parts.chain(self.angles.iter_mut().map(|(_, factor)| factor));
         let parts = parts.chain(self.signals.iter_mut().map(|(_, factor)| factor)).chain(&mut self.constant);
+        let parts = parts.chain(self.slopes.iter_mut().map(|(.., factor)| factor));
         parts.for_each(|part| *part = arena.multiply(closed, *part));
         self.closed = Some(closed);
     }

@@ -26,7 +26,7 @@ pub struct Task {
     /// What is to be done.
     pub kind: Kind,
     /// What else is asked of a linkage.
-    pub limits: Limits,
+    pub limits: Demands,
     /// What is chosen where the task leaves it free.
     pub choose: Choose,
     /// Its text, for faults.
@@ -88,7 +88,7 @@ pub enum Kind {
 
 /// Where points may be.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Region {
+pub enum Area {
     /// From the lower left to the upper right corner \[m\].
     Box([f64; 2], [f64; 2]),
     /// The corners of a polygon \[m\].
@@ -97,11 +97,11 @@ pub enum Region {
 
 /// What else is asked of a linkage.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Limits {
+pub struct Demands {
     /// Of pins in the ground.
-    pub ground: Option<Region>,
+    pub ground: Option<Area>,
     /// Of pins in the body, in its frame.
-    pub moving: Option<Region>,
+    pub moving: Option<Area>,
     /// Shortest and longest bar \[m\].
     pub length: Option<[f64; 2]>,
     /// Smallest transmission angle \[rad\].
@@ -178,8 +178,8 @@ const STROKE: &[Key] = &[
     Key("ground", Form::Number, "the length of the ground [m]; 1 m if absent"),
 ];
 const LIMITS: &[Key] = &[
-    Key("ground", Form::Region, "where pins in the ground may be: a box or the corners of a polygon [m]"),
-    Key("moving", Form::Region, "where pins in the body may be, in its frame [m]"),
+    Key("ground", Form::Area, "where pins in the ground may be: a box or the corners of a polygon [m]"),
+    Key("moving", Form::Area, "where pins in the body may be, in its frame [m]"),
     Key("length", Form::Pair, "shortest and longest bar [m]"),
     Key("transmission", Form::Number, "the smallest transmission angle over the part that is used [rad]"),
     Key("crank", Form::Flag, "whether the input must turn fully; false if absent"),
@@ -213,7 +213,7 @@ enum Form {
     TwoPoints,
     PointsOrTable,
     Poses,
-    Region,
+    Area,
 }
 
 fn names(keys: &[Key]) -> Vec<&'static str> {
@@ -692,7 +692,7 @@ impl Reader<'_> {
         }
     }
 
-    fn region(&mut self, fields: &Fields<'_>, key: &str) -> Option<Region> {
+    fn region(&mut self, fields: &Fields<'_>, key: &str) -> Option<Area> {
         let node = fields.get(key)?;
         let what = fields.name_of(key);
         if let Content::Array(_) = node.kind {
@@ -704,7 +704,7 @@ impl Reader<'_> {
                     "write three corners or more",
                 );
             }
-            return Some(Region::Polygon(corners));
+            return Some(Area::Polygon(corners));
         }
         let sides = Fields::open(node, &what, node.span, &["x", "y"], self.faults)?;
         let mut side = |key: &str| match sides.get(key) {
@@ -712,12 +712,12 @@ impl Reader<'_> {
             None => Some([f64::NEG_INFINITY, f64::INFINITY]),
         };
         let ([left, right], [bottom, top]) = (side("x")?, side("y")?);
-        Some(Region::Box([left, bottom], [right, top]))
+        Some(Area::Box([left, bottom], [right, top]))
     }
 
-    fn limits(&mut self, node: &Node) -> Limits {
+    fn limits(&mut self, node: &Node) -> Demands {
         let Some(fields) = Fields::open(node, "`limits`", node.span, &names(LIMITS), self.faults) else {
-            return Limits::default();
+            return Demands::default();
         };
         let length = fields.get("length").and_then(|node| self.range(node, "`length`", &Unit::length()));
         let transmission = fields.get("transmission").and_then(|node| {
@@ -733,7 +733,7 @@ impl Reader<'_> {
         });
         let crank = fields.get("crank").and_then(|node| self.faults.boolean(node, "`crank`")).unwrap_or(false);
         let [ground, moving] = ["ground", "moving"].map(|key| self.region(&fields, key));
-        Limits { ground, moving, length, transmission, crank }
+        Demands { ground, moving, length, transmission, crank }
     }
 
     fn choose(&mut self, node: &Node) -> Choose {

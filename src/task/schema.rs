@@ -76,7 +76,7 @@ impl Form {
                 either(text(), json!({ "type": "array", "items": reference("pair"), "minItems": 3 }))
             }
             Form::Poses => either(text(), json!({ "type": "array", "items": list("quantity", 3), "minItems": 2 })),
-            Form::Region => {
+            Form::Area => {
                 let sides = json!({ "x": reference("pair"), "y": reference("pair") });
                 let sides = json!({ "type": "object", "properties": sides, "additionalProperties": false });
                 either(sides, json!({ "type": "array", "items": reference("pair"), "minItems": 3 }))

@@ -13,7 +13,7 @@ use crate::failure::Failure;
 use crate::machine::Machine;
 use crate::math::maximum;
 use crate::model::{Model, State};
-use crate::program::{Contact, Contacts as Data, Slip};
+use crate::program::{Contact, Contacts, Slip};
 
 /// What is open no further than this share of its scale touches: an instant is found to rounding errors of the motion.
 pub(crate) const TOUCHING: f64 = 1e-11;
@@ -30,7 +30,7 @@ const SHORTEST_FLIGHT: f64 = 10.0;
 
 /// Storage, and the values at the state that was last looked at.
 #[derive(Clone, Debug)]
-pub(crate) struct Contacts {
+pub(crate) struct ContactValues {
     pub gaps: Vec<f64>,
     pub rates: Vec<f64>,
     pub accelerations: Vec<f64>,
@@ -71,11 +71,11 @@ pub(crate) struct Contacts {
     dead: Vec<bool>,
 }
 
-impl Contacts {
+impl ContactValues {
     pub fn new(model: &Model) -> Self {
         let (program, count) = (model.program(), model.program().instants.contacts().len());
         let (n, m) = (program.coordinates.len(), program.constraints.len());
-        let results = |of: fn(&Data) -> usize| program.instants.contacts.as_ref().map_or(0, of);
+        let results = |of: fn(&Contacts) -> usize| program.instants.contacts.as_ref().map_or(0, of);
         let (sums, locks) = (results(|data| data.pressing.results.len()), results(|data| data.locks.results.len()));
         let zeros = || vec![0.0; count];
         Self {
@@ -115,7 +115,7 @@ impl Contacts {
     }
 
     /// What must not be negative of everything that is open, and its rate: gaps, or the rates of freewheels. Reads the state in the registers, and its accelerations if there are freewheels.
-    pub fn watch(&mut self, data: &Data, machine: &mut Machine, state: &State) {
+    pub fn watch(&mut self, data: &Contacts, machine: &mut Machine, state: &State) {
         machine.evaluate(&data.gaps, &mut self.gaps);
         machine.evaluate(&data.rates, &mut self.rates);
         if data.all.iter().any(|contact| contact.of_rate) {
@@ -178,7 +178,7 @@ impl Contacts {
     }
 
     /// True if something has hit, or is in another mode than before.
-    pub fn has_changed(&self, data: &Data, state: &State, index: usize) -> bool {
+    pub fn has_changed(&self, data: &Contacts, state: &State, index: usize) -> bool {
         let own = &data.all[index];
         let same = |parameter: usize| self.began[parameter] == state.parameters()[parameter];
         self.hit[index] || !same(own.closed as usize) || own.slip.is_some() && !same(own.direction())
@@ -511,7 +511,7 @@ impl Contacts {
 /// Where something is decided.
 struct Place<'a> {
     model: &'a Model,
-    data: &'a Data,
+    data: &'a Contacts,
     machine: &'a mut Machine,
     state: &'a mut State,
 }
@@ -561,17 +561,17 @@ impl Place<'_> {
 }
 
 /// Freewheels that are open in a state.
-fn open_freewheels(data: &Data, state: &State) -> impl Iterator<Item = usize> {
+fn open_freewheels(data: &Contacts, state: &State) -> impl Iterator<Item = usize> {
     (0..data.all.len()).filter(|&index| data.all[index].of_rate && !is_closed(data, state, index))
 }
 
 /// True while a contact is closed in a state, or something sticks.
-pub(crate) fn is_closed(data: &Data, state: &State, index: usize) -> bool {
+pub(crate) fn is_closed(data: &Contacts, state: &State, index: usize) -> bool {
     state.parameters()[data.all[index].closed as usize] != 0.0
 }
 
 /// 1 or -1 while something slips that way in a state, else 0.
-pub(crate) fn direction(data: &Data, state: &State, index: usize) -> f64 {
+pub(crate) fn direction(data: &Contacts, state: &State, index: usize) -> f64 {
     let own = &data.all[index];
     if own.slip.is_some() { state.parameters()[own.direction()] } else { 0.0 }
 }

@@ -2,7 +2,7 @@
 //!
 //! Modes are numbers among the parameters of the state. All combinations of what is undecided are tried in an order in which the likely one comes first; what fits is for others to say.
 
-use crate::program::{Contact, Contacts as Data};
+use crate::program::{Contact, Contacts};
 
 /// More combinations than these are not tried: six things that may stick or slip either way have fewer.
 pub(crate) const MOST_TRIALS: usize = 4096;
@@ -90,7 +90,7 @@ impl Choices {
     }
 
     /// Sets one of the combinations among the parameters; false if it is the same as another one, because nothing rubs at what is open.
-    pub fn set(&self, trial: usize, data: &Data, parameters: &mut [f64]) -> bool {
+    pub fn set(&self, trial: usize, data: &Contacts, parameters: &mut [f64]) -> bool {
         let (mut rest, mut is_new) = (trial, true);
         for choice in &self.all {
             let option = choice.options[rest % choice.count];

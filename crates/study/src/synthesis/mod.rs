@@ -8,7 +8,7 @@ mod scene;
 use std::collections::BTreeMap;
 
 use cotree::scene::Faults;
-use cotree::task::{Kind, Limits as Asked, Region as Where, Task};
+use cotree::task::{Area, Demands, Kind, Task};
 use cotree_synthesis::{Defect, Dyad, Limits, Linkage, Point, Pose, Region, Side, Verdict, extent, judge};
 
 use drive::{Station, largest_miss};
@@ -326,11 +326,11 @@ fn class(linkage: &Linkage, verdict: &Verdict) -> &'static str {
     }
 }
 
-fn limits(asked: &Asked) -> Limits {
+fn limits(asked: &Demands) -> Limits {
     let at = |[x, y]: [f64; 2]| Point::new(x, y);
-    let region = |region: &Where| match region {
-        Where::Box(low, high) => Region::Box(at(*low), at(*high)),
-        Where::Polygon(corners) => Region::Polygon(corners.iter().map(|own| at(*own)).collect()),
+    let region = |area: &Area| match area {
+        Area::Box(low, high) => Region::Box(at(*low), at(*high)),
+        Area::Polygon(corners) => Region::Polygon(corners.iter().map(|own| at(*own)).collect()),
     };
     Limits {
         ground: asked.ground.as_ref().map(region),

@@ -15,7 +15,7 @@ use super::snapshot::Phase;
 use super::{Computed, Instance, InstanceError, Snapshot};
 use crate::context::Deadline;
 use crate::failure::Failure;
-use crate::hybrid::contact::Contacts;
+use crate::hybrid::contact::ContactValues;
 use crate::hybrid::onset::PARTS;
 use crate::hybrid::tick::{Clock, is_later};
 use crate::integrator::control::shortest;
@@ -91,7 +91,7 @@ pub(super) struct Instants {
     within: State,
     /// One for each contact, positive where it must change: its reaction while it is closed, minus its gap while it is open.
     indicators: Vec<f64>,
-    contacts: Contacts,
+    contacts: ContactValues,
     /// Why the last step cannot be searched, or what must have been missed in it.
     overlooked: Option<Failure>,
     /// How many places within steps have been evaluated, and how many instructions of tapes that is each.
@@ -163,7 +163,7 @@ impl Instants {
             armed: vec![true; occasions],
             reported: vec![0; occasions],
             indicators: vec![0.0; occasions - instants.events.len()],
-            contacts: Contacts::new(model),
+            contacts: ContactValues::new(model),
             overlooked: None,
             evaluated: 0,
             evaluation: lengths.sum(),

@@ -1,6 +1,6 @@
 //! What must hold for an arm form, so that finding series cannot fail.
 
-use super::{ArmForm, Factor, Frame, Given, MAX_SWITCHES, Operation, Place, SeriesStep, Slot, Source};
+use super::{ArmForm, Cause, Factor, Frame, Given, MAX_SWITCHES, Operation, Place, SeriesStep, Slot, Source};
 use crate::program::Program;
 
 /// Holds, or what does not.
@@ -27,6 +27,7 @@ impl ArmForm {
         holds(given, "what a series is given by")?;
         let written = self.check_tape()?;
         let signal = |slot: Slot| self.is_signal(slot) && written.get(slot as usize) == Some(&true);
+        let position = |slot: Slot| !self.is_rate(slot) && written.get(slot as usize) == Some(&true);
         let coefficient = |place: &u32| (*place as usize) < self.coefficients.results.len();
         for frame in &self.frames {
             holds(frame.signal.is_none_or(signal) && coefficient(&frame.inertia), "a frame")?;
@@ -43,7 +44,7 @@ impl ArmForm {
         for row in &self.rows {
             let arms = row.arms.iter().all(|(arm, p)| self.is_arm(*arm) && p.iter().all(coefficient));
             let unknowns = row.unknowns.iter().all(|(unknown, c)| self.is_unknown(*unknown) && coefficient(c));
-            let signals = row.signals.iter().all(|(slot, c)| signal(*slot) && coefficient(c));
+            let signals = row.signals.iter().all(|(slot, c)| position(*slot) && coefficient(c));
             let own = (row.constraint as usize) < constraints && coefficient(&row.constant);
             holds(arms && unknowns && signals && own, "a loop equation")?;
         }
@@ -54,7 +55,11 @@ impl ArmForm {
             holds(self.is_arm(load.arm) && value && load.along.iter().all(coefficient), "a load")?;
         }
         for push in &self.pushes {
-            let value = push.value.is_none_or(|slot| written.get(slot as usize) == Some(&true));
+            let value = match push.value {
+                Cause::One => true,
+                Cause::Series(slot) => written.get(slot as usize) == Some(&true),
+                Cause::Reaction { row, slope } => (row as usize) < self.rows.len() && position(slope),
+            };
             holds(self.is_unknown(push.unknown) && value && coefficient(&push.factor), "a load")?;
         }
         Ok(())

@@ -173,7 +173,7 @@ pub struct LoopEquation {
     pub arms: Vec<(u32, [Coefficient; 2])>,
     /// (unknown, c): c times the unknown.
     pub unknowns: Vec<(u32, Coefficient)>,
-    /// (slot, c): c times a signal.
+    /// (slot, c): c times a signal, or a function of unknowns whose slopes are [`Cause::Reaction`].
     pub signals: Vec<(Slot, Coefficient)>,
     /// Constant term.
     pub constant: Coefficient,
@@ -195,10 +195,27 @@ pub struct Load {
 pub struct Push {
     /// The unknown.
     pub unknown: u32,
-    /// A series, or 1.
-    pub value: Option<Slot>,
+    /// What it is a multiple of.
+    pub value: Cause,
     /// Its factor.
     pub factor: Coefficient,
+}
+
+/// What a generalised force is a multiple of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Cause {
+    /// 1
+    One,
+    /// A series.
+    Series(Slot),
+    /// Minus the reaction of a loop equation, times the series by which that changes with the unknown: one of its signals is a function of unknowns, and this is
+    /// its slope.
+    Reaction {
+        /// The loop equation.
+        row: u32,
+        /// The slope, a series of positions.
+        slope: Slot,
+    },
 }
 
 /// A straight-line program over scalar series, run order by order.

@@ -37,7 +37,7 @@ impl Jet {
     /// is not known.
     pub fn stays_clear(&self, changes: &mut Changes, (polynomial, order): (&[f64], usize), h: f64) -> bool {
         let Matrix::Whole(inverse) = &self.matrix else { return false };
-        if inverse.repeats() || !self.terms.pairs.is_empty() || self.has_signals() {
+        if inverse.repeats() || !self.terms.pairs.is_empty() || !self.curves.is_empty() || self.has_signals() {
             return false;
         }
         changes.opening.fill(ZERO);

@@ -9,6 +9,7 @@
 //! matrix \[M J^T; J 0\] of the start: see McPhee's Eq. (22).
 
 mod clearance;
+mod curves;
 mod frames;
 mod orders;
 mod pairs;
@@ -28,10 +29,11 @@ use crate::linalg::tree::{Limb, Recursion};
 use crate::machine::Machine;
 use crate::model::Model;
 use crate::program::arm_form::ORDERS;
-use crate::program::arm_form::{ArmForm, Factor, Link, Load, LoopEquation, Slot};
+use crate::program::arm_form::{ArmForm, Cause, Factor, Link, Load, LoopEquation, Slot};
 use crate::taylor::coupling::Coupling;
 use crate::taylor::tape::{Scalars, Vectors};
 pub use clearance::Changes;
+use curves::CurveSlope;
 use response::Response;
 use step::Read;
 use terms::{Plan, Terms};
@@ -134,10 +136,13 @@ struct Loads {
 impl Loads {
     /// Those on unknowns.
     fn of_pushes(form: &ArmForm, shape: &Shape) -> Self {
-        Self::new(form.pushes.iter().map(|push| Scatter {
-            place: shape.place(push.unknown),
-            value: push.value,
-            factors: [push.factor, 0],
+        Self::new(form.pushes.iter().filter_map(|push| {
+            let value = match push.value {
+                Cause::One => None,
+                Cause::Series(slot) => Some(slot),
+                Cause::Reaction { .. } => return None,
+            };
+            Some(Scatter { place: shape.place(push.unknown), value, factors: [push.factor, 0] })
         }))
     }
 
@@ -178,6 +183,8 @@ pub struct Jet<N: Coefficient = f64, const L: usize = WIDTH> {
     /// Where coordinates lie among the unknowns.
     reads: Vec<Read>,
     terms: Terms<N>,
+    /// Loop equations with functions of unknowns.
+    curves: Vec<CurveSlope<N>>,
     pushes: Loads,
     loads: Loads,
     coupling: Coupling<N, L>,
@@ -258,7 +265,8 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
             .collect();
         let plan = Plan::new(&form, &shape, &turned_by, &unknowns(&form, &shape));
         let coupling = coupling(&form, &shape, &plan);
-        let (terms, unknowns, equations) = (Terms::new(&plan), plan.unknowns, plan.rows);
+        let curves = curves::curves(&form, |arm| shape.place(arm));
+        let (terms, unknowns, equations) = (Terms::new(&plan, &curves), plan.unknowns, plan.rows);
         let row_lanes = form.rows.len().div_ceil(L);
         let count = form.coefficients.results.len();
         let place = |arm: u32| shape.place(arm);
@@ -287,6 +295,7 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
             groups: groups(model, &form),
             row_scales: row_scales(model, &form),
             terms,
+            curves,
             pushes: Loads::of_pushes(&form, &shape),
             loads: Loads::of_arms(&form, &shape),
             applied: pair(all),

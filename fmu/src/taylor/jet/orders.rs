@@ -39,9 +39,11 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
     pub(super) fn advance_general(&mut self, k: usize) {
         self.scalars.rates(k, vectors(&self.x, &self.y, &self.values, self.shape.all()));
         self.predict(k);
+        self.foresee_curves(k);
         self.loads.apply(k, &self.scalars, &self.coefficients, &mut self.applied);
         self.residual_of_balance(k);
         self.solve();
+        self.keep_reactions(k);
         self.correct(k);
         self.follow(k + 2);
     }
@@ -92,7 +94,7 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
 
     /// Coefficients of the frames' arms from their second derivatives.
     #[inline(always)]
-    fn place_frames(&mut self, order: usize, scale: f64) {
+    pub(super) fn place_frames(&mut self, order: usize, scale: f64) {
         let inverse = 1.0 / scale;
         for lane in 0..self.shape.lanes[0] {
             self.x[at(lane, order)] = times(inverse, self.second[0][lane]);
@@ -177,6 +179,7 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
             self.residual_lanes[lane] = self.force[0][back(lane, k)];
         }
         self.scatter_moments(k);
+        self.press_curves(k);
         let residual = self.residual_lanes.as_flattened_mut();
         for push in self.pushes.at(k) {
             residual[push.place] -= push.value(k, &self.scalars, &self.coefficients);

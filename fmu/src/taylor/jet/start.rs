@@ -236,6 +236,7 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
         self.turn_rods(0);
         self.find_auxiliary(0);
         self.stretch(0);
+        self.follow_curves(0);
     }
 
     #[inline(always)]
@@ -250,6 +251,7 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
         self.turn_rods(1);
         self.find_auxiliary(1);
         self.stretch(1);
+        self.follow_curves(1);
     }
 
     /// One coefficient of the angles of four frames.
@@ -459,9 +461,10 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
         self.turn_rods(0);
         self.find_auxiliary(0);
         self.stretch(0);
+        self.follow_curves(0);
     }
 
-    /// Derivatives of the arms by angles (k x b), then by displacements (e).
+    /// Derivatives of the arms by angles (k x b), then by displacements (e); those of functions in loop equations.
     #[inline(always)]
     pub(super) fn differentiate(&mut self) {
         let (all, [frames, products, world]) = (self.shape.all(), self.shape.lanes);
@@ -477,5 +480,6 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
         for lane in 0..world {
             dx[all + frames + products + lane] = splat(N::all(1.0));
         }
+        self.slope_curves();
     }
 }

@@ -1,6 +1,7 @@
 //! What the entries of \[M J^T; J 0\] are made of.
 
 use super::Shape;
+use super::curves::CurveSlope;
 use super::pairs::{Pairs, candidates};
 use crate::linalg::columns::Columns;
 use crate::linalg::inverse::Inverse;
@@ -60,6 +61,9 @@ pub(super) struct Terms<N = f64> {
     masses: Vec<Term<Mass>>,
     loops: Vec<Term<Slope>>,
     linear: Vec<Term<u32>>,
+    /// Slopes of loop equations that are no constants, by their numbers, and the slopes of the pose.
+    curves: Vec<Term<usize>>,
+    pub(super) curve_slopes: Vec<N>,
     /// Entries on the diagonal: of loop equations that hold on one side only.
     diagonal: Vec<Term<u32>>,
     pub(super) pairs: Pairs<N>,
@@ -170,8 +174,12 @@ impl<'a> Plan<'a> {
 }
 
 impl<N: Elementary> Terms<N> {
-    pub(super) fn new(plan: &Plan) -> Self {
-        let mut terms = Self::default();
+    pub(super) fn new(plan: &Plan, curves: &[CurveSlope<N>]) -> Self {
+        let mut terms = Self { curve_slopes: vec![N::ZERO; curves.len()], ..Self::default() };
+        for (number, curve) in curves.iter().enumerate() {
+            let entry = plan.rows[curve.row].zip(plan.equation(curve.place));
+            terms.curves.extend(entry.map(|(row, column)| Term::new(row, column, number)));
+        }
         let touches = |arm: u32| {
             let known = move |(unknown, derivative)| Some((plan.equation(unknown)?, derivative));
             plan.touches(arm).filter_map(known)
@@ -210,8 +218,9 @@ impl<N: Elementary> Terms<N> {
     pub(super) fn entries(&self) -> impl Iterator<Item = (usize, usize)> {
         let masses = self.masses.iter().map(|term| (term.row, term.column));
         let loops = self.loops.iter().map(|term| (term.row, term.column));
+        let curves = self.curves.iter().map(|term| (term.row, term.column));
         let rest = self.inertia.iter().chain(&self.linear).chain(&self.diagonal).map(|term| (term.row, term.column));
-        masses.chain(loops).chain(rest).chain(self.pairs.entries())
+        masses.chain(loops).chain(curves).chain(rest).chain(self.pairs.entries())
     }
 
     /// Entries go to their places in this matrix from now on.
@@ -220,6 +229,9 @@ impl<N: Elementary> Terms<N> {
             term.places = places(term.row, term.column);
         }
         for term in &mut self.masses {
+            term.places = places(term.row, term.column);
+        }
+        for term in &mut self.curves {
             term.places = places(term.row, term.column);
         }
         for term in &mut self.loops {
@@ -300,6 +312,9 @@ impl<N: Elementary> Terms<N> {
         }
         for term in self.linear.iter().chain(&self.diagonal) {
             matrix.add(term.places, c[term.value as usize]);
+        }
+        for term in &self.curves {
+            matrix.add(term.places, self.curve_slopes[term.value]);
         }
         if !self.pairs.is_empty() {
             self.pairs.assemble(matrix, c, derivatives);
