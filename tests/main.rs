@@ -68,6 +68,7 @@ mod measured_accuracy;
 mod methods_by_name;
 mod model_exchange;
 mod motion;
+mod motion_stops;
 mod nearly_neutral;
 mod networks;
 mod no_allocation;

@@ -1,5 +1,7 @@
 //! What is held on one side only: limits, contacts, ropes, and joints that events remove, against closed forms and other formulations.
 
+use std::f64::consts::{PI, TAU};
+
 use crate::model_exchange::integrate;
 use crate::support::ROOT;
 use crate::support::run::{model, scene_of, started, value};
@@ -956,6 +958,33 @@ fn the_end_stop_follows_its_equation_in_one_angle() {
                 close(found) && close(*stored),
                 "{name} at {time} s: {found}, stored {stored}, expected {expected}"
             );
+        }
+    }
+}
+
+/// A crank that turns evenly takes steps of many turns, or of whole ones, in whose ends it seems to rest: between lines it is thrown to and fro, in closed form.
+#[test]
+fn what_turns_many_times_in_a_step_is_caught() {
+    let (low, high) = (-(0.95f64.asin()), PI + 0.95f64.asin());
+    for turns in [1.0, 2.0, 2.180_41, 5.0, 24.0, 37.0, 133.0] {
+        for by_turns in [false, true] {
+            let text = format!(
+                "name = \"crank\"\n[ground.points]\nline = [0, -0.95]\n[bodies.crank]\nmass = 1\ninertia = 1\npoints = {{ tip = [1, 0] }}\n[joints.pivot]\ntype = \"revolute\"\nbetween = [\"ground\", \"crank\"]\n[joints.pad]\ntype = \"contact\"\nbetween = [\"ground.line\", \"crank.tip\"]\naxis = [1, 0]\nrestitution = 1\n[initial]\n\"crank.angle\" = \"90 deg\"\n\"crank.omega\" = {}\n[outputs]\nvariables = [\"crank.angle\"]\n[experiment]\nstop = 0.9\ntolerance = 1e-9\n",
+                TAU * turns
+            );
+            let mut run = started(&model(&text), None, 0.9, 1e-9);
+            if by_turns {
+                let mut time = 0.0;
+                while time + 1.0 / turns < 0.9 {
+                    time += 1.0 / turns;
+                    run.step_to(time).unwrap();
+                }
+            }
+            run.step_to(0.9).unwrap();
+            let way = (PI / 2.0 - low + TAU * turns * 0.9).rem_euclid(2.0 * (high - low));
+            let expected = if way < high - low { low + way } else { 2.0 * high - low - way };
+            let found = value(&mut run, "crank.angle");
+            assert!((found - expected).abs() < 1e-7, "{turns} {by_turns}: {found}, not {expected}");
         }
     }
 }

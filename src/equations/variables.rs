@@ -296,6 +296,9 @@ impl Equations {
         if let (Contact::Sliding, Some((.., slip))) = (what, mechanism.slip_of(owner)) {
             return self.system.arena.symbol(Symbol::Parameter(slip.direction.0));
         }
+        if what == Contact::Gap && mechanism.unilaterals_of(owner).next().is_none() {
+            return self.gap_apart(owner);
+        }
         for (index, own) in mechanism.unilaterals_of(owner) {
             let row = self.row_of_unilateral(index);
             let arena = &mut self.system.arena;
@@ -325,6 +328,23 @@ impl Equations {
             total = self.system.arena.add(total, value);
         }
         total
+    }
+
+    /// The gap of something whose relation is among no loop equations: sign x (what it is off by - bound).
+    fn gap_apart(&mut self, owner: Owner) -> Expr {
+        let mechanism = self.system.mechanism.clone();
+        let Owner::Joint(joint) = owner else { return Expr::ZERO };
+        let part = &mechanism.joints[joint.0];
+        let held = (part.component().one_sided)(part, &mechanism).into_iter().next();
+        let relation = self.system.find(Origin::Joint(joint)).and_then(|id| self.system.relation(id));
+        let (Some(held), Some(relation)) = (held, relation) else { return Expr::ZERO };
+        let along = couplings::along(&mut self.system, &self.kinematics, &relation.terms, Order::Position);
+        let bound = self.system.value(&held.bound);
+        let arena = &mut self.system.arena;
+        let bound = arena.add(relation.offset, bound);
+        let off = arena.subtract(along, bound);
+        let sign = arena.constant(held.sign);
+        arena.multiply(sign, off)
     }
 
     /// The motion of a contact along its line, with the turning of its disc.

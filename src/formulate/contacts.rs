@@ -48,7 +48,7 @@ fn driven(own: &Unilateral) -> Fault {
     );
     Fault::new("scene::limits", message, own.span)
         .label("stops a driven motion")
-        .help("leave it out, or let a force or a torque move the mechanism instead of a driver")
+        .help("`cotree motion` says how far the drive goes; else leave it out, or let a force or a torque move the mechanism instead of a driver")
 }
 
 /// What is wrong with what parts hold on one side, at the start; `is_driven` says that drivers move all of the mechanism.

@@ -33,6 +33,17 @@ impl Mechanism {
         changed
     }
 
+    /// Without what stops on one side only. Limits, contacts and ropes hold nothing then, so that contacts have nothing to rub with; relations with play, and followers that may lift off, hold always.
+    #[must_use]
+    pub fn without_stops(&self) -> Mechanism {
+        let mut changed = self.clone();
+        changed.unilaterals.retain(|own| own.slip.as_ref().is_some_and(|slip| slip.on.is_none()));
+        for joint in &mut changed.joints {
+            joint.values.retain(|(_, value)| !matches!(value, Value::Limits(_)));
+        }
+        changed
+    }
+
     /// Where nothing happens: held values are inputs like all others.
     #[must_use]
     pub fn without_instants(&self) -> Mechanism {

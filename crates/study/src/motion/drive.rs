@@ -192,9 +192,9 @@ fn variables(mechanism: &Mechanism) -> Vec<Variable> {
 }
 
 /// A driven mechanism, compiled once for motions of any length.
-struct Driven {
+pub(super) struct Driven {
     compiled: Compiled,
-    model: Arc<Model>,
+    pub model: Arc<Model>,
     pace: f64,
 }
 
@@ -205,6 +205,16 @@ impl Driven {
             true => Driven::of(driven.compiled(asked(driven, drive))?, drive),
             false => Driven::of_motion(driven, drive),
         }
+    }
+
+    /// From where the scene starts in a direction, with these outputs only.
+    pub fn watching(
+        moved: &Moved,
+        drive: &Drive,
+        direction: f64,
+        outputs: Vec<Output>,
+    ) -> Result<Driven, SimulateError> {
+        Driven::of(driven(moved, drive, drive.start, direction).compiled(outputs)?, drive)
     }
 
     /// Without efforts.
@@ -219,7 +229,7 @@ impl Driven {
     }
 
     /// Runs over so many steps of the input.
-    fn run(&self, step: f64, count: f64) -> Result<HashMap<String, Vec<f64>>, RunError> {
+    pub fn run(&self, step: f64, count: f64) -> Result<HashMap<String, Vec<f64>>, RunError> {
         let description = &self.compiled.description;
         let [step, stop] = [step, step * count].map(|way| way / self.pace);
         let experiment = Experiment { stop, step, ..description.experiment };

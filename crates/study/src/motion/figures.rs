@@ -19,6 +19,7 @@ use super::growth::{Figured, Unbounded};
 use super::input::Watched;
 use super::report::radius_of;
 use super::samples::{ANGULAR, At, Derivatives, Samples, lagrange};
+use super::stops::Stops;
 use super::{Drive, MotionError, Places, Request, grashof, unit_of};
 use crate::contact;
 
@@ -36,6 +37,7 @@ pub(super) struct Subject<'a> {
     /// Bodies without a mass that forces need.
     pub lacking: &'a [String],
     pub places: &'a Places,
+    pub stops: Option<&'a Stops>,
     /// True if extremes, centres and contacts are left out.
     pub only_table: bool,
 }
@@ -75,8 +77,13 @@ pub struct Figures {
     pub lacking: Vec<String>,
     /// The range of the input, if it does not turn fully: where the motion folds, or what was asked for.
     pub range: Option<[f64; 2]>,
-    /// Are the ends of that range dead points for this input?
+    /// Are the ends of that range, but for those at stops, dead points for this input?
     pub dead_points: bool,
+    /// Which of them are.
+    #[serde(skip)]
+    pub(super) folds: [Option<f64>; 2],
+    /// What ends the range besides; none if the scene has no limits, contacts and ropes.
+    pub stops: Option<Stops>,
     /// Does the turn pass poses in which branches of the motion cross?
     pub change_points: bool,
     /// What kind of four-bar it is.
@@ -205,10 +212,13 @@ impl Column {
 
 /// Works everything out.
 pub(super) fn of(subject: &Subject, table: &Table) -> Result<Figures, MotionError> {
-    let Subject { moved, mechanism, drive, output, request, lacking, places, only_table } = *subject;
+    let Subject { moved, mechanism, drive, output, request, lacking, places, stops, only_table } = *subject;
     let mut figures = Figures::empty(mechanism, drive, table);
-    figures.range = if let Places::Folds(folds) = places { Some(*folds) } else { drive.range };
-    figures.dead_points = matches!(places, Places::Folds(_));
+    figures.folds = if let Places::Folds(folds) = places { *folds } else { [None; 2] };
+    let [low, high] = figures.folds;
+    figures.range = drive.range.map(|[from, to]| [low.unwrap_or(from), high.unwrap_or(to)]);
+    figures.dead_points = figures.folds.iter().any(Option::is_some);
+    figures.stops = stops.cloned().map(|stops| stops.with_changes(mechanism, table));
     figures.change_points = matches!(places, Places::Crossings(_));
     figures.lacking = lacking.to_vec();
     figures.four_bar = grashof::class(mechanism, drive.joint, &request.units);
@@ -426,7 +436,6 @@ impl Figures {
 
     /// The output where the motion folds, a little beyond the first and the last sample: at the way d from there it is a power series of sqrt(d).
     fn at_dead_points(&self, position: &Samples) -> Vec<f64> {
-        let Some(folds) = self.range.filter(|_| self.dead_points) else { return Vec::new() };
         let Some(last) = position.values().len().checked_sub(8).map(|rest| rest + 7) else { return Vec::new() };
         let nearest = |end: usize| std::array::from_fn::<usize, 8, _>(|i| if end == 0 { i } else { last - i });
         let at = |(end, fold): (usize, f64)| {
@@ -434,7 +443,7 @@ impl Figures {
                 nearest(end).map(|index| [(fold - position.input(index)).abs().sqrt(), position.values()[index]]);
             lagrange(&samples, 0.0)
         };
-        [0, last].into_iter().zip(folds).map(at).collect()
+        [0, last].into_iter().zip(self.folds).filter_map(|(end, fold)| Some(at((end, fold?)))).collect()
     }
 
     /// Transmission angles and the joint-force index, by the difference that a unit load makes.
@@ -493,7 +502,7 @@ impl Figures {
         // Where the motion folds it goes on smoothly in its double.
         let double = directed[0].with(&directed[1], f64::atan2).map(|angle| 2.0 * angle);
         let parts = [double.map(f64::sin), double.map(f64::cos)].map(|part| self.at_dead_points(&part));
-        let folds = self.range.into_iter().flatten().zip(parts[0].iter().zip(&parts[1]));
+        let folds = self.folds.into_iter().flatten().zip(parts[0].iter().zip(&parts[1]));
         let at_folds: Vec<At> = folds
             .map(|(input, (sin, cos))| {
                 let angle = 0.5 * sin.atan2(*cos);

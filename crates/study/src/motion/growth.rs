@@ -90,7 +90,9 @@ impl Place {
     fn all(places: &Places) -> impl Iterator<Item = Place> {
         let sides = match places {
             Places::Ordinary => Vec::new(),
-            Places::Folds([low, high]) => vec![(*low, 1.0), (*high, -1.0)],
+            Places::Folds(folds) => {
+                folds.iter().zip([1.0, -1.0]).filter_map(|(at, side)| Some(((*at)?, side))).collect()
+            }
             Places::Crossings(inputs) => inputs.iter().flat_map(|input| [(*input, 1.0), (*input, -1.0)]).collect(),
         };
         sides.into_iter().map(|(input, side)| Place { input, side })
@@ -134,7 +136,7 @@ mod tests {
 
     #[test]
     fn what_grows_is_told_from_what_is_steep() {
-        let folds = Places::Folds([0.0, 1.0]);
+        let folds = Places::Folds([Some(0.0), Some(1.0)]);
         for power in [-0.5, -1.0, -1.5] {
             let figured = Figured::of(&range(|x| 3.0 - x.powf(power)), &folds);
             let unbounded = figured.unbounded.clone().unwrap();

@@ -17,6 +17,7 @@ mod input;
 pub mod report;
 mod rows;
 mod samples;
+mod stops;
 
 use std::f64::consts::TAU;
 
@@ -32,6 +33,8 @@ use input::{Start, Watched};
 pub use report::usual;
 pub use samples::At;
 use samples::{ANGULAR, Derivatives};
+use stops::Obstacles;
+pub use stops::Stops;
 
 /// What is asked for.
 #[derive(Clone, Debug, Default)]
@@ -143,10 +146,6 @@ fn without_history(mechanism: &Mechanism) -> Result<(), MotionError> {
         (format!("what the sampled value `{name}` is in a pose"), "sampled")
     } else if let Some(event) = mechanism.events.first() {
         (format!("whether the event `{}` has happened before a pose", event.name), "events")
-    } else if let Some(own) = mechanism.first_stop() {
-        return Err(MotionError::Request(format!(
-            "in which mode {own} is in a pose depends on the way there: use `simulate`, or a scene without it and with the range of the input: `--range`"
-        )));
     } else if let Some(state) = mechanism.states.first() {
         (format!("what the state `{}` is in a pose", state.name), "states")
     } else {
@@ -188,6 +187,8 @@ fn worked_out(
     only_table: bool,
 ) -> Result<Figures, MotionError> {
     without_history(mechanism)?;
+    let obstacles = Obstacles::of(mechanism)?;
+    let mechanism = &mechanism.without_stops();
     let input @ (joint, motion) = input::driven(mechanism, request.input.as_deref())?;
     let output = input::output(scene, mechanism, input, request.output.as_deref())?;
     let asked: Vec<Output> = output.iter().map(|output| output.asked.clone()).collect();
@@ -213,9 +214,16 @@ fn worked_out(
     input::is_there(mechanism, &asked, &moved, &drive)?;
     let lacking = drive::lacking(&moved, &drive)?;
     let moved = &input::without_masses(moved, &drive, &lacking);
-    let (mut table, places) = match request.range {
-        Some(_) => (drive::sample(moved, &drive, None)?, Places::Ordinary),
-        None => whole_way(moved, &mut drive)?,
+    let stops = obstacles.met(moved, &drive, &request.units)?;
+    let (mut table, places) = match (request.range, &stops) {
+        (Some(range), stops) => {
+            drive.range = Some(
+                stops.as_ref().map_or(Ok(range), |stops| stops.clipped(range, mechanism, &drive, &request.units))?,
+            );
+            (drive::sample(moved, &drive, None)?, Places::Ordinary)
+        }
+        (None, Some(stops)) if stops.ends.iter().any(Option::is_some) => between_stops(moved, &mut drive, stops)?,
+        (None, _) => whole_way(moved, &mut drive)?,
     };
     drive.fineness = drive::fineness(mechanism, &table)?;
     if drive.fineness > 1 {
@@ -229,6 +237,7 @@ fn worked_out(
         request,
         lacking: &lacking,
         places: &places,
+        stops: stops.as_ref(),
         only_table,
     };
     let figures = figures::of(&subject, &table)?;
@@ -277,8 +286,8 @@ fn permitted(
 pub(crate) enum Places {
     /// Nowhere.
     Ordinary,
-    /// At both ends the motion folds: the input there.
-    Folds([f64; 2]),
+    /// At an end, or at both, the motion folds: the input there.
+    Folds([Option<f64>; 2]),
     /// Branches of the motion cross: the inputs.
     Crossings(Vec<f64>),
 }
@@ -314,9 +323,7 @@ fn whole_way(moved: &Moved, drive: &mut Drive) -> Result<(Table, Places), Motion
         return Ok((drive::sample(moved, drive, None)?, Places::Crossings(crossings)));
     }
     if is_whole(back) || is_whole(forth) {
-        let name = &mechanism.joints[drive.joint.0].name;
-        let message = format!("`{name}` moves without an end: give its range, such as \"0 mm..120 mm\"");
-        return Err(MotionError::Request(message));
+        return Err(endless(mechanism, drive));
     }
     if back + forth <= 1e-9 * most {
         let name = &mechanism.joints[drive.joint.0].name;
@@ -324,9 +331,42 @@ fn whole_way(moved: &Moved, drive: &mut Drive) -> Result<(Table, Places), Motion
             format!("`{name}` cannot move from where the scene starts: a dead point of the mechanism for this input");
         return Err(MotionError::Request(message));
     }
-    // The folds themselves have no rates.
-    let margin = 1e-3 * (back + forth);
-    drive.range = Some([drive.start - (back - margin).max(0.0), drive.start + (forth - margin).max(0.0)]);
     let folds = [drive.start - back, drive.start + forth];
+    drive.range = Some(beside(folds.map(Some), folds));
+    Ok((drive::sample(moved, drive, None)?, Places::Folds(folds.map(Some))))
+}
+
+/// The motion from one stop to the other; where there is none on one side, to where the motion folds or one turn on.
+fn between_stops(moved: &Moved, drive: &mut Drive, stops: &Stops) -> Result<(Table, Places), MotionError> {
+    let is_angular = drive.motion == ANGULAR;
+    let most = if is_angular { TAU } else { drive::size(&moved.mechanism) };
+    let mut ends = [drive.start; 2];
+    let mut folds = [None; 2];
+    for (index, (direction, stop)) in [-1.0, 1.0].into_iter().zip(&stops.ends).enumerate() {
+        if let Some(stop) = stop {
+            ends[index] = stop.input;
+            continue;
+        }
+        let way = drive::reach(moved, drive, direction, most)?;
+        ends[index] += direction * way;
+        if way < most * (1.0 - 1e-9) {
+            folds[index] = Some(ends[index]);
+        } else if !is_angular {
+            return Err(endless(&moved.mechanism, drive));
+        }
+    }
+    drive.range = Some(beside(folds, ends));
     Ok((drive::sample(moved, drive, None)?, Places::Folds(folds)))
+}
+
+/// A range that ends a little before where the motion folds: there are no rates.
+fn beside(folds: [Option<f64>; 2], [low, high]: [f64; 2]) -> [f64; 2] {
+    let margin = 1e-3 * (high - low);
+    let [before, behind] = folds.map(|fold| if fold.is_some() { margin } else { 0.0 });
+    [low + before, high - behind]
+}
+
+fn endless(mechanism: &Mechanism, drive: &Drive) -> MotionError {
+    let name = &mechanism.joints[drive.joint.0].name;
+    MotionError::Request(format!("`{name}` moves without an end: give its range, such as \"0 mm..120 mm\""))
 }

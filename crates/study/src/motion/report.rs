@@ -6,7 +6,7 @@ use cotree::diagnostic::suggest;
 use cotree::line;
 use cotree::model::Units;
 use cotree::report::data::Accuracy::Noise;
-use cotree::report::data::{Cell, Report, Table, named, number, per, plain};
+use cotree::report::data::{Cell, Report, Table, named, number, per, plain, unit as unit_of};
 
 use cotree::typeset::rounded;
 
@@ -16,6 +16,7 @@ use super::figures::{Column, Extent, Figures, Peak, Speed, Transmission};
 use super::friction::Friction;
 use super::growth::Unbounded;
 use super::samples::At;
+use super::stops::{Beyond, Clear, End, Play, Stops};
 
 /// Below this the transmission is poor, by a rule of thumb (Norton) \[rad\].
 const POOR: f64 = 40.0 * std::f64::consts::PI / 180.0;
@@ -81,6 +82,7 @@ impl Figures {
         let mut title = vec![self.kind()];
         let way = "` backwards; the figures are those of the way forwards, at the same speed";
         title.extend(self.reversed.then(|| line!["the scene moves `", self.input.name, way]));
+        title.extend(self.stops.iter().flat_map(|own| self.stop_lines(own)));
         title.extend(self.output_lines());
         title.extend(self.transmission.iter().map(|angle| self.transmission_line(angle)));
         if let (Some(index), Some(output)) = (&self.joint_force_index, &self.output) {
@@ -109,8 +111,7 @@ impl Figures {
         let motion = match self.range {
             Some([low, high]) => {
                 let [low, high] = [low, high].map(|end| number(end, &self.input.unit));
-                let ends = if self.dead_points { ", dead points at both ends for this input" } else { "" };
-                line![" moves from ", low, " to ", high, ends]
+                line![" moves from ", low, self.end(0), " to ", high, self.end(1)]
             }
             None if self.change_points => {
                 " turns fully, through poses in which branches of the motion cross (change points)".into()
@@ -119,6 +120,90 @@ impl Figures {
             None => " turns fully, but the mechanism is not as before after one turn".into(),
         };
         line![self.name, ": ", class, "`", input, "`", motion, self.pace()]
+    }
+
+    /// What is at an end of the range.
+    fn end(&self, index: usize) -> Cell {
+        let both = self.folds.iter().all(Option::is_some);
+        match (self.folds[index], index) {
+            (Some(_), 0) if both => "".into(),
+            (Some(_), _) if both => ", dead points at both ends for this input".into(),
+            (Some(_), _) => " (a dead point for this input)".into(),
+            (None, _) => self.stop_at(index).map_or("".into(), |end| line![" (`", end.name, "`)"]),
+        }
+    }
+
+    /// What stops the input at an end of the range, which may go backwards.
+    fn stop_at(&self, index: usize) -> Option<&End> {
+        let at = self.range?[index];
+        self.stops.iter().flat_map(|own| own.ends.iter().flatten()).find(|end| end.input == at)
+    }
+
+    /// How far the drive goes between stops, and what is not said of it.
+    fn stop_lines(&self, own: &Stops) -> Vec<Cell> {
+        let unit = &*self.input.unit;
+        let mut lines = Vec::new();
+        if let Some([from, to]) = own.asked.map(|asked| asked.map(|end| number(end, unit))) {
+            lines.push(line![
+                "the rest of the range from ",
+                from,
+                " to ",
+                to,
+                " is not reachable: nothing is said of it"
+            ]);
+        }
+        let ends = own.ends.iter().zip(["less", "more"]);
+        lines.extend(ends.filter_map(|(end, word)| Some(self.end_line(end.as_ref()?, word))));
+        lines.extend(own.beyond.iter().map(|own| self.beyond_line(own)));
+        lines.extend(own.clear.iter().map(|Clear { name, unit, at }| {
+            let least = number(at.value, unit).within(Noise(NOISE));
+            line!["`", name, "` is not reached: open by ", least, " or more, least at ", self.at(at)]
+        }));
+        lines.extend(own.plays.iter().map(|own| self.play_line(own)));
+        lines
+    }
+
+    /// A relation that has play, in which the motion is the same but for that.
+    fn play_line(&self, Play { name, changes }: &Play) -> Cell {
+        let as_without = line!["`", name, "` moves as without its play, in the middle of it"];
+        if changes.is_empty() {
+            return as_without;
+        }
+        let changes = changes.iter().map(|input| number(self.place(*input), &self.input.unit));
+        line![as_without, "; the other flank presses from ", joined(changes, ", "), " on"]
+    }
+
+    /// Where a stop ends what the drive can do; how hard it is driven against the stop is nobody's to say.
+    fn end_line(&self, own: &End, word: &str) -> Cell {
+        let End { name, input, unit, presses } = own;
+        let effort = unit_of(if self.input.angular { "N.m" } else { "N" });
+        let presses = match presses {
+            Some(presses) => line![
+                "each ",
+                effort,
+                " of the drive beyond what the motion takes presses with ",
+                number(*presses, unit)
+            ],
+            None => "it stands still there, and the drive presses without bound".into(),
+        };
+        let place = line!["`", name, "` stops `", self.input.name, "` at ", self.exactly(*input)];
+        line![place, ": ", word, " is not reachable, and with which force it stops is not determined; ", presses]
+    }
+
+    /// Where the mechanism would be beyond a stop.
+    fn beyond_line(&self, own: &Beyond) -> Cell {
+        let name = &own.name;
+        match [own.from, own.to].map(|at| at.map(|at| self.exactly(at))) {
+            [Some(from), Some(to)] => line!["beyond `", name, "` it would be from ", from, " to ", to],
+            [Some(from), None] => line!["beyond `", name, "` it would be from ", from, " on"],
+            [None, Some(to)] => line!["beyond `", name, "` it would be up to ", to],
+            [None, None] => line!["beyond `", name, "` it would be everywhere"],
+        }
+    }
+
+    /// An input that is known to rounding errors.
+    fn exactly(&self, input: f64) -> Cell {
+        number(input, &self.input.unit).within(Noise(0.0))
     }
 
     /// How fast the input moves, on which forces depend.

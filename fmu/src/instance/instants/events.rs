@@ -36,7 +36,7 @@ impl Instance {
             if let Some(own) = &mut self.instants
                 && let Some(overlooked) = own.overlooked.take()
             {
-                own.searched = None;
+                (own.searched, own.end) = (None, None);
                 return Err(overlooked.into());
             }
             if let Some((at, event)) = found {
@@ -71,7 +71,7 @@ impl Instance {
         if is_covered && !own.due.is_empty() && self.search_step(&mut own, step).first.is_none() {
             self.now.happened.armed.clone_from(&own.armed);
         }
-        own.searched = None;
+        (own.searched, own.end) = (None, None);
         self.instants = Some(own);
     }
 
@@ -89,6 +89,10 @@ impl Instance {
     /// In pieces, each so short that the excesses are known from the places where they are looked at: a step is as long as the motion permits, which does not know the comparisons.
     fn search_step(&mut self, own: &mut Instants, step: [f64; 2]) -> Searched {
         own.armed.clone_from(&self.now.happened.armed);
+        if self.stays_far(own, step) {
+            self.computed = Computed::default();
+            return Searched { step, first: None };
+        }
         let (mut from, mut depth, mut first) = (0.0, 0, None);
         let begin = own.evaluated;
         while from < 1.0 && first.is_none() {

@@ -102,6 +102,8 @@ pub(super) struct Instants {
     /// The excess of each event, then of each contact, in the parts of the last step.
     excesses: Vec<[f64; PARTS + 1]>,
     searched: Option<Searched>,
+    /// Where the last step ends, if nothing could touch in it.
+    end: Option<Distance>,
     /// Events that are due, and what `armed` becomes at the end of the last step.
     due: Vec<bool>,
     armed: Vec<bool>,
@@ -113,6 +115,14 @@ pub(super) struct Instants {
     happened: bool,
     /// What has happened since it was last asked for, if anybody asks.
     record: Option<Vec<Happening>>,
+}
+
+/// The least gap at a time, and the largest rate of one.
+#[derive(Clone, Copy, Debug)]
+struct Distance {
+    time: f64,
+    gap: f64,
+    rate: f64,
 }
 
 /// What has been found in the last step.
@@ -159,6 +169,7 @@ impl Instants {
             within: model.default_state(0.0),
             excesses: vec![[0.0; PARTS + 1]; occasions],
             searched: None,
+            end: None,
             due: vec![false; occasions],
             armed: vec![true; occasions],
             reported: vec![0; occasions],
@@ -195,7 +206,7 @@ impl Instants {
 
     /// To be called when the continuation was replaced by another one.
     pub fn forget(&mut self) {
-        self.searched = None;
+        (self.searched, self.end) = (None, None);
     }
 }
 
@@ -405,7 +416,7 @@ impl Instance {
     fn go_on_anew(&mut self) {
         self.computed = Computed::default();
         if let Some(own) = &mut self.instants {
-            (own.searched, own.happened) = (None, true);
+            (own.searched, own.end, own.happened) = (None, None, true);
         }
         if self.now.phase == Phase::Running {
             let settings = self.settings();

@@ -48,6 +48,7 @@ impl Jet {
         match self.frames {
             [1, 1] => self.respond_frames::<1>(),
             [1, 2] => self.respond_frames::<2>(),
+            [1, 3] => self.respond_frames::<3>(),
             _ => {}
         }
     }

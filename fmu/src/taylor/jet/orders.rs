@@ -18,6 +18,7 @@ impl Jet {
         let done = match self.frames {
             [1, 1] => self.advance_frames::<1, 1>(first, last),
             [1, 2] => self.advance_frames::<1, 2>(first, last),
+            [1, 3] => self.advance_frames::<1, 3>(first, last),
             [2, 2] => self.advance_frames::<2, 2>(first, last),
             [2, 3] => self.advance_frames::<2, 3>(first, last),
             [2, 4] => self.advance_frames::<2, 4>(first, last),
