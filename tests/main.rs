@@ -97,6 +97,7 @@ mod printed_names;
 mod printed_symbols;
 mod reference;
 mod reports;
+mod rolling_on_circles;
 mod rooms;
 mod scale;
 mod scene;

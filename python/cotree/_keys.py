@@ -258,7 +258,7 @@ class JointKeys(TypedDict, total=False):
     face: Vector
     #: the radius of the first pulley [m]
     first_radius: Quantity
-    #: dry friction [N.m, rad/s]; dry friction [N, m/s]; the friction against which the disc slides; without it, it does not [N, m/s]; dry friction along the line [N, m/s]; friction of the mesh: mu is its torque on the first wheel by that of the mesh; from 1 on it locks itself [N.m, rad/s]; the torque on the second pulley against which the belt slips; without it, it does not [N.m, rad/s]; friction of a square thread at radius, along its helix [N, m/s]
+    #: dry friction [N.m, rad/s]; dry friction [N, m/s]; the friction against which the disc slides; without it, it does not [N, m/s]; dry friction along the line or the circle [N, m/s]; friction of the mesh: mu is its torque on the first wheel by that of the mesh; from 1 on it locks itself [N.m, rad/s]; the torque on the second pulley against which the belt slips; without it, it does not [N.m, rad/s]; friction of a square thread at radius, along its helix [N, m/s]
     friction: Any
     #: the joint in which the follower moves on the carrier: prismatic, from the carrier to the follower, or revolute
     guide: str

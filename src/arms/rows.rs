@@ -64,6 +64,9 @@ impl Equations {
                 Port::Along(ends, direction) => self.displacement_between(ends, direction, factor, arms, &mut row)?,
                 Port::Curve(ends, curve) => self.function_of_angle(ends, &curve, factor, arms, &mut row),
                 Port::Length(ends) => return self.rod(constraint, ends, coupling, arms),
+                Port::Heading(_) => {
+                    return Err("the friction of a circle is about the direction to another point".into());
+                }
             }
         }
         arms.rows.push(row);

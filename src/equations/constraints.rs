@@ -1,7 +1,6 @@
 //! Step 2: the circuit equations of chords with a reaction space, projected on it.
 
 use std::collections::BTreeMap;
-use std::f64::consts::TAU;
 
 use super::Equations;
 use super::couplings::{self, CoupledChord};
@@ -30,8 +29,8 @@ pub struct Constraint {
     pub gamma: Expr,
     /// d Phi / d position of each follower.
     pub followers: Vec<(usize, Expr)>,
-    /// Does it hold where its value is whole turns, too? See [`Constraint::gap`].
-    pub repeats_every_turn: bool,
+    /// It holds where its value is a multiple of this, too. See [`Constraint::gap`].
+    pub period: Option<Expr>,
     /// What it is while it is closed, if it holds on one side only: everything else here has the factor that is zero while it is open.
     pub one_sided: Option<Gap>,
     pub standing: Standing,
@@ -153,16 +152,14 @@ impl Constraint {
         if self.held == Held::Angle { 1.0 } else { length }
     }
 
-    /// By how much it is open: its value, or how far that is from whole turns. Its derivatives are those of the value.
+    /// By how much it is open: its value, or how far that is from whole periods. Its derivatives are those of the value.
     pub fn gap(&self, arena: &mut Arena) -> Expr {
-        if !self.repeats_every_turn {
-            return self.value;
-        }
-        let [turn, half] = [TAU, 0.5].map(|number| arena.constant(number));
-        let turns = arena.divide(self.value, turn);
-        let nearest = arena.add(turns, half);
+        let Some(period) = self.period else { return self.value };
+        let half = arena.constant(0.5);
+        let periods = arena.divide(self.value, period);
+        let nearest = arena.add(periods, half);
         let whole = arena.unary(Unary::Floor, nearest);
-        arena.subtract_product(self.value, turn, whole)
+        arena.subtract_product(self.value, period, whole)
     }
 
     /// The row after a relation that rubs.
@@ -181,7 +178,7 @@ impl Constraint {
             time_rate: Expr::ZERO,
             gamma: Expr::ZERO,
             followers: Vec::new(),
-            repeats_every_turn: false,
+            period: None,
             one_sided: None,
             standing,
         }
@@ -286,7 +283,7 @@ pub(super) fn assemble(
         time_rate,
         gamma,
         followers,
-        repeats_every_turn: false,
+        period: None,
         one_sided: None,
         standing,
     }

@@ -7,7 +7,7 @@ use super::constraints::{Constraint, Gap, Slipping, Standing, assemble};
 use super::form::{Coefficient, Form};
 use super::kinematics::{Kinematics, PointMotion, project};
 use super::vector::{Scalar, Vector};
-use crate::expr::{Arena, Expr, Order, Symbol, Unary};
+use crate::expr::{Arena, Binary, Expr, Order, Symbol, Unary};
 use crate::model::BodyId;
 use crate::network::{Coupling, Curve, ElementId, Port, RNode, System, TNode, Term};
 
@@ -51,7 +51,7 @@ fn relation(
         coupled.push(chord);
     }
     let row = assemble(&mut system.arena, kinematics, (element, held), value, &velocity, &acceleration);
-    Some(Constraint { coupled, repeats_every_turn: coupling.repeats_every_turn(), ..row })
+    Some(Constraint { coupled, period: coupling.period(&mut system.arena), ..row })
 }
 
 /// A derivative of a sum of factor x across.
@@ -127,6 +127,12 @@ fn across(system: &mut System, kinematics: &Kinematics, port: Port, factor: Expr
             let vector = unit.scaled(&mut system.arena, factor);
             (motion, CoupledChord::Force(ends, vector, None))
         }
+        Port::Heading(ends) => {
+            let gap = kinematics.across(&mut system.arena, ends);
+            let (motion, across) = heading(system, kinematics, &gap);
+            let vector = across.scaled(&mut system.arena, factor);
+            (motion, CoupledChord::Force(ends, vector, None))
+        }
     }
 }
 
@@ -160,6 +166,30 @@ fn length(system: &mut System, kinematics: &Kinematics, gap: &PointMotion) -> (S
     let turning = arena.multiply(beside, inverse);
     second.add_term(arena, turning, &Scalar::plain(Expr::ONE));
     ((length, rate, second), unit)
+}
+
+/// The direction angle of r with its derivatives v.t/|r| and (a.t - 2 (v.e) (v.t)/|r|)/|r|, and t/|r|: e = r/|r|, and t = k x e.
+fn heading(system: &mut System, kinematics: &Kinematics, gap: &PointMotion) -> (ScalarMotion, Vector) {
+    let [x, y] = [Vector::x(), Vector::y()].map(|axis| {
+        let arena = &mut system.arena;
+        gap.position.dot(arena, &axis).total(arena, &kinematics.frames)
+    });
+    let arena = &mut system.arena;
+    let angle = arena.binary(Binary::Atan2, y, x);
+    let square = gap.position.dot(arena, &gap.position).total(arena, &kinematics.frames);
+    let inverse = arena.divide(Expr::ONE, square);
+    let across = gap.position.turned(arena).scaled(arena, inverse);
+    let rate = gap.velocity.map(arena, |arena, v| v.dot(arena, &across));
+    let mut second = gap.acceleration.map(arena, |arena, a| a.dot(arena, &across));
+    let outward = gap.velocity.map(arena, |arena, v| v.dot(arena, &gap.position));
+    let [turning, parting] =
+        [&rate, &outward].map(|form| form.map(arena, |arena, part| part.total(arena, &kinematics.frames)).total(arena));
+    let parting = arena.multiply(parting, inverse);
+    let both = arena.multiply(turning, parting);
+    let minus_two = arena.constant(-2.0);
+    let coriolis = arena.multiply(minus_two, both);
+    second.add_term(arena, coriolis, &Scalar::plain(Expr::ONE));
+    ((angle, rate, second), across)
 }
 
 /// The contributions of the couplings to the cutset equations: sums at the nodes of both graphs.

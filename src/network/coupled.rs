@@ -25,7 +25,9 @@ impl System {
     /// The edges of couplings between points.
     pub fn coupled_points(&self) -> Vec<CoupledEdge<Translation>> {
         self.coupled_edges(|element, port| match port {
-            Port::Along(ends, _) | Port::Length(ends) if element.translation.is_none() => Some(ends),
+            Port::Along(ends, _) | Port::Length(ends) | Port::Heading(ends) if element.translation.is_none() => {
+                Some(ends)
+            }
             _ => None,
         })
     }

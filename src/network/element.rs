@@ -111,11 +111,14 @@ impl Coupling {
             .find_map(|term| if let Port::Curve(ends, curve) = term.port { Some((ends, curve)) } else { None })
     }
 
-    /// Does it hold for angles that are whole turns away, too? A curve repeats every turn, and the angle that it gives to another body is that of a direction.
-    pub fn repeats_every_turn(&self) -> bool {
+    /// Where it holds, it does so again where its value is this much more: a curve repeats every turn, and the angle that it gives to another body is that of a direction, as a heading is.
+    pub fn period(&self, arena: &mut Arena) -> Option<Expr> {
         let is_angle = |term: &Term| matches!(term.port, Port::Angle(_));
         let is_curve = |term: &Term| matches!(term.port, Port::Curve(..));
-        self.terms.iter().any(is_angle) && self.terms.iter().any(is_curve)
+        let heading = self.terms.iter().find(|term| matches!(term.port, Port::Heading(_))).map(|term| term.factor);
+        let turns = self.terms.iter().any(is_angle) && self.terms.iter().any(is_curve);
+        let turn = arena.constant(TAU);
+        heading.map(|factor| arena.multiply(turn, factor)).or(turns.then_some(turn))
     }
 }
 
@@ -134,6 +137,8 @@ pub enum Port {
     /// The displacement between two points along a direction.
     Along([TNode; 2], Direction),
     Length([TNode; 2]),
+    /// The direction angle of the displacement between two points, which have a distance.
+    Heading([TNode; 2]),
     /// A function of the angle between two bodies.
     Curve([RNode; 2], Curve),
 }
@@ -194,7 +199,7 @@ impl Port {
         match self {
             Port::Angle(_) | Port::Curve(..) => Held::Angle,
             Port::Along(_, direction) => Held::Along(direction),
-            Port::Length(_) => Held::Length,
+            Port::Length(_) | Port::Heading(_) => Held::Length,
         }
     }
 }

@@ -390,7 +390,7 @@ impl System {
             match term.port {
                 Port::Angle(ends) | Port::Curve(ends, _) => nodes.extend(ends),
                 Port::Along(_, direction) => bodies.extend(direction.carrier()),
-                Port::Length(_) => {}
+                Port::Length(_) | Port::Heading(_) => {}
             }
         }
         // The nodes of the rotational graph are the ground and the bodies, in their order.

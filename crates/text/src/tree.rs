@@ -45,7 +45,7 @@ impl Tree {
     }
 
     /// A product of factors over others, if there are any.
-    fn quotient(over: Vec<Tree>, under: Vec<Tree>) -> Tree {
+    pub(crate) fn quotient(over: Vec<Tree>, under: Vec<Tree>) -> Tree {
         let over = Tree::product(over);
         if under.is_empty() { over } else { Tree::Quotient(Box::new([over, Tree::product(under)])) }
     }

@@ -33,7 +33,11 @@ pub(crate) const CONTACT: Component = Component {
             Form::Constant(LENGTH, Range::NotNegative),
             "the radius of a disc about the second point",
         ),
-        Key::optional("friction", Form::Friction([FORCE, VELOCITY], Pressed::Contact), "dry friction along the line"),
+        Key::optional(
+            "friction",
+            Form::Friction([FORCE, VELOCITY], Pressed::Contact),
+            "dry friction along the line or the circle",
+        ),
         Key::optional(
             "restitution",
             Form::Constant(NUMBER, Range::Share),
@@ -87,11 +91,6 @@ fn check(part: &Part, mechanism: &Mechanism) -> Vec<Fault> {
         let help = format!("write `side = \"{}\"` or `side = \"{}\"`", words[0], words[1]);
         return vec![fault(message).label(format!("no side of a {what}")).help(help)];
     }
-    if is_circle(part) && part.friction().is_some() {
-        let message = format!("joint `{}` touches a circle, where friction is not known", part.name);
-        let fault = Fault::new("scene::friction", message, part.span).label("not on a circle");
-        return vec![fault.help("leave `friction` out, or let the point touch a line")];
-    }
     let parameters = mechanism.parameter_values();
     let [circle, radius] = ["circle", "radius"].map(|key| constant::evaluate(part.formula(key), &parameters));
     if is_circle(part) && is_inside(part) && radius >= circle {
@@ -139,7 +138,7 @@ fn relation(part: &Part, system: &mut System) -> Option<Coupling> {
 /// s + radius theta: where the disc touches, as [`super::rolling`] has it. On the right of the line radius theta has the other sign.
 fn slip(part: &Part, system: &mut System) -> Option<Coupling> {
     if is_circle(part) {
-        return None;
+        return Some(slip_on_circle(part, system));
     }
     let along = Direction::Fixed(part.between[0].body(), system.values(&part.vector("axis")));
     let mut relation = Coupling::of(Port::Along(part.between.map(|place| system.t_node(place)), along));
@@ -150,6 +149,23 @@ fn slip(part: &Part, system: &mut System) -> Option<Coupling> {
         relation.terms.push(Term { factor, port: Port::Angle(turn) });
     }
     Some(relation)
+}
+
+/// (circle + radius) phi - circle theta_1 - radius theta_2, with the heading phi of the second point seen from the first: the way on which the disc slides about the circle, for where they touch its rate is
+/// that of the disc there against the circle. Inside the radius has the other sign.
+fn slip_on_circle(part: &Part, system: &mut System) -> Coupling {
+    let [circle, radius] = ["circle", "radius"].map(|key| system.value(part.formula(key)));
+    let radius = if is_inside(part) { system.arena.negate(radius) } else { radius };
+    let heading = Port::Heading(part.between.map(|place| system.t_node(place)));
+    let mut terms = vec![Term { factor: system.arena.add(circle, radius), port: heading }];
+    let ground = system.r_node(None);
+    for (body, own) in part.bodies().into_iter().zip([circle, radius]) {
+        if body.is_some() && own != Expr::ZERO {
+            let port = Port::Angle([ground, system.r_node(body)]);
+            terms.push(Term { factor: system.arena.negate(own), port });
+        }
+    }
+    Coupling { terms, offset: Expr::ZERO }
 }
 
 impl Joint {

@@ -76,6 +76,11 @@ impl Terminal<'_> {
                     (force, self.times(term.factor, times(self.letters.direction(along, element, true))))
                 }
                 Port::Length(_) => (force, self.times(term.factor, times(self.unit(label)))),
+                Port::Heading(_) => {
+                    let across = Tree::Call("turned", vec![self.unit(label)]);
+                    let length = Tree::Call("abs", vec![self.letters.displacement(label)]);
+                    (force, self.times(term.factor, times(Tree::quotient(vec![across], vec![length]))))
+                }
             }
         };
         coupling.terms.iter().enumerate().map(row).collect()
@@ -89,6 +94,7 @@ impl Terminal<'_> {
             Port::Along(..) if element.translation.is_some() => self.letters.slide(label),
             Port::Along(_, along) => self.letters.projected(self.letters.displacement(label), along, element, true),
             Port::Length(_) => Tree::Call("abs", vec![self.letters.displacement(label)]),
+            Port::Heading(_) => Tree::Call("heading", vec![self.letters.displacement(label)]),
         }
     }
 
