@@ -3,9 +3,12 @@
 //! At every order f is its own series without the newest coefficients of the unknowns, and their multiple by the slope of f where the step begins: so an entry of the
 //! matrix is that slope, and the right-hand side is the rest. A reaction l loads theta by f' l, a product of series.
 
+use std::f64::consts::TAU;
+
 use super::{Coefficient, Jet};
 use crate::linalg::lane::splat;
 use crate::linalg::number::Elementary;
+use crate::model::Model;
 use crate::program::arm_form::{ArmForm, Cause, ORDERS, Push, Slot};
 use crate::taylor::products::convolution;
 use crate::taylor::tape::Numbers;
@@ -33,8 +36,25 @@ pub(super) fn curves<N: Elementary>(form: &ArmForm, place: impl Fn(u32) -> usize
     form.pushes.iter().filter_map(curve).collect()
 }
 
+/// Loop equations between a function and an angle: they say which way something looks.
+pub(super) fn turning_rows<N>(model: &Model, form: &ArmForm, curves: &[CurveSlope<N>]) -> Vec<usize> {
+    let is_angle = |row: &usize| model.program().constraints[form.rows[*row].constraint as usize].angular;
+    let mut rows: Vec<usize> = curves.iter().map(|curve| curve.row).filter(is_angle).collect();
+    rows.dedup();
+    rows
+}
+
 #[expect(private_bounds, reason = "there are two kinds of numbers")]
 impl<N: Coefficient, const L: usize> Jet<N, L> {
+    /// Takes whole turns off the gaps of loop equations that hold for them, too.
+    #[inline(always)]
+    pub(super) fn take_off_turns(&mut self) {
+        let gaps = self.gaps.as_flattened_mut();
+        for &row in &self.turning_rows {
+            gaps[row] -= N::all(TAU * (gaps[row].value() / TAU).round());
+        }
+    }
+
     /// The functions at one of the first two orders, of which all is known.
     #[inline(always)]
     pub(super) fn follow_curves(&mut self, order: usize) {

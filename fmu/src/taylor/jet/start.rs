@@ -389,6 +389,9 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
                 *gap += self.coefficients[factor as usize] * self.scalars.get(slot, order);
             }
         }
+        if order == 0 {
+            self.take_off_turns();
+        }
     }
 
     /// The largest gap of the loops at the pose in the unknowns, relative to their scales.
