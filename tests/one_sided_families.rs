@@ -19,6 +19,7 @@ use std::sync::Arc;
 const STOP: f64 = 1.0;
 const POINTS: usize = 5;
 
+#[derive(Clone)]
 struct Case {
     scene: String,
     world: World,
@@ -328,6 +329,12 @@ fn try_families(seeds: std::ops::Range<u64>, tolerances: &[f64]) -> Counts {
             };
             let error = largest(&found, &expected);
             if error <= 100.0 * tolerance + 1e-7 {
+                continue;
+            }
+            // The steps of the reference may be too long where something turns fast.
+            let mut finer = case.clone();
+            finer.world.halvings = 2;
+            if reference(&finer, 0.0).is_some_and(|finer| largest(&found, &finer) <= 100.0 * tolerance + 1e-7) {
                 continue;
             }
             let spread = [1.0, -1.0, 10.0, -10.0].into_iter().filter_map(|share| reference(&case, share * tolerance));

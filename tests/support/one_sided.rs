@@ -58,6 +58,8 @@ pub struct World {
     pub lifts: Vec<(usize, Torque)>,
     /// A constant torque on the second body from the first, or from the ground, and a damping of its rate against that.
     pub dampings: Vec<([Option<usize>; 2], Pair)>,
+    /// How often the steps are halved.
+    pub halvings: i32,
 }
 
 #[derive(Clone, Debug)]
@@ -356,7 +358,7 @@ impl World {
         // Just after an event an indicator is zero but for rounding errors, and may not fall at once.
         let (mut floors, mut events) = (self.floors(motion), 0);
         while motion.time < time - 1e-13 {
-            let h = STEP.min(time - motion.time);
+            let h = (STEP * 0.5_f64.powi(self.halvings)).min(time - motion.time);
             let falls = |motion: &Motion, floors: &[f64]| -> Vec<bool> {
                 self.indicators(motion).iter().zip(floors).map(|(now, floor)| now < floor).collect()
             };
