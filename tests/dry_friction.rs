@@ -79,7 +79,7 @@ fn swings_end_where_the_spring_cannot_overcome_the_friction() {
 }
 
 /// A block on a belt that moves at 0.2 m/s, held by a spring.
-const STICK_SLIP: &str = r#"
+pub const STICK_SLIP: &str = r#"
 name = "stick_slip"
 gravity = [0, -10]
 [ground.points]

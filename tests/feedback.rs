@@ -1,6 +1,7 @@
 //! Loads and states that read accelerations and reactions: against masses in their place, closed forms, momenta and works, and in other trees.
 
 use crate::outside::command::cotree;
+use crate::support::linkage;
 use crate::support::run::{model, started, value};
 
 use cotree::scene::Scene;
@@ -8,59 +9,30 @@ use cotree_fmu::instance::Instance;
 use cotree_fmu::program::Engine;
 use cotree_study::analysis::Study;
 
-/// A four-bar that falls, with a torque on its rocker, an inertia of its coupler, and other tables at its end.
+/// A four-bar that falls, with a torque on its coupler, an inertia of that, and other tables at its end.
 fn four_bar(torque: &str, inertia: f64, more: &str) -> String {
     let load = match torque {
         "" => String::new(),
         law => format!("[loads.extra]\ntype = \"torque\"\non = \"coupler\"\nvalue = {law:?}\n"),
     };
-    let drive = if more.contains("drivers.turn") { "\"turn.torque\", " } else { "" };
-    format!(
-        r#"
-name = "fourbar"
-gravity = [0, -9.81]
-[ground.points]
-right = [0.6, 0]
-[bodies.crank]
-mass = 1.0
-inertia = 0.01
-points = {{ a = [-0.1, 0], b = [0.1, 0] }}
-[bodies.coupler]
-mass = 1.5
-inertia = {inertia}
-points = {{ a = [-0.3, 0], b = [0.3, 0] }}
-[bodies.rocker]
-mass = 1.2
-inertia = 0.03
-points = {{ a = [-0.25, 0], b = [0.25, 0] }}
-[joints.p1]
-type = "revolute"
-between = ["ground", "crank.a"]
-[joints.p2]
-type = "revolute"
-between = ["crank.b", "coupler.a"]
-[joints.p3]
-type = "revolute"
-between = ["coupler.b", "rocker.b"]
-[joints.p4]
-type = "revolute"
-between = ["ground.right", "rocker.a"]
-{load}
-[initial]
-"crank.angle" = "50 deg"
-"crank.omega" = 3.0
-"coupler.angle" = {{ guess = "15 deg" }}
-"rocker.angle" = {{ guess = "75 deg" }}
-[outputs]
-variables = ["crank.angle", "rocker.omega", "coupler.alpha", "p1.fx", "p1.fy", "p3.fx", "p4.fy", {drive}"crank.vx", "crank.vy", "crank.y", "crank.omega", "coupler.vx", "coupler.vy", "coupler.y", "coupler.omega", "rocker.vx", "rocker.vy", "rocker.y"]
+    // A driver gives the crank's angle itself.
+    let is_driven = more.contains("drivers.turn");
+    let (drive, crank) = match is_driven {
+        true => ("\"turn.torque\", ", ""),
+        false => ("", "\"crank.angle\" = \"50 deg\"\n\"crank.omega\" = 3.0\n"),
+    };
+    let rest = format!(
+        r#"{load}[outputs]
+variables = ["crank.angle", "rocker.omega", "coupler.alpha", "pin1.fx", "pin1.fy", "pin3.fx", "pin4.fy", {drive}"crank.vx", "crank.vy", "crank.y", "crank.omega", "coupler.vx", "coupler.vy", "coupler.y", "coupler.omega", "rocker.vx", "rocker.vy", "rocker.y"]
 [experiment]
 stop = 1.0
 tolerance = 1e-11
 {more}"#
-    )
+    );
+    linkage::four_bar(&[const { String::new() }; 4], inertia, crank, &rest)
 }
 
-const READ: [&str; 6] = ["crank.angle", "rocker.omega", "coupler.alpha", "p1.fx", "p1.fy", "p3.fx"];
+const READ: [&str; 6] = ["crank.angle", "rocker.omega", "coupler.alpha", "pin1.fx", "pin1.fy", "pin3.fx"];
 
 fn end(text: &str, engine: Option<Engine>, time: f64) -> (Instance, Vec<f64>) {
     let mut run = started(&model(text), engine, time, 1e-11);
@@ -92,7 +64,9 @@ fn a_torque_against_its_acceleration_is_an_inertia() {
 /// What reads reactions has the same motion in all trees, though the reactions are other sums in each; the balance of the crank holds with the values that are reported.
 #[test]
 fn a_load_by_reactions_is_the_same_in_all_trees() {
-    for law in ["0.02*p1.fx - 0.01*p3.fy", "-0.01*hypot(p3.fx, p3.fy)*tanh(coupler.angle)", "min(0.05*p1.fy, 0.4)"] {
+    for law in
+        ["0.02*pin1.fx - 0.01*pin3.fy", "-0.01*hypot(pin3.fx, pin3.fy)*tanh(coupler.angle)", "min(0.05*pin1.fy, 0.4)"]
+    {
         let (_, recommended) = end(&four_bar(law, 0.04, ""), None, 1.0);
         for preset in ["absolute", "joint"] {
             let text = four_bar(law, 0.04, &format!("[coordinates]\npreset = {preset:?}\n"));
@@ -191,7 +165,7 @@ tolerance = 1e-11
 /// The integral of a reaction is a change of momentum; where a driver turns the crank, the integral of its power is the change of the energy.
 #[test]
 fn states_integrate_reactions() {
-    let states = "[states.px]\nrate = \"p1.fx + p4.fx\"\nunit = \"N.s\"\n[states.work]\nrate = \"p2.fx*crank.b.vx + p2.fy*crank.b.vy\"\nunit = \"J\"\n";
+    let states = "[states.px]\nrate = \"pin1.fx + pin4.fx\"\nunit = \"N.s\"\n[states.work]\nrate = \"pin2.fx*crank.b.vx + pin2.fy*crank.b.vy\"\nunit = \"J\"\n";
     let text = four_bar("", 0.04, states);
     let mut run = started(&model(&text), None, 1.0, 1e-11);
     let momentum = |run: &mut Instance| {
@@ -217,11 +191,8 @@ fn states_integrate_reactions() {
 /// Where drivers determine the motion a load changes the effort of the drive at once, and a state that reads it takes the work.
 #[test]
 fn driven_mechanisms_have_such_loads_and_states() {
-    let drive = "[drivers.turn]\njoint = \"p1\"\nangle = \"50[deg] + 3*t + 2*t^2\"\n";
-    let scene = |torque: &str, inertia: f64, more: &str| {
-        let text = four_bar(torque, inertia, &format!("{drive}{more}"));
-        text.replace("\"crank.angle\" = \"50 deg\"\n\"crank.omega\" = 3.0\n", "")
-    };
+    let drive = "[drivers.turn]\njoint = \"pin1\"\nangle = \"50[deg] + 3*t + 2*t^2\"\n";
+    let scene = |torque: &str, inertia: f64, more: &str| four_bar(torque, inertia, &format!("{drive}{more}"));
     let work = "[states.work]\nrate = \"turn.torque*crank.omega\"\nunit = \"J\"\n";
     let mut heavier = started(&model(&scene("", 0.14, work)), None, 1.0, 1e-11);
     let mut read = started(&model(&scene("-0.1*coupler.alpha", 0.04, work)), None, 1.0, 1e-11);
@@ -233,7 +204,7 @@ fn driven_mechanisms_have_such_loads_and_states() {
                 if time > 0.0 {
                     run.step_to(time).unwrap();
                 }
-                ["turn.torque", "p3.fx", "p4.fy"].iter().map(|name| value(run, name)).collect()
+                ["turn.torque", "pin3.fx", "pin4.fy"].iter().map(|name| value(run, name)).collect()
             })
             .collect();
         close("with a state", &found[1], &found[0], 1e-9);
@@ -245,7 +216,7 @@ fn driven_mechanisms_have_such_loads_and_states() {
 /// Derivatives by a parameter of such a law against differences.
 #[test]
 fn sensitivities_are_those_of_differences() {
-    let text = four_bar("0.02*p1.fx - J*coupler.alpha", 0.04, "[parameters]\nJ = \"0.1 kg.m2\"\n");
+    let text = four_bar("0.02*pin1.fx - J*coupler.alpha", 0.04, "[parameters]\nJ = \"0.1 kg.m2\"\n");
     let study = |text: &str| Study::new(&Scene::from_toml(text).unwrap()).unwrap();
     let found = study(&text).sensitivities(&["J".to_owned()], &[0.5, 1.0]).unwrap();
     let at = |size: f64| {
@@ -279,7 +250,7 @@ fn said(text: &str, arguments: &[&str]) -> String {
 /// What has no such value, or would have to act at an instant, is refused with the reason.
 #[test]
 fn what_cannot_be_read_is_refused() {
-    let law = "0.02*p1.fx";
+    let law = "0.02*pin1.fx";
     let stop = "[joints.p5]\ntype = \"prismatic\"\nbetween = [\"ground\", \"block\"]\naxis = [1, 0]\nlimits = { max = 1 }\n[bodies.block]\nmass = 1\n";
     let twice = "[joints.again]\ntype = \"revolute\"\nbetween = [\"ground\", \"crank.a\"]\n";
     let own = "[loads.other]\ntype = \"torque\"\non = \"rocker\"\nvalue = \"2*other.torque\"\n";
@@ -289,7 +260,10 @@ fn what_cannot_be_read_is_refused() {
         (four_bar(law, 0.04, twice), "which the equations of motion do not determine: others share it"),
         (four_bar(law, 0.04, own), "depends on itself"),
         (four_bar(law, 0.04, kick), "which are impulses where the law of driver `kick` jumps"),
-        (four_bar("1", 0.04, &format!("{twice}[states.z]\nrate = \"p1.fx\"\n")), "`rate` of state `z` reads `p1.fx`"),
+        (
+            four_bar("1", 0.04, &format!("{twice}[states.z]\nrate = \"pin1.fx\"\n")),
+            "`rate` of state `z` reads `pin1.fx`",
+        ),
     ];
     for (text, words) in cases {
         let said = said(&text, &["check", "scene.toml"]);

@@ -83,6 +83,7 @@ impl Equations {
             return centred.force(&mut self.system.arena);
         }
         if law.reads_the_motion() {
+            // The multiplier that stands for the law is to be a term of its own, as those of reactions are.
             let value = self.law(id, Held::Length, law);
             let across = self.kinematics.spanned(&mut self.system, ends).position;
             let length = self.length(&across);

@@ -385,7 +385,7 @@ impl Equations {
         self.constraints.iter().position(|row| row.element == id && row.one_sided.is_some())
     }
 
-    /// That of something that may hold or stick: what drivers lead never does.
+    /// The loop equation of something that may hold or stick; none where drivers lead it, which never does.
     pub fn row_that_may_hold(&self, index: usize) -> Option<usize> {
         self.row_of_unilateral(index).filter(|&row| !self.constraints[row].is_level())
     }

@@ -11,8 +11,8 @@ use crate::solve::Shared;
 struct Reading<'m> {
     what: String,
     read: Vec<Variable>,
-    acts: bool,
-    part: Option<&'m Part>,
+    /// The load; none for the rate of a state, which acts on nothing at once.
+    load: Option<&'m Part>,
     span: Span,
 }
 
@@ -21,10 +21,9 @@ pub(super) fn check_acts(equations: &Equations, jumps: &[Jump]) -> Vec<Fault> {
     let moves_freely = !equations.is_driven();
     let mechanism = &equations.system.mechanism;
     let mut faults = Vec::new();
-    let acting = readings(mechanism).into_iter().filter(|reading| reading.acts);
-    for reading in acting {
-        let Some(part) = reading.part else { continue };
-        let holds = mechanism.unilaterals.iter().any(|own| own.owner == part.owner);
+    for reading in readings(mechanism) {
+        let Some(load) = reading.load else { continue };
+        let holds = mechanism.unilaterals.iter().any(|own| own.owner == load.owner);
         let impacts = mechanism.unilaterals.iter().find(|own| own.slip.is_none() && moves_freely);
         let jumps =
             jumps.iter().find(|jump| jump.of_rate && moves_freely).map(|jump| &mechanism.drivers[jump.driver].name);
@@ -53,7 +52,9 @@ pub(super) fn check_acts(equations: &Equations, jumps: &[Jump]) -> Vec<Fault> {
 /// Drivers whose rates may jump, as importers set them: such loads take no part in the impulses.
 pub(super) fn warnings(equations: &Equations) -> Vec<Fault> {
     let mechanism = &equations.system.mechanism;
-    let Some(reading) = readings(mechanism).into_iter().find(|reading| reading.acts) else { return Vec::new() };
+    let Some(reading) = readings(mechanism).into_iter().find(|reading| reading.load.is_some()) else {
+        return Vec::new();
+    };
     let warning = |driver: &Part| {
         let by = impulses::set_by(mechanism, driver)?;
         let message = format!(
@@ -92,11 +93,11 @@ fn readings(mechanism: &Mechanism) -> Vec<Reading<'_>> {
     for load in &mechanism.loads {
         let read: Vec<Variable> = formulas(load).flat_map(read).collect();
         let what = format!("load `{}`", load.name);
-        all.push(Reading { what, read, acts: true, part: Some(load), span: load.span });
+        all.push(Reading { what, read, load: Some(load), span: load.span });
     }
     for state in &mechanism.states {
         let what = format!("`rate` of state `{}`", state.name);
-        all.push(Reading { what, read: read(&state.rate).collect(), acts: false, part: None, span: state.span });
+        all.push(Reading { what, read: read(&state.rate).collect(), load: None, span: state.span });
     }
     all.retain(|reading| !reading.read.is_empty());
     all

@@ -334,7 +334,14 @@ impl MotionKernels {
         let solved = |symbol: Symbol| match symbol {
             Symbol::Coordinate(index, Order::Acceleration) => Some((symbol, self.solved[index])),
             Symbol::Reaction(row) => Some((symbol, self.solved[reactions + row])),
-            _ => None,
+            Symbol::Coordinate(_, Order::Position | Order::Velocity)
+            | Symbol::Time
+            | Symbol::Parameter(_)
+            | Symbol::Input(..)
+            | Symbol::Follower(..)
+            | Symbol::State(..)
+            | Symbol::Missing(..)
+            | Symbol::Argument => None,
         };
         let given: HashMap<Symbol, Expr> =
             arena.symbols(values.iter().copied()).into_iter().filter_map(solved).collect();

@@ -5,6 +5,7 @@ use cotree::equations::{Constraint, Equations};
 use cotree::expr::{Expr, Symbol};
 use cotree::formulate::explain::size::check_written;
 use cotree::formulate::{Formulated, formulate};
+use cotree::network::Origin;
 use cotree::scene::Scene;
 
 use crate::{Prose, Written, code};
@@ -194,7 +195,8 @@ fn reads(equations: &Equations, why: &str, help: &str) -> Fault {
     let (what, span) = match row {
         Some(row) => {
             let element = equations.system.element(row.element);
-            let load = equations.system.mechanism.loads.iter().find(|load| load.name == element.name);
+            let loads = &equations.system.mechanism.loads;
+            let load = if let Origin::Load(load) = element.origin { loads.get(load.0) } else { None };
             (format!("load `{}`", element.name), load.map_or_else(Span::default, |load| load.span))
         }
         None => {

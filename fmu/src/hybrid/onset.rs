@@ -17,7 +17,7 @@ const AWAY: f64 = 0.1;
 const ROUNDING: f64 = 1e-12;
 /// Halvings of an interval of one, to its last bit.
 const HALVINGS: usize = 60;
-/// A place is looked at nearer to the middle than the secant says by this share of the width, times that by which it has shrunk: a tenth of it does nothing, ten times as much brings places that are further from the root.
+/// A place is nearer to the middle than the secant by this share of the width, times the share to which the width has shrunk: so the root is soon closed in from both sides.
 const CENTRED: f64 = 0.2;
 /// Places of one search are apart by so many rounding errors.
 const ROUNDINGS: f64 = 4.0;

@@ -155,7 +155,7 @@ impl Attempt {
         step.with(context, run, run.last.natural)
     }
 
-    /// The same of another length. A step that ends before a law gets steep is not stretched into it.
+    /// This attempt with another length. A step that ends before a law gets steep is not stretched into it.
     fn with(self, context: &Context, run: &Run, natural: f64) -> Self {
         let (time, limit) = (run.last.end_time, self.horizon.limit);
         let longest = run.following().unwrap_or(LONGEST).min(context.settings.max_step);
@@ -165,7 +165,7 @@ impl Attempt {
         Self { end: if limited { limit } else { time + natural }, natural, limited, ..self }
     }
 
-    /// Does the step go beyond the communication point that is wanted?
+    /// True if the step goes beyond the communication point that is wanted.
     pub fn passes_target(&self) -> bool {
         self.end > self.horizon.target
     }

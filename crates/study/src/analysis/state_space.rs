@@ -155,7 +155,7 @@ struct MotionChanges {
     rates: DMatrix<f64>,
     accelerations: DMatrix<f64>,
     reactions: DMatrix<f64>,
-    /// Those of the levels of what slides.
+    /// Changes of the levels of what slides, and of loads that read the motion.
     levels: DMatrix<f64>,
 }
 

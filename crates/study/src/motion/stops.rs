@@ -225,7 +225,7 @@ impl Stops {
         asked.map(|at| at.max(low.unwrap_or(f64::NEG_INFINITY)).min(high.unwrap_or(f64::INFINITY)))
     }
 
-    /// Of a turn that is looked at both ways the same places are found twice.
+    /// Keeps the places of one way round: a turn is looked at both ways, and each place is found twice.
     fn within_a_turn(&mut self, drive: &Drive) {
         let Some(first) = self.ends[0].as_ref().map(|end| end.input) else { return };
         if drive.motion == ANGULAR && drive.range.is_none() {
@@ -274,7 +274,7 @@ impl Stops {
 struct Course {
     direction: f64,
     driven: Driven,
-    /// Of each gap at equal steps; none if it does not move.
+    /// Samples of each gap at equal steps of the input; none if it does not move.
     gaps: Vec<Samples>,
     names: Vec<String>,
 }

@@ -28,7 +28,7 @@ const CREEPING: f64 = 1e-12;
 /// A force that is smaller than this share of the largest one is none, nor is one that is smaller than this \[N\].
 const NO_FORCE: f64 = 1e-12;
 const LEAST_FORCE: f64 = 1e-14;
-/// What is further away than so many times the way on which it would come nearer in the whole step is not reached: between places of which it is looked at in three it would have to be fifteen times as fast.
+/// A gap is far if it exceeds so many times the largest rate in three places of a step, times the step: to close and open between two of these places, which are apart by 0.54 of the step at most, it would have to be fifteen times as fast.
 const FAR: f64 = 4.0;
 
 impl Instance {
