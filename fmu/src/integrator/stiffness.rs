@@ -22,6 +22,7 @@ use crate::pace::Pace;
 use crate::program::Engine;
 use crate::program::domain::Limit;
 use crate::singular::branch;
+use crate::singular::detect::SIGHTED;
 use crate::singular::dependence::{end_of_reach, not_passed, singular_ahead};
 
 /// Steps before the first test of the fastest rate. After each test that finds nothing it takes twice as many, after each trial that fails four times.
@@ -399,6 +400,7 @@ impl Engines<'_> {
         let tolerance = match run.following() {
             Some(_) => asked.min(FOLLOWING),
             None if self.memory.choice.passing && !is_regular(run) => asked.max(COARSE),
+            None if self.memory.taylor.turns_far => asked.min(SIGHTED),
             None => asked,
         };
         let settings = &Settings { tolerance, ..*context.settings };

@@ -11,7 +11,7 @@ use crate::math;
 use crate::model::State;
 use crate::motion::Run;
 use crate::singular::dependence::{not_passed, undecided};
-use crate::singular::detect::{COARSE, HALF, LANDING, leapt_over, locate, refine};
+use crate::singular::detect::{HALF, LANDING, SIGHTED, leapt_over, locate, refine};
 use crate::singular::leaving::{CORRECTIONS, Search, Verdict};
 use crate::singular::passing::{finds_avoided, note_left, note_passage};
 
@@ -63,7 +63,7 @@ impl Taylor {
         }
         let (h, share, known) = (end - run.last.end_time, self.guard.share(), run.singular.ahead);
         // A row that comes much closer could have gone past the others.
-        if share * STEADY >= 1.0 && (context.settings.tolerance < COARSE || self.stays_clear(run, h)) {
+        if share * STEADY >= 1.0 {
             return false;
         }
         let mut looked = false;
@@ -84,10 +84,10 @@ impl Taylor {
         false
     }
 
-    /// Do arms turn and stretch so little in the last step that there is no singular pose in it?
-    fn stays_clear(&mut self, run: &Run, h: f64) -> bool {
-        let order = run.last.order as usize;
-        self.jet.stays_clear(&mut self.changes, (&run.last.dense, order), h)
+    /// Could a singular pose be in a step that is proposed, and its ends not show it?
+    pub(super) fn may_leap(&mut self, context: &Context, run: &Run, h: f64) -> bool {
+        let coarse = context.settings.tolerance > SIGHTED && !self.memory.turns_far && !self.guard.start.is_empty();
+        coarse && !self.jet.stays_clear(&mut self.changes, (&run.last.dense, run.last.order as usize), h)
     }
 
     /// The smallest distance from a singular pose along the polynomial, as a share of that where the step begins.

@@ -1,6 +1,6 @@
 //! How long the next step may be, and along which series.
 
-use super::Taylor;
+use super::{Start, Taylor};
 use super::step::PREDICTED;
 use crate::context::Context;
 use crate::events::{Choices, half_width};
@@ -113,6 +113,11 @@ impl Taylor {
             return Ok(UNKNOWN);
         }
         let natural = reach.min(longest);
+        if self.may_leap(context, run, natural.min(room)) {
+            // Proposed again, as at a finer tolerance.
+            (self.memory.turns_far, self.known) = (true, Start::Unknown);
+            return Ok(Proposal::Nothing(Progress::Stepped));
+        }
         self.follow_laws(order);
         let sighted = self.jet.sighted(order, room.min(REACH * natural), tolerance);
         let switch = self.jet.end_of_piece(order, 0.0, sighted);

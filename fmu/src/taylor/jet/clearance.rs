@@ -4,7 +4,7 @@
 //! l J' = 0, then l = l (J - J') P, so that some row of |J - J'| |P| sums up to one or more. Rows change by no more than their arms turn and stretch.
 
 use super::Jet;
-use crate::linalg::lane::{Lane, ZERO, plus, splat};
+use crate::linalg::lane::{Lane, ZERO, add, by_width, multiply, plus, splat};
 use crate::linalg::matrix::Matrix;
 use crate::math;
 use crate::program::arm_form::Factor;
@@ -33,7 +33,7 @@ impl Jet {
         }
     }
 
-    /// Is there no pose in which loop equations depend on each other on the way along a polynomial, so long, to the pose that has just been begun? False where that
+    /// Is there no pose in which loop equations depend on each other on the way along a polynomial, so long, from the pose that has just been begun? False where that
     /// is not known.
     pub fn stays_clear(&self, changes: &mut Changes, (polynomial, order): (&[f64], usize), h: f64) -> bool {
         let Matrix::Whole(inverse) = &self.matrix else { return false };
@@ -44,7 +44,7 @@ impl Jet {
         for (equation, scale) in (self.unknowns.len()..).zip(&self.row_scales) {
             inverse.add_sizes(equation, *scale, &mut changes.opening);
         }
-        self.move_unknowns(changes, (polynomial, order), h);
+        self.move_unknowns(&mut changes.moved, polynomial, order, h);
         self.move_arms(changes, polynomial);
         self.largest_change(changes) < 1.0
     }
@@ -56,15 +56,24 @@ impl Jet {
             || self.form.products.iter().any(|product| is_signal(&product.factor))
     }
 
-    /// How far each unknown moves along a polynomial, back and forth.
-    fn move_unknowns(&self, changes: &mut Changes, (polynomial, order): (&[f64], usize), h: f64) {
-        let (all, mut power) = (self.shape.all(), 1.0);
-        changes.moved.fill(ZERO);
-        for coefficients in polynomial.as_chunks().0.chunks_exact(all).take(order + 1).skip(1) {
-            power *= h;
-            for (moved, coefficients) in changes.moved.iter_mut().zip(coefficients) {
-                *moved = plus(*moved, splat(power), coefficients.map(f64::abs));
+    by_width! {
+        /// How far each unknown moves along a polynomial, back and forth.
+        fn move_unknowns(&self: Jet, moved: &mut [Lane], polynomial: &[f64], order: usize, h: f64) = move_unknowns_any
+    }
+
+    #[inline(always)]
+    fn move_unknowns_any(&self, moved: &mut [Lane], polynomial: &[f64], order: usize, h: f64) {
+        let (all, [step, square]) = (self.shape.all(), [h, h * h].map(splat));
+        let coefficients: &[Lane] = polynomial.as_chunks().0;
+        let size = |order: usize, place: usize| coefficients[order * all + place].map(f64::abs);
+        for place in 0..all {
+            // Two sums, each of every other order: neither waits for the other.
+            let (mut odd, mut even) = (if order % 2 == 1 { size(order, place) } else { ZERO }, ZERO);
+            for half in (1..=order / 2).rev() {
+                even = multiply(square, add(even, size(2 * half, place)));
+                odd = plus(size(2 * half - 1, place), square, odd);
             }
+            moved[place] = plus(even, step, odd);
         }
     }
 
