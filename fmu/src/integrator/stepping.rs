@@ -39,8 +39,6 @@ pub struct Stepper {
     projection: Projection,
     work: State,
     reprojection: Reprojection,
-    /// Goes on beyond a communication point to judge what lies before it.
-    probe: (Run, Memory),
     statistics: Statistics,
     masses: Option<Masses>,
     accuracy: Accuracy,
@@ -87,7 +85,6 @@ impl Stepper {
             projection: Projection::new(model),
             reprojection: Reprojection { reached: work.clone(), trial: work.clone() },
             carried: model.is_driven().then(|| Box::new(Carried::new(model, &work))),
-            probe: beginning(model, &work),
             work,
             statistics: Statistics::default(),
             masses: Masses::new(model),
@@ -301,7 +298,6 @@ impl Stepper {
             projection,
             work,
             reprojection,
-            probe,
             statistics,
             masses,
             accuracy,
@@ -339,7 +335,6 @@ impl Stepper {
             }
             advanced => (target, Ok(advanced?)),
         };
-        engines.verify_ahead(context, run, (&mut probe.0, &mut probe.1))?;
         read(context, run, target, work, |context, run, motion| engines.read(context, run, target, motion))?;
         if !model.is_driven() {
             engines.tighten(context, run, work);

@@ -37,8 +37,6 @@ const COARSE: f64 = 1e-5;
 /// Where a curve is followed past a pose the loops are closed this well at least: branches that miss each other by d of the lengths are the root of d apart, 1e-5
 /// for the smallest d that is followed, and a projection no better than that goes over to the other one.
 const FOLLOWING: f64 = 1e-7;
-/// At most so many steps judge how a pose was passed.
-const FURTHEST: usize = 4096;
 /// So many steps in a row must speak for the return.
 const VOTES: u32 = 8;
 /// Steps that change by more than this factor are on their way back from a switch.
@@ -269,42 +267,6 @@ impl Engines<'_> {
             note_end(context, run)?;
         }
         Ok(())
-    }
-
-    /// Whether short steps have left the branch in a singular pose shows some way behind it only: what is read before that is judged by steps beyond it.
-    ///
-    /// # Errors
-    /// The motion has left its branch.
-    pub fn verify_ahead(
-        &mut self,
-        context: &mut Context,
-        run: &mut Run,
-        (probe, own): (&mut Run, &mut Memory),
-    ) -> Result<(), Failure> {
-        if !run.is_undecided() {
-            return Ok(());
-        }
-        probe.copy_from(run);
-        own.copy_from(self.memory);
-        let (mut verdict, accuracy) = (Ok(()), self.accuracy.clone());
-        for _ in 0..FURTHEST {
-            if verdict.is_err() || !probe.is_undecided() {
-                break;
-            }
-            let next = Horizon { target: probe.last.end_time.next_up(), limit: f64::INFINITY };
-            verdict = self.advance(context, probe, next);
-        }
-        self.memory.copy_from(own);
-        *self.accuracy = accuracy;
-        self.forget_steps();
-        match verdict {
-            Err(failure @ Failure::BranchLost { .. }) => Err(failure),
-            // Whatever stops the motion later, it says so then.
-            _ => {
-                run.singular.trail.judge(probe.last.end_time);
-                Ok(())
-            }
-        }
     }
 
     /// The next step begins elsewhere than the last one ended.

@@ -70,7 +70,7 @@ impl SingularPoses {
         (self.ahead, self.pose, self.follow) = (0.0, None, None);
         self.creeping = None;
         self.smallest.fill(f64::MAX);
-        self.trail.start();
+        self.trail.forget();
         self.passages.clear();
     }
 

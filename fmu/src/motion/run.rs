@@ -80,12 +80,6 @@ impl Run {
         self.last.end_time
     }
 
-    /// Does the last step end so soon after a singular pose that nobody knows yet whether the motion has left its branch there?
-    pub(crate) fn is_undecided(&self) -> bool {
-        let passed = self.singular.pose.filter(|pose| *pose <= self.last.end_time);
-        passed.is_some_and(|pose| self.singular.trail.leaves_open(pose))
-    }
-
     /// All that was done since a communication point was one step, before which something had changed or not.
     pub(crate) fn join(&mut self, changed: bool) {
         self.signals.changed_before = changed;

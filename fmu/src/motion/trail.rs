@@ -31,8 +31,6 @@ pub(crate) struct Trail {
     /// Time, q and v after the last step, if it is known.
     begun: bool,
     last: Vec<f64>,
-    /// Poses before this time have been judged [s].
-    judged: Option<f64>,
 }
 
 impl Trail {
@@ -45,25 +43,7 @@ impl Trail {
             reciprocal_pivots: vec![0.0; WINDOW * rows],
             begun: false,
             last: vec![0.0; 1 + size],
-            judged: None,
         }
-    }
-
-    pub fn start(&mut self) {
-        self.judged = None;
-        self.forget();
-    }
-
-    /// Does it say nothing yet of a pose at a time?
-    pub fn leaves_open(&self, pose: f64) -> bool {
-        let first = self.first();
-        let known = self.count > first && self.state(first)[0] < pose;
-        known && self.judged.is_none_or(|judged| judged < pose)
-    }
-
-    /// Poses before a time have been judged.
-    pub fn judge(&mut self, time: f64) {
-        self.judged = Some(time);
     }
 
     /// The next states lie elsewhere.
@@ -80,18 +60,17 @@ impl Trail {
     }
 
     pub fn copy_from(&mut self, other: &Self) {
-        (self.count, self.leapt, self.begun, self.judged) = (other.count, other.leapt, other.begun, other.judged);
+        (self.count, self.leapt, self.begun) = (other.count, other.leapt, other.begun);
         self.states.clone_from(&other.states);
         self.reciprocal_pivots.clone_from(&other.reciprocal_pivots);
         self.last.clone_from(&other.last);
     }
 
     pub fn belongs_to(&self, model: &Model) -> bool {
-        let Self { count, leapt, states, reciprocal_pivots, begun: _, last, judged } = self;
+        let Self { count, leapt, states, reciprocal_pivots, begun: _, last } = self;
         let expected = Self::new(model);
         let pairs = [(states, expected.states), (reciprocal_pivots, expected.reciprocal_pivots), (last, expected.last)];
         (usize::from(*leapt)..=WINDOW).contains(count)
-            && judged.is_none_or(f64::is_finite)
             && pairs
                 .iter()
                 .all(|(all, expected)| all.len() == expected.len() && all.iter().all(|value| value.is_finite()))
@@ -204,7 +183,6 @@ mod tests {
             leapt: false,
             states: vec![0.0, 1.0, 2.0, 3.0],
             reciprocal_pivots: reciprocal_pivots.to_vec(),
-            judged: None,
             begun: true,
             last: Vec::new(),
         };
