@@ -16,7 +16,7 @@ pub(super) fn terminals(mechanism: &Mechanism, outputs: &[Output], rows: &[Table
     };
     let places: HashMap<Variable, usize> =
         rows.iter().enumerate().filter_map(|(place, row)| Some((known(row)?, place))).collect();
-    let mut found = Found::default();
+    let mut found = TerminalList::default();
     for output in outputs {
         // The energy of the whole mechanism is nobody's.
         let variable = mechanism.variable_of(output).filter(|variable| variable.owner != Owner::System);
@@ -61,14 +61,14 @@ fn inputs(part: &Part) -> Vec<(String, usize)> {
 
 /// Terminals under way.
 #[derive(Default)]
-struct Found {
+struct TerminalList {
     terminals: Vec<Terminal>,
     places: HashMap<String, usize>,
     /// Variables that are members of one.
     taken: HashSet<usize>,
 }
 
-impl Found {
+impl TerminalList {
     /// A variable becomes a member, once; names within a terminal differ.
     fn add(&mut self, owner: &str, mut member: String, variable: usize, flow: Flow) {
         if !self.taken.insert(variable) {

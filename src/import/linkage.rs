@@ -69,12 +69,12 @@ pub struct Link {
 pub struct Drive {
     pub pin: usize,
     pub link: usize,
-    pub course: Course,
+    pub course: DriveLaw,
 }
 
 /// How a drive goes on from the pose of the file, in radians or metres and a second.
 #[derive(Clone, Copy, Debug)]
-pub enum Course {
+pub enum DriveLaw {
     Steady(f64),
     /// To and fro between two places, at this rate to the upper one first.
     ToAndFro {

@@ -8,7 +8,7 @@
 
 use std::f64::consts::PI;
 
-use super::linkage::{Course, Drive, Force, Guide, Link, Linkage, Pin, PinKind};
+use super::linkage::{Drive, DriveLaw, Force, Guide, Link, Linkage, Pin, PinKind};
 use super::number::{decimal, flags, integer, is_whole, unescaped};
 use super::pmks_older;
 use crate::typeset::counted;
@@ -45,7 +45,7 @@ pub fn read(file: &str) -> Result<Linkage, Vec<String>> {
     let Some(whole) = [plain.as_str(), line].into_iter().find(|text| is_whole(text)) else {
         return Err(vec!["it is cut or changed: its last letter does not fit its length".to_owned()]);
     };
-    let mut reader = Reader { rest: whole, faults: Vec::new() };
+    let mut reader = PmksReader { rest: whole, faults: Vec::new() };
     let linkage = reader.linkage();
     if reader.faults.is_empty() { Ok(linkage) } else { Err(reader.faults) }
 }
@@ -57,7 +57,7 @@ fn looks_like_it(line: &str) -> bool {
     sections.len() >= 8 && flags::<1>(sections[0]).is_some() && sections[1..4].iter().all(|section| numbers(section))
 }
 
-struct Reader<'a> {
+struct PmksReader<'a> {
     rest: &'a str,
     faults: Vec<String>,
 }
@@ -89,7 +89,7 @@ struct Speeds {
     sliding: f64,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> PmksReader<'a> {
     fn linkage(&mut self) -> Linkage {
         // Gravity acts unless the ninth switch takes it away; the second one is a relic that PMKS+ ignores.
         let [clockwise, .., weightless]: [bool; 9] = flags(self.section()).unwrap_or_default();
@@ -256,9 +256,9 @@ impl<'a> Reader<'a> {
         let name = &point.pin.name;
         let against_other = point.pin.grounded || point.guide.is_some();
         let course = if point.slides {
-            Course::Steady(own.unwrap_or(speeds.sliding) * units.length)
+            DriveLaw::Steady(own.unwrap_or(speeds.sliding) * units.length)
         } else {
-            Course::Steady(own.unwrap_or(speeds.turning) * PI / 30.0)
+            DriveLaw::Steady(own.unwrap_or(speeds.turning) * PI / 30.0)
         };
         match (&here[..], against_other) {
             _ if point.pin.welded => {

@@ -6,7 +6,7 @@
 
 use std::f64::consts::PI;
 
-use super::linkage::{Course, Drive, Link, Linkage, Pin, PinKind};
+use super::linkage::{Drive, DriveLaw, Link, Linkage, Pin, PinKind};
 use super::number::unescaped;
 
 /// Is it such an address, without what stands before its `?`?
@@ -135,7 +135,7 @@ fn drives(joints: &[Joint], links: &[Link], rate: f64, faults: &mut Vec<String>)
     let mut drives = Vec::new();
     for (pin, joint) in joints.iter().enumerate().filter(|(_, joint)| joint.driven) {
         match links.iter().position(|link| link.pins.contains(&pin)) {
-            Some(link) if joint.pin.grounded => drives.push(Drive { pin, link, course: Course::Steady(rate) }),
+            Some(link) if joint.pin.grounded => drives.push(Drive { pin, link, course: DriveLaw::Steady(rate) }),
             _ => faults.push(format!("joint `{}` is driven, but does not join a link to the ground", joint.pin.name)),
         }
     }

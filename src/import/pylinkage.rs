@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 
 use serde::Deserialize;
 
-use super::linkage::{Course, Drive, Guide, Link, Linkage, Pin, PinKind};
+use super::linkage::{Drive, DriveLaw, Guide, Link, Linkage, Pin, PinKind};
 
 #[derive(Deserialize)]
 struct Mechanism {
@@ -93,10 +93,10 @@ fn linkage(mechanism: &Mechanism, faults: &mut Vec<String>) -> Linkage {
 }
 
 /// The course of a driver from the pose of the file: on and on, or to and fro within its arc.
-fn course(body: &Body, pin: usize, own: &[usize], joints: &[Joint]) -> Result<Course, String> {
+fn course(body: &Body, pin: usize, own: &[usize], joints: &[Joint]) -> Result<DriveLaw, String> {
     let rate = body.angular_velocity.unwrap_or(TAU / 360.0);
     if body.kind != "arc_driver" {
-        return Ok(Course::Steady(rate));
+        return Ok(DriveLaw::Steady(rate));
     }
     let place = |pin: usize| match joints.get(pin)?.position {
         [Some(x), Some(y)] => Some([x, y]),
@@ -121,7 +121,7 @@ fn course(body: &Body, pin: usize, own: &[usize], joints: &[Joint]) -> Result<Co
             body.id
         ));
     }
-    Ok(Course::ToAndFro { rate, from: (start - angle).min(0.0), to: (end - angle).max(0.0) })
+    Ok(DriveLaw::ToAndFro { rate, from: (start - angle).min(0.0), to: (end - angle).max(0.0) })
 }
 
 fn pin(joint: &Joint, in_ground: bool, faults: &mut Vec<String>) -> Option<Pin> {

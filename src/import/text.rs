@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 use std::fmt::Write;
 
-use super::linkage::{Course, Drive, Force, Link, Linkage, PinKind};
+use super::linkage::{Drive, DriveLaw, Force, Link, Linkage, PinKind};
 use crate::model::identifier;
 
 /// Assumed where the file has no mass: kilograms of a metre, and the mass of what has no length.
@@ -277,9 +277,9 @@ impl Writer<'_> {
     /// How long the drives are looked at, and why so long.
     fn stop(&self) -> (f64, &'static str) {
         let period = |drive: &Drive| match (drive.course, self.linkage.pins[drive.pin].kind) {
-            (Course::ToAndFro { rate, from, to }, _) => Some((2.0 * (to - from) / rate, "  # twice to and fro")),
-            (Course::Steady(rate), PinKind::Turning) => Some((TAU / rate.abs(), "  # two turns of the drive")),
-            (Course::Steady(_), PinKind::Sliding(_) | PinKind::Slot(_)) => None,
+            (DriveLaw::ToAndFro { rate, from, to }, _) => Some((2.0 * (to - from) / rate, "  # twice to and fro")),
+            (DriveLaw::Steady(rate), PinKind::Turning) => Some((TAU / rate.abs(), "  # two turns of the drive")),
+            (DriveLaw::Steady(_), PinKind::Sliding(_) | PinKind::Slot(_)) => None,
         };
         let shortest = self.linkage.drives.iter().filter_map(period).filter(|(period, _)| period.is_finite());
         let shortest = shortest.min_by(|(one, _), (other, _)| one.total_cmp(other));
@@ -297,11 +297,11 @@ fn slide(kind: PinKind) -> Option<(&'static str, Option<usize>, [f64; 2])> {
 }
 
 /// The motion of a drive over time, from zero in the pose of the file.
-fn law(course: Course) -> String {
+fn law(course: DriveLaw) -> String {
     match course {
-        Course::Steady(rate) => format!("{rate:?}*t"),
+        DriveLaw::Steady(rate) => format!("{rate:?}*t"),
         // How far it is from the turning point below, without its returns; it goes back over what exceeds the way up.
-        Course::ToAndFro { rate, from, to } => {
+        DriveLaw::ToAndFro { rate, from, to } => {
             let (way, below, twice) = (to - from, -from, 2.0 * (to - from));
             let far = format!("{rate:?}*t + {below:?}");
             format!("{to:?} - abs({way:?} - ({far} - {twice:?}*floor(({far})/{twice:?})))")

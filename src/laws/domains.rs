@@ -10,7 +10,7 @@ use crate::network::{Force, Origin};
 /// The arguments that must stay within limits, what may be said of one thing before what is said of a whole law.
 pub(crate) fn domains(equations: &mut Equations) -> Vec<(Domain, Expr)> {
     let mechanism = &equations.system.mechanism;
-    let mut found = Found { mechanism, arguments: Vec::new() };
+    let mut found = ArgumentDomains { mechanism, arguments: Vec::new() };
     for part in mechanism.parts() {
         found.part(part);
     }
@@ -72,7 +72,7 @@ fn distances(equations: &mut Equations) -> Vec<(Domain, Expr)> {
 }
 
 /// What has been found so far.
-struct Found<'m> {
+struct ArgumentDomains<'m> {
     mechanism: &'m Mechanism,
     arguments: Vec<(Domain, Formula)>,
 }
@@ -80,7 +80,7 @@ struct Found<'m> {
 /// Conditions under which a part of a formula counts: left, right, and whether the comparison holds.
 type Conditions<'f> = Vec<(Comparison, [&'f Formula; 2], bool)>;
 
-impl Found<'_> {
+impl ArgumentDomains<'_> {
     fn part(&mut self, part: &Part) {
         let table = match part.owner {
             Owner::Joint(_) => "joints",

@@ -1,7 +1,7 @@
 //! Gravity, the ground and the bodies.
 
 use super::context::Context;
-use super::parts::Reader;
+use super::parts::KeyReader;
 use super::{Resolver, UNKNOWN};
 use crate::component::body::KEYS;
 use crate::diagnostic::fault::Fault;
@@ -58,7 +58,7 @@ impl Resolver<'_> {
             self.faults.points(points, &fields.name_of("points"));
         }
         let mut centre = None;
-        let reader = Reader { fields: &fields, user: &called, context: Context::Constant };
+        let reader = KeyReader { fields: &fields, user: &called, context: Context::Constant };
         for key in KEYS {
             match fields.get(key.name).and_then(|node| self.value_of(key, node, &reader)) {
                 Some(Value::Formula(mass)) if key.name == "mass" => body.mass = Some(mass),

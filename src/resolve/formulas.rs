@@ -18,7 +18,7 @@ use crate::scene::constant;
 use crate::scene::dimension::Known;
 use crate::scene::expression::shortened;
 use crate::scene::model::Vector;
-use crate::scene::quantity::{Quantity, Reading, Value, read};
+use crate::scene::quantity::{Quantity, QuantityReading, Value, read};
 use crate::scene::unit::from_exponents;
 use crate::typeset::counted;
 
@@ -150,17 +150,17 @@ impl Resolver<'_> {
                 self.faults.push(fault);
                 (UNKNOWN, None, Known::Nothing)
             }
-            Ok(Reading::Number(number)) => {
+            Ok(QuantityReading::Number(number)) => {
                 self.suspect_degrees(number, what, wanted, quantity.span);
                 (self.finite(number, what, quantity.span), None, Known::Number)
             }
-            Ok(Reading::Measure(value, unit)) => {
+            Ok(QuantityReading::Measure(value, unit)) => {
                 self.check_measure(&unit, &text, what, wanted);
                 self.written_in.add(unit.clone());
                 let known = Known::constant(Some(unit.exponents));
                 (self.finite(value, what, quantity.span), Some(unit), known)
             }
-            Ok(Reading::Expression) => {
+            Ok(QuantityReading::Expression) => {
                 let Some((formula, known)) = self.expression(&text, what, context) else {
                     return (UNKNOWN, None, Known::Nothing);
                 };

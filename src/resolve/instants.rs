@@ -15,7 +15,7 @@ use crate::scene::constant;
 use crate::scene::dimension::Known;
 use crate::scene::expression::comparison;
 use crate::scene::model;
-use crate::scene::quantity::{Reading, Value, read};
+use crate::scene::quantity::{QuantityReading, Value, read};
 
 /// What the next value of a sampled value is.
 pub(super) type Next = Option<(Formula, Known)>;
@@ -104,7 +104,7 @@ impl Resolver<'_> {
         // What moves is not known yet, and has no unit of its own.
         let measure = value.start.as_ref().filter(|start| match &start.value {
             Value::Number(_) => false,
-            Value::Text(text) => !matches!(read(&Text::from(text.as_str())), Ok(Reading::Expression) | Err(_)),
+            Value::Text(text) => !matches!(read(&Text::from(text.as_str())), Ok(QuantityReading::Expression) | Err(_)),
         });
         let own = measure.and_then(|start| {
             let what = format!("`start` of sampled value `{}`", value.name.text);

@@ -9,7 +9,7 @@ use crate::scene::key::{Form, Key};
 use crate::scene::model::{Parameter, Scene, Signal};
 use crate::scene::part::Part;
 use crate::scene::quantity::{Quantity, Value};
-use crate::scene::{Reading, read};
+use crate::scene::{QuantityReading, read};
 
 /// The same scene with parameters for what is written in it.
 #[derive(Clone, Debug)]
@@ -203,9 +203,9 @@ fn plain(node: &Node) -> Option<(Value, f64, bool)> {
     match &node.kind {
         Content::Number(number) => Some((Value::Number(*number), *number, true)),
         Content::Text(text) => match read(&Text::new(text.as_str(), node.span)).ok()? {
-            Reading::Number(number) => Some((Value::Number(number), number, true)),
-            Reading::Measure(number, _) => Some((Value::Text(text.clone()), number, false)),
-            Reading::Expression => None,
+            QuantityReading::Number(number) => Some((Value::Number(number), number, true)),
+            QuantityReading::Measure(number, _) => Some((Value::Text(text.clone()), number, false)),
+            QuantityReading::Expression => None,
         },
         Content::Table(_) | Content::Array(_) | Content::Boolean(_) | Content::Date | Content::Null => None,
     }

@@ -7,7 +7,7 @@ use super::names::Named;
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
 use crate::scene::expression::{self, Tree, TreeKind};
-use crate::scene::quantity::{Quantity, Reading, Value, read};
+use crate::scene::quantity::{Quantity, QuantityReading, Value, read};
 
 /// Which others each uses, by their places.
 pub(super) type Uses = BTreeMap<usize, BTreeSet<usize>>;
@@ -63,7 +63,7 @@ fn parsed(quantity: &Quantity) -> Option<Pending> {
         return None;
     };
     let text = Text::new(text.as_str(), quantity.span);
-    if !matches!(read(&text), Ok(Reading::Expression)) {
+    if !matches!(read(&text), Ok(QuantityReading::Expression)) {
         return None;
     }
     let tree = expression::parse(&text).ok()?;

@@ -26,7 +26,7 @@ impl written::Part {
 }
 
 /// Who reads the values of keys.
-pub(super) struct Reader<'r, 'n> {
+pub(super) struct KeyReader<'r, 'n> {
     pub fields: &'r Fields<'n>,
     /// "joint `pin`"
     pub user: &'r str,
@@ -35,7 +35,7 @@ pub(super) struct Reader<'r, 'n> {
 }
 
 /// A part that is being read: what is known of it and how messages call it.
-struct Reading<'n> {
+struct PartReading<'n> {
     component: &'static Component,
     fields: Fields<'n>,
     /// "joint `pin`", "torsion spring `coil`"
@@ -89,8 +89,16 @@ impl<'s> Resolver<'s> {
         let called = format!("{} `{}`", component.words(), name.text);
         let fields = Fields::open(&part.node, &called, name.span, &keys(component), self.faults)?;
         let user = if section == Section::Joints { format!("joint `{}`", name.text) } else { called };
-        let mut reading =
-            Reading { component, fields, user, owner, span: name.span, ends: None, values: Vec::new(), complete: true };
+        let mut reading = PartReading {
+            component,
+            fields,
+            user,
+            owner,
+            span: name.span,
+            ends: None,
+            values: Vec::new(),
+            complete: true,
+        };
         self.room(&mut reading)?;
         self.one_of(&mut reading);
         // A third body must be neither of the two, so they come first.
@@ -100,7 +108,7 @@ impl<'s> Resolver<'s> {
         }
         reading.complete &= self.carrier_apart(&reading);
         let (_, between) = reading.ends.filter(|_| reading.complete)?;
-        let Reading { values, fields, .. } = reading;
+        let PartReading { values, fields, .. } = reading;
         let mut part =
             Part { name: name.text.clone(), kind: component.kind(), owner, between, values, span: name.span };
         self.place_element(&mut part, &fields);
@@ -138,7 +146,7 @@ impl<'s> Resolver<'s> {
     }
 
     /// Refuses what a scene of one dimension has no room for; none if nothing of it is worth reading.
-    fn room(&mut self, reading: &mut Reading<'_>) -> Option<()> {
+    fn room(&mut self, reading: &mut PartReading<'_>) -> Option<()> {
         let called = reading.fields.owner.clone();
         match reading.component.room {
             Room::Turning => self.must_not_turn(&called, reading.span),
@@ -155,7 +163,7 @@ impl<'s> Resolver<'s> {
     }
 
     /// Exactly one of the keys that stand for one another must be there.
-    fn one_of(&mut self, reading: &mut Reading<'_>) {
+    fn one_of(&mut self, reading: &mut PartReading<'_>) {
         let own: Vec<&Key> = alternatives(reading.component).collect();
         if own.is_empty() {
             return;
@@ -186,7 +194,7 @@ impl<'s> Resolver<'s> {
         self.faults.push(fault.label(format!("{wanted} is wanted")));
     }
 
-    fn key(&mut self, key: &'static Key, reading: &mut Reading<'_>) {
+    fn key(&mut self, key: &'static Key, reading: &mut PartReading<'_>) {
         let node = match key.need {
             Need::Required(help) => reading.fields.required(key.name, help, self.faults),
             Need::Optional | Need::Default(_) | Need::OneOf(_) => reading.fields.get(key.name),
@@ -207,7 +215,7 @@ impl<'s> Resolver<'s> {
                     Owner::Joint(joint) if matches!(key.form, Form::Curve(..)) => Context::Curve(joint),
                     Owner::Joint(_) | Owner::Driver(_) | Owner::Place(_) | Owner::System => Context::Driver,
                 };
-                let reader = Reader { fields: &reading.fields, user: &reading.user, context };
+                let reader = KeyReader { fields: &reading.fields, user: &reading.user, context };
                 self.value_of(key, node, &reader).map(|value| reading.values.push((key.name, value)))
             }
         };
@@ -219,7 +227,7 @@ impl<'s> Resolver<'s> {
         &mut self,
         key: &Key,
         node: &Node,
-        reading: &Reading<'_>,
+        reading: &PartReading<'_>,
     ) -> Option<(([Text; 2], [Place; 2]), Option<Value>)> {
         let (user, what) = (&reading.user, reading.fields.name_of(key.name));
         if let Form::Points | Form::Bodies | Form::BodyAndPoint = key.form {
@@ -272,8 +280,8 @@ impl<'s> Resolver<'s> {
     }
 
     /// The value of a key that says nothing of what a part is between.
-    pub(super) fn value_of(&mut self, key: &'static Key, node: &Node, reader: &Reader<'_, '_>) -> Option<Value> {
-        let &Reader { fields, user, context } = reader;
+    pub(super) fn value_of(&mut self, key: &'static Key, node: &Node, reader: &KeyReader<'_, '_>) -> Option<Value> {
+        let &KeyReader { fields, user, context } = reader;
         let written = fields.name_of(key.name);
         let what = format!("`{}` of {user}", key.name);
         match key.form {
@@ -361,7 +369,7 @@ impl<'s> Resolver<'s> {
     }
 
     /// The carrier must be neither of what it carries.
-    fn carrier_apart(&mut self, reading: &Reading<'_>) -> bool {
+    fn carrier_apart(&mut self, reading: &PartReading<'_>) -> bool {
         let has_carrier = reading.component.keys.iter().any(|key| key.form.is_carrier());
         let Some((names, places)) = reading.ends.as_ref().filter(|_| has_carrier) else { return true };
         let carrier = reading.values.iter().find_map(|(_, value)| match value {

@@ -3,7 +3,7 @@
 use cotree_fmu::program::domain::Limit;
 
 use super::context::Context;
-use super::parts::Reader;
+use super::parts::KeyReader;
 use super::{Resolver, UNKNOWN};
 use crate::component::shape::{ALL, DENSITY_KEY, Shape, Solid};
 use crate::diagnostic::fault::Fault;
@@ -78,7 +78,7 @@ impl Resolver<'_> {
     }
 
     fn shape_number(&mut self, key: &'static Key, node: &Node, fields: &Fields<'_>) -> Option<Formula> {
-        let reader = Reader { fields, user: &fields.owner, context: Context::Constant };
+        let reader = KeyReader { fields, user: &fields.owner, context: Context::Constant };
         match self.value_of(key, node, &reader)? {
             Value::Formula(formula) => Some(formula),
             _ => None,

@@ -31,11 +31,11 @@ pub(super) struct Transfers<'s> {
     /// What its states and sampled values are called.
     pub inner: HashMap<String, Named>,
     /// Signals that may depend on themselves.
-    waiting: Vec<Reading<'s>>,
+    waiting: Vec<TransferReading<'s>>,
 }
 
 /// A signal whose constant keys are known.
-struct Reading<'s> {
+struct TransferReading<'s> {
     signal: &'s model::Signal,
     transfer: &'static Transfer,
     fields: Fields<'s>,
@@ -57,7 +57,7 @@ impl part::Part {
     }
 }
 
-impl Reading<'_> {
+impl TransferReading<'_> {
     fn is_there(&self, key: &str) -> bool {
         self.fields.get(key).is_some()
     }
@@ -116,7 +116,7 @@ impl<'s> Resolver<'s> {
         }
     }
 
-    fn hear_late(&mut self, reading: &Reading<'s>) -> Option<()> {
+    fn hear_late(&mut self, reading: &TransferReading<'s>) -> Option<()> {
         let (heard, known) = self.hear(reading)?;
         self.unit_given(reading, known, false)?;
         let made = reading.made(heard).ok()?;
@@ -129,7 +129,7 @@ impl<'s> Resolver<'s> {
         Some(())
     }
 
-    fn constant_keys(&mut self, signal: &'s model::Signal, inputs: &[Input]) -> Option<Reading<'s>> {
+    fn constant_keys(&mut self, signal: &'s model::Signal, inputs: &[Input]) -> Option<TransferReading<'s>> {
         let part = signal.part.as_ref()?;
         let Some(transfer) = part.transfer() else {
             self.unknown_transfer(signal, part);
@@ -142,7 +142,7 @@ impl<'s> Resolver<'s> {
         let declared = self.unit(signal.unit.as_ref());
         let first = (self.scene.states.len() + self.transfers.states.len(), inputs.len());
         let (values, units) = (Vec::new(), Vec::new());
-        let mut reading = Reading { signal, transfer, fields, what, values, units, declared, first };
+        let mut reading = TransferReading { signal, transfer, fields, what, values, units, declared, first };
         self.one_of_these(&reading)?;
         let mut complete = true;
         for key in transfer.keys.iter().chain([&NOMINAL]) {
@@ -163,7 +163,7 @@ impl<'s> Resolver<'s> {
     }
 
     /// Exactly one of the keys that stand for one another must be there.
-    fn one_of_these(&mut self, reading: &Reading<'_>) -> Option<()> {
+    fn one_of_these(&mut self, reading: &TransferReading<'_>) -> Option<()> {
         let own = || reading.transfer.keys.iter().filter(|key| matches!(key.need, Need::OneOf(_)));
         let given: Vec<&Key> = own().filter(|key| reading.is_there(key.name)).collect();
         if own().count() == 0 || given.len() == 1 {
@@ -179,18 +179,18 @@ impl<'s> Resolver<'s> {
         None
     }
 
-    fn refuse_flaw(&mut self, reading: &Reading<'_>, flaw: Flaw) {
+    fn refuse_flaw(&mut self, reading: &TransferReading<'_>, flaw: Flaw) {
         self.refuse_keys(reading, flaw.key, &flaw.problem, flaw.help);
     }
 
-    fn refuse_keys(&mut self, reading: &Reading<'_>, key: &str, problem: &str, help: &str) {
+    fn refuse_keys(&mut self, reading: &TransferReading<'_>, key: &str, problem: &str, help: &str) {
         let span = reading.fields.key_span(key).unwrap_or(reading.signal.name.span);
         let fault = Fault::new("scene::signal_keys", format!("{} {problem}", reading.what), span);
         self.faults.push(fault.label("does not go together").help(help));
     }
 
     /// Reads a key whose value does not change, if it is there.
-    fn constant_key(&mut self, key: &'static Key, reading: &mut Reading<'_>) -> Option<()> {
+    fn constant_key(&mut self, key: &'static Key, reading: &mut TransferReading<'_>) -> Option<()> {
         let node = match key.need {
             Need::Required(help) => Some(reading.fields.required(key.name, help, self.faults)?),
             _ => reading.fields.get(key.name),
@@ -213,7 +213,7 @@ impl<'s> Resolver<'s> {
     }
 
     /// What it hears: in a state as in any rate, at a tick everything.
-    fn hear(&mut self, reading: &Reading<'s>) -> Option<(Formula, Known)> {
+    fn hear(&mut self, reading: &TransferReading<'s>) -> Option<(Formula, Known)> {
         let key = &reading.transfer.hears;
         let node = reading.fields.required(key.name, key.help(), self.faults)?;
         let quantity = self.faults.quantity(node, &reading.fields.name_of(key.name))?;
@@ -224,7 +224,7 @@ impl<'s> Resolver<'s> {
     }
 
     /// The unit of what it gives, if it is known; none if its keys contradict each other.
-    fn unit_given(&mut self, reading: &Reading<'_>, heard: Known, waits: bool) -> Option<Option<Exponents>> {
+    fn unit_given(&mut self, reading: &TransferReading<'_>, heard: Known, waits: bool) -> Option<Option<Exponents>> {
         let mut known = match &reading.declared {
             Some(unit) => Known::moving(Some(unit.exponents)),
             None => Known::Number,
@@ -254,7 +254,7 @@ impl<'s> Resolver<'s> {
         Some(known.unit())
     }
 
-    fn refuse_unit(&mut self, reading: &Reading<'_>, (key, span): (&str, Span), units: [Exponents; 2]) {
+    fn refuse_unit(&mut self, reading: &TransferReading<'_>, (key, span): (&str, Span), units: [Exponents; 2]) {
         let [wanted, found] = units.map(|unit| match from_exponents(unit).si {
             si if si.is_empty() => "a pure number".to_owned(),
             si => format!("in `{si}`"),
@@ -266,7 +266,7 @@ impl<'s> Resolver<'s> {
         self.faults.push(fault.help(help));
     }
 
-    fn keep_positive(&mut self, reading: &Reading<'_>, made: &Made) {
+    fn keep_positive(&mut self, reading: &TransferReading<'_>, made: &Made) {
         for (called, key, value) in &made.positive {
             let Some(node) = reading.fields.get(key) else { continue };
             let Some(quantity) = self.faults.quantity(node, &reading.fields.name_of(key)) else { continue };
@@ -278,7 +278,7 @@ impl<'s> Resolver<'s> {
     /// Adds its states, its sampled values and its sampler.
     fn declare(
         &mut self,
-        reading: &Reading<'_>,
+        reading: &TransferReading<'_>,
         made: &Made,
         (given, heard): (Option<Exponents>, Known),
         inputs: &mut Vec<Input>,
@@ -303,7 +303,7 @@ impl<'s> Resolver<'s> {
         }
     }
 
-    fn add_state(&mut self, reading: &Reading<'_>, inner: &Inner, unit: Option<Exponents>, nominal: f64) {
+    fn add_state(&mut self, reading: &TransferReading<'_>, inner: &Inner, unit: Option<Exponents>, nominal: f64) {
         let signal = &reading.signal.name;
         let name = inner.name(&signal.text);
         let id = StateId(self.scene.states.len() + self.transfers.states.len());
@@ -321,7 +321,13 @@ impl<'s> Resolver<'s> {
         });
     }
 
-    fn add_sampled(&mut self, reading: &Reading<'_>, inner: &Inner, unit: Option<Exponents>, inputs: &mut Vec<Input>) {
+    fn add_sampled(
+        &mut self,
+        reading: &TransferReading<'_>,
+        inner: &Inner,
+        unit: Option<Exponents>,
+        inputs: &mut Vec<Input>,
+    ) {
         let signal = &reading.signal.name;
         let name = inner.name(&signal.text);
         self.transfers.inner.insert(name.clone(), Named::Held(InputId(inputs.len())));
@@ -338,7 +344,7 @@ impl<'s> Resolver<'s> {
         });
     }
 
-    fn usual_size(&self, reading: &Reading<'_>, made: &Made) -> f64 {
+    fn usual_size(&self, reading: &TransferReading<'_>, made: &Made) -> f64 {
         let value = |key: &str| reading.values.iter().find(|(own, _)| *own == key).map(|(_, value)| value.clone());
         let sizes = [value(NOMINAL.name), made.size.clone(), value("start")];
         let sizes = sizes.into_iter().flatten().map(|size| self.value(&size).abs());
@@ -375,7 +381,7 @@ impl<'s> Resolver<'s> {
     }
 }
 
-fn writes(reading: &Reading<'_>, made: &Made) -> Vec<(InputId, Formula)> {
+fn writes(reading: &TransferReading<'_>, made: &Made) -> Vec<(InputId, Formula)> {
     let place = |(index, inner): (usize, &Inner)| (InputId(reading.first.1 + index), inner.next.clone());
     made.sampled.iter().enumerate().map(place).collect()
 }

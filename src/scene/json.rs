@@ -10,7 +10,7 @@ const DEEPEST: usize = 80;
 
 /// Reads one JSON value; the first syntax error ends the reading.
 pub(crate) fn read(text: &str, faults: &mut Sink) -> Option<Node> {
-    let mut reader = Reader { text, at: 0, faults };
+    let mut reader = JsonReader { text, at: 0, faults };
     let result = reader.value(0).and_then(|node| {
         reader.skip_space();
         if reader.at == text.len() { Ok(node) } else { Err(reader.expected("the end of the file")) }
@@ -24,13 +24,13 @@ pub(crate) fn read(text: &str, faults: &mut Sink) -> Option<Node> {
     }
 }
 
-struct Reader<'t, 'f> {
+struct JsonReader<'t, 'f> {
     text: &'t str,
     at: usize,
     faults: &'f mut Sink,
 }
 
-impl Reader<'_, '_> {
+impl JsonReader<'_, '_> {
     fn value(&mut self, depth: usize) -> Result<Node, Fault> {
         self.skip_space();
         let start = self.at;

@@ -14,7 +14,7 @@ use crate::scene::constant::evaluate;
 use crate::scene::decode::Fields;
 use crate::scene::document::{self, Content, Node};
 use crate::scene::expression::{self, Tree, TreeKind};
-use crate::scene::{Reading, Value, read};
+use crate::scene::{QuantityReading, Value, read};
 use crate::sheet::{Sheet, SheetError};
 pub use schema::schema;
 
@@ -256,7 +256,7 @@ impl Task {
         } else {
             document::from_toml(&text, &TOP, &mut faults)
         };
-        let task = document.and_then(|document| Reader { faults: &mut faults, folder }.task(&document, &source));
+        let task = document.and_then(|document| TaskReader { faults: &mut faults, folder }.task(&document, &source));
         match task {
             Some(task) if !faults.has_errors() => Ok(task),
             _ => Err(faults.into_faults(source)),
@@ -270,7 +270,7 @@ impl Task {
     }
 }
 
-struct Reader<'f> {
+struct TaskReader<'f> {
     faults: &'f mut Sink,
     /// Where tables are.
     folder: &'f Path,
@@ -279,7 +279,7 @@ struct Reader<'f> {
 /// Points of a table, and the angles of the crank beside them if it has any.
 type Tabled = (Vec<[f64; 2]>, Option<Vec<f64>>);
 
-impl Reader<'_> {
+impl TaskReader<'_> {
     fn task(&mut self, document: &Node, source: &Source) -> Option<Task> {
         let top = Fields::open(document, "the task", Span::new(0, 0), &TOP, self.faults)?;
         let name = top.get("name").and_then(|node| self.faults.text(node, "`name`"));
@@ -338,12 +338,14 @@ impl Reader<'_> {
                 self.faults.push(fault);
                 None
             }
-            Ok(Reading::Number(number)) => Some(number),
-            Ok(Reading::Measure(number, given)) if given.exponents == unit.exponents => Some(number),
-            Ok(Reading::Measure(..)) => {
+            Ok(QuantityReading::Number(number)) => Some(number),
+            Ok(QuantityReading::Measure(number, given)) if given.exponents == unit.exponents => Some(number),
+            Ok(QuantityReading::Measure(..)) => {
                 self.wrong(node, format!("{what} is not in {}", unit.si), &format!("write {wanted}"))
             }
-            Ok(Reading::Expression) => self.wrong(node, format!("{what} is no number"), &format!("write {wanted}")),
+            Ok(QuantityReading::Expression) => {
+                self.wrong(node, format!("{what} is no number"), &format!("write {wanted}"))
+            }
         }
     }
 
@@ -459,11 +461,11 @@ impl Reader<'_> {
     fn tabled_poses(&mut self, fields: &Fields<'_>, at: &Node) -> Option<TabledPoses> {
         let (length, angle, plain) = (Unit::length(), Unit::angle(), Unit::default());
         let columns = [
-            Column { name: "x", unit: length.clone(), is_needed: true },
-            Column { name: "y", unit: length.clone(), is_needed: true },
-            Column { name: "angle", unit: angle, is_needed: true },
-            Column { name: "tolerance", unit: length, is_needed: false },
-            Column { name: "weight", unit: plain, is_needed: false },
+            ExpectedColumn { name: "x", unit: length.clone(), is_needed: true },
+            ExpectedColumn { name: "y", unit: length.clone(), is_needed: true },
+            ExpectedColumn { name: "angle", unit: angle, is_needed: true },
+            ExpectedColumn { name: "tolerance", unit: length, is_needed: false },
+            ExpectedColumn { name: "weight", unit: plain, is_needed: false },
         ];
         let [x, y, angle, tolerance, weight] = self.table(at, columns)?;
         for (key, column) in [("tolerance", &tolerance), ("weight", &weight)] {
@@ -476,7 +478,7 @@ impl Reader<'_> {
     }
 
     /// The columns of a CSV file that is named instead of numbers.
-    fn table<const N: usize>(&mut self, node: &Node, columns: [Column; N]) -> Option<[Option<Vec<f64>>; N]> {
+    fn table<const N: usize>(&mut self, node: &Node, columns: [ExpectedColumn; N]) -> Option<[Option<Vec<f64>>; N]> {
         let path = self.folder.join(node.text()?.text);
         let bytes = files::read(&path, LARGEST).map_err(|error| error.to_string());
         let text = bytes.and_then(|bytes| String::from_utf8(bytes).map_err(|_| "it is not a text".to_owned()));
@@ -644,9 +646,9 @@ impl Reader<'_> {
     /// The points of a table, with its turns of the crank.
     fn tabled_points(&mut self, fields: &Fields<'_>, points: &Node) -> Option<Tabled> {
         let columns = [
-            Column { name: "x", unit: Unit::length(), is_needed: true },
-            Column { name: "y", unit: Unit::length(), is_needed: true },
-            Column { name: "crank", unit: Unit::angle(), is_needed: false },
+            ExpectedColumn { name: "x", unit: Unit::length(), is_needed: true },
+            ExpectedColumn { name: "y", unit: Unit::length(), is_needed: true },
+            ExpectedColumn { name: "crank", unit: Unit::angle(), is_needed: false },
         ];
         let [x, y, crank] = self.table(points, columns)?;
         if crank.is_some() {
@@ -758,7 +760,7 @@ impl Reader<'_> {
 
 fn is_length(node: &Node) -> bool {
     let Some(text) = node.text() else { return false };
-    matches!(read(&text), Ok(Reading::Measure(_, unit)) if unit.exponents == Unit::length().exponents)
+    matches!(read(&text), Ok(QuantityReading::Measure(_, unit)) if unit.exponents == Unit::length().exponents)
 }
 
 /// An expression of x alone.
@@ -778,14 +780,14 @@ fn formula(tree: &Tree) -> Option<Formula> {
 }
 
 /// A column of a table: its name, the unit of what it has, and whether it has to be there.
-struct Column {
+struct ExpectedColumn {
     name: &'static str,
     unit: Unit,
     is_needed: bool,
 }
 
 /// The numbers of each column in SI, as far as it is there.
-fn tabled<const N: usize>(text: &str, columns: &[Column; N]) -> Result<[Option<Vec<f64>>; N], SheetError> {
+fn tabled<const N: usize>(text: &str, columns: &[ExpectedColumn; N]) -> Result<[Option<Vec<f64>>; N], SheetError> {
     let sheet = Sheet::read(text)?;
     let mut found: [Option<Vec<f64>>; N] = std::array::from_fn(|_| None);
     for (place, heading) in sheet.headings().iter().enumerate() {

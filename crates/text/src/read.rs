@@ -43,7 +43,7 @@ impl Reading {
         let order = arena.reachable(roots.iter().copied());
         let (mut names, forced) = candidates(arena, &order, roots, &context.variables);
         loop {
-            let (reading, expressions) = Reader::read(arena, &order, roots, context, (&names, &forced));
+            let (reading, expressions) = SumReader::read(arena, &order, roots, context, (&names, &forced));
             let before = names.len();
             for (definition, expr) in reading.definitions.iter().zip(expressions) {
                 if definition.uses < 2 && !forced.contains(&expr) {
@@ -135,7 +135,7 @@ fn is_sum(arena: &Arena, expr: Expr) -> bool {
     matches!(arena.node(expr), Node::Unary(Unary::Negate, _) | Node::Binary(Binary::Add | Binary::Subtract, ..))
 }
 
-struct Reader<'a> {
+struct SumReader<'a> {
     arena: &'a Arena,
     /// What [`parts_of_sums`] found.
     parts: HashSet<Expr>,
@@ -146,7 +146,7 @@ struct Reader<'a> {
     definitions: Vec<Definition>,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> SumReader<'a> {
     fn read(
         arena: &'a Arena,
         order: &[Expr],
@@ -155,7 +155,7 @@ impl<'a> Reader<'a> {
         (names, forced): (&HashSet<Expr>, &HashSet<Expr>),
     ) -> (Reading, Vec<Expr>) {
         let is_atom = |expr: &Expr| names.contains(expr) || context.variables.contains_key(expr);
-        let mut reader = Reader {
+        let mut reader = SumReader {
             arena,
             parts: parts_of_sums(arena, order, roots, is_atom),
             known: HashMap::new(),

@@ -10,7 +10,7 @@ use crate::scene::expression::{substituted, with_files as with_files_of};
 use crate::scene::key::{Form, Key};
 use crate::scene::model::{Scene, Vector};
 use crate::scene::part::Part;
-use crate::scene::quantity::{Quantity, Reading, Value, read};
+use crate::scene::quantity::{Quantity, QuantityReading, Value, read};
 
 /// What is written for a name instead, if anything is.
 type Map<'m> = &'m dyn Fn(&str) -> Option<String>;
@@ -233,7 +233,7 @@ impl Walk<'_> {
     }
 
     fn law(&mut self, text: &mut String, own: &[Variable]) {
-        if matches!(read(&Text::from(text.as_str())), Ok(Reading::Expression)) {
+        if matches!(read(&Text::from(text.as_str())), Ok(QuantityReading::Expression)) {
             (self.law)(text, own);
         }
     }

@@ -19,10 +19,10 @@ use super::Simulate;
 pub struct Record {
     time: DisplayUnit,
     times: Vec<f64>,
-    columns: Vec<Column>,
+    columns: Vec<RecordedVariable>,
 }
 
-struct Column {
+struct RecordedVariable {
     name: String,
     unit: DisplayUnit,
     si: Unit,
@@ -33,7 +33,7 @@ impl Record {
     pub fn new(compiled: &Compiled, reported: &[usize], shown: &Shown) -> Record {
         let column = |&index: &usize| {
             let variable = &compiled.description.variables[index];
-            Column {
+            RecordedVariable {
                 name: variable.name.clone(),
                 unit: shown.of(&variable.unit),
                 si: variable.unit.clone(),
@@ -45,7 +45,8 @@ impl Record {
 
     /// A row of the table, SI: the time, then the values with their angles within half a turn.
     pub fn wrapped(&self, time: f64, values: &[f64]) -> Vec<f64> {
-        let own = |(column, &value): (&Column, &f64)| if is_angle(&column.si) { wrapped(value) } else { value };
+        let own =
+            |(column, &value): (&RecordedVariable, &f64)| if is_angle(&column.si) { wrapped(value) } else { value };
         std::iter::once(time).chain(self.columns.iter().zip(values).map(own)).collect()
     }
 
@@ -67,7 +68,8 @@ impl Record {
     }
 
     pub fn statistics(&self) -> Statistics {
-        let figures = |column: &Column| Figures::of(&column.name, &column.unit.name, &self.times, &column.values);
+        let figures =
+            |column: &RecordedVariable| Figures::of(&column.name, &column.unit.name, &self.times, &column.values);
         let ends = [self.times.first(), self.times.last()].map(|time| time.copied().unwrap_or(0.0));
         Statistics {
             time_unit: self.time.name.clone(),
@@ -82,7 +84,7 @@ impl Record {
         if let Some(x) = options.x.as_deref().filter(|x| *x != "time") {
             return self.plot_over(title, self.axis(x)?, &options.y);
         }
-        let wanted = |column: &&Column| options.y.is_empty() || options.y.contains(&column.name);
+        let wanted = |column: &&RecordedVariable| options.y.is_empty() || options.y.contains(&column.name);
         let mut series: Vec<Series> =
             self.columns.iter().filter(wanted).map(|column| self.series(column, options.wrap)).collect();
         series.extend(self.inputs(run, shown));
@@ -90,8 +92,8 @@ impl Record {
         Ok(Plot { title, axis, true_to_scale: None, time: self.times.clone(), series })
     }
 
-    fn plot_over(&self, title: String, x: &Column, wanted: &[String]) -> Result<Plot, Failure> {
-        let columns: Vec<&Column> = wanted.iter().map(|name| self.axis(name)).collect::<Result<_, _>>()?;
+    fn plot_over(&self, title: String, x: &RecordedVariable, wanted: &[String]) -> Result<Plot, Failure> {
+        let columns: Vec<&RecordedVariable> = wanted.iter().map(|name| self.axis(name)).collect::<Result<_, _>>()?;
         let is_length = x.si.exponents == Unit::length().exponents;
         Ok(Plot {
             title,
@@ -103,17 +105,17 @@ impl Record {
     }
 
     /// The variable of that name; or else the names that there are.
-    fn column(&self, name: &str) -> Result<&Column, String> {
+    fn column(&self, name: &str) -> Result<&RecordedVariable, String> {
         let known = || suggest::known(name, self.columns.iter().map(|column| column.name.as_str()));
         self.columns.iter().find(|column| column.name == name).ok_or_else(known)
     }
 
-    fn axis(&self, name: &str) -> Result<&Column, Failure> {
+    fn axis(&self, name: &str) -> Result<&RecordedVariable, Failure> {
         self.column(name).map_err(|known| Failure::Usage(format!("`{name}` is not reported; {known}")))
     }
 
     /// A curve; where a wrapped angle begins a new turn it has a gap.
-    fn series(&self, column: &Column, wrap: bool) -> Series {
+    fn series(&self, column: &RecordedVariable, wrap: bool) -> Series {
         let curve = |values| Series::new(&column.name, &column.unit.name, values);
         if !(wrap && is_angle(&column.si)) {
             return curve(column.values.clone());
@@ -171,7 +173,7 @@ impl Record {
     }
 
     /// How far a variable is from what was measured, at the measured times within the run.
-    fn difference(&self, column: &Column, at: &[f64], values: &[f64]) -> String {
+    fn difference(&self, column: &RecordedVariable, at: &[f64], values: &[f64]) -> String {
         let (mut squares, mut most, mut count) = (0.0, [0.0, 0.0], 0);
         for (&time, &value) in at.iter().zip(values) {
             let next = self.times.partition_point(|&row| row < time);

@@ -33,14 +33,14 @@ pub struct Stop {
     pub at: [f64; 2],
     /// The direction in which it is met.
     pub towards: [f64; 2],
-    pub course: Course,
+    pub course: StopMotion,
     /// The parameters with which it would stand elsewhere.
     pub needs: Vec<String>,
 }
 
 /// How something comes to its stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Course {
+pub enum StopMotion {
     /// A block that slides.
     Slides,
     /// A pin in a slot.
@@ -95,7 +95,7 @@ pub(super) struct HeldForm {
 impl Stop {
     /// How far from a place it reaches along an axis [px].
     pub(super) fn reach(&self, from: Pixel, axis: Pixel, view: &View) -> f64 {
-        let block = if self.course == Course::Slides { BLOCK * view.pin } else { view.pin };
+        let block = if self.course == StopMotion::Slides { BLOCK * view.pin } else { view.pin };
         let sense = dot(view.direction(self.towards), axis).signum();
         dot(difference(view.pixel(self.at), from), axis) + sense * (block + 2.0 * view.pin)
     }
@@ -104,9 +104,9 @@ impl Stop {
     fn draw(&self, view: &View, svg: &mut Svg) -> Pixel {
         let (at, towards) = (view.pixel(self.at), view.direction(self.towards));
         let at = match self.course {
-            Course::Slides => along(at, BLOCK * view.pin, towards),
-            Course::InSlot => along(at, view.pin, towards),
-            Course::Turns(bar) => {
+            StopMotion::Slides => along(at, BLOCK * view.pin, towards),
+            StopMotion::InSlot => along(at, view.pin, towards),
+            StopMotion::Turns(bar) => {
                 let [far, beside] = ARM;
                 along(along(at, far * view.pin, view.direction(bar)), beside * view.pin, towards)
             }

@@ -22,7 +22,7 @@ use super::svg::{Frame, Svg, number};
 pub use coupling::{Cam, Coupling, CouplingKind, Wheel};
 pub use film::{Film, Shows};
 pub use geometry::Geometry;
-pub use held::{Course, Held, Spot, Stop};
+pub use held::{Held, Spot, Stop, StopMotion};
 use labels::Labels;
 pub use marks::Mark;
 use view::View;

@@ -6,7 +6,7 @@ use cotree::model::{BodyId, Mechanism, ParameterId, Part, Place, Quantity, Unila
 
 use super::Pose;
 use crate::alike::Alike;
-use crate::drawing::{CouplingKind, Course, Drawing, Held, Spot, Stop};
+use crate::drawing::{CouplingKind, Drawing, Held, Spot, Stop, StopMotion};
 
 impl Pose<'_> {
     /// The stops and marks of everything that has modes.
@@ -51,7 +51,7 @@ impl Pose<'_> {
                 let axis = self.direction(axis, part.between[0].body());
                 let size = axis[0].length_with(axis[1]);
                 let towards = axis.map(|component| sense * component / size);
-                let course = if matches!(icon, Icon::Slider(_)) { Course::Slides } else { Course::InSlot };
+                let course = if matches!(icon, Icon::Slider(_)) { StopMotion::Slides } else { StopMotion::InSlot };
                 ([at[0] + gap * towards[0], at[1] + gap * towards[1]], towards, course)
             }
             Icon::Pin => {
@@ -59,7 +59,7 @@ impl Pose<'_> {
                 let [x, y] = self.bar(body.0, at);
                 let (sine, cosine) = (sense * gap).sine_and_cosine();
                 let bar = [cosine * x - sine * y, sine * x + cosine * y];
-                (at, [-sense * bar[1], sense * bar[0]], Course::Turns(bar))
+                (at, [-sense * bar[1], sense * bar[0]], StopMotion::Turns(bar))
             }
             _ => return None,
         };

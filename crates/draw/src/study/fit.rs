@@ -3,7 +3,7 @@
 use cotree::model::Units;
 use cotree::report::data::shown;
 use cotree::typeset::titled;
-use cotree_study::fit::{Column, Fit, Measured};
+use cotree_study::fit::{Fit, Measured, MeasuredVariable};
 
 use crate::plot::{Plot, Series};
 
@@ -25,8 +25,8 @@ pub fn plot(fit: &Fit, units: &Units) -> Plot {
     }
 }
 
-fn panels(times: &[f64], column: &Column, number: &str, units: &Units) -> [Series; 4] {
-    let Column { name, unit, measured, fitted, .. } = column;
+fn panels(times: &[f64], column: &MeasuredVariable, number: &str, units: &Units) -> [Series; 4] {
+    let MeasuredVariable { name, unit, measured, fitted, .. } = column;
     let (name, unit) = (&format!("{name}{number}"), shown(units, unit));
     let residual = format!("residual of {name}");
     let series = |name: &str, values: Vec<f64>| Series {

@@ -10,7 +10,7 @@ use super::decompose::symmetric_eigen;
 use super::modes::{Mode, modes};
 use super::search::{null_space, scales};
 use super::supports::{Rest, rest};
-use super::variation::{Column, RowBlock, Variation};
+use super::variation::{ColumnBlock, RowBlock, Variation};
 use super::{Failure, Point, StateSpace};
 
 /// Stiffness counts as none below this share of the largest.
@@ -123,8 +123,8 @@ impl Statics {
         // The states are held: how they answer is in the linearised motion.
         let mechanical = formulated.equations.coordinates.len();
         let scales = &scales(formulated)[..mechanical];
-        let tangent = numbers.block(RowBlock::Motion, Column::Positions);
-        let loops = numbers.block(RowBlock::Loops, Column::Positions);
+        let tangent = numbers.block(RowBlock::Motion, ColumnBlock::Positions);
+        let loops = numbers.block(RowBlock::Loops, ColumnBlock::Positions);
         let tangent = DMatrix::from_fn(scales.len(), scales.len(), |i, j| tangent[(i, j)] * scales[i] * scales[j]);
         let loops = DMatrix::from_fn(loops.nrows(), scales.len(), |i, j| loops[(i, j)] * scales[j]);
         let free = null_space(&loops, DETERMINED)?;

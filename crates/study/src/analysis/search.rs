@@ -9,7 +9,7 @@ use cotree::report::data::shown;
 use nalgebra::{DMatrix, DVector};
 
 use super::decompose::{least_squares, svd};
-use super::variation::{Column, Numbers, RowBlock, Variation};
+use super::variation::{ColumnBlock, Numbers, RowBlock, Variation};
 use super::{Failure, Point};
 
 const ITERATIONS: usize = 100;
@@ -192,7 +192,7 @@ impl<'a> Search<'a> {
 
     /// The reactions that balance the loads best, by least squares.
     fn carry(&mut self, numbers: &Numbers) -> Result<(), Failure> {
-        let reactions = numbers.block(RowBlock::Motion, Column::Reactions);
+        let reactions = numbers.block(RowBlock::Motion, ColumnBlock::Reactions);
         let change = least_squares(&reactions, &-numbers.values(RowBlock::Motion), 0.0)?;
         self.change_reactions(change.as_slice());
         Ok(())
@@ -220,8 +220,8 @@ impl<'a> Search<'a> {
     fn jacobian(&self, numbers: &Numbers) -> DMatrix<f64> {
         let (n, m, l) = (self.scales.len(), self.gaps.len(), self.levels.len());
         let by_positions = |row: RowBlock| {
-            let mut slopes = numbers.block(row, Column::Positions);
-            let rates = numbers.block(row, Column::Rates);
+            let mut slopes = numbers.block(row, ColumnBlock::Positions);
+            let rates = numbers.block(row, ColumnBlock::Rates);
             (self.mechanical..n).for_each(|state| slopes.set_column(state, &rates.column(state)));
             slopes
         };
@@ -235,17 +235,17 @@ impl<'a> Search<'a> {
         put((0, 0), by_positions(RowBlock::Motion), &|value, i, j| value * self.weight(i) * scales[j]);
         // A row of the motion by an effort: forces and efforts share the energy.
         let by_effort = |i: usize| if i < self.mechanical { scales[i] } else { self.energy / scales[i] };
-        let reactions = numbers.block(RowBlock::Motion, Column::Reactions);
+        let reactions = numbers.block(RowBlock::Motion, ColumnBlock::Reactions);
         put((0, n), reactions, &|value, i, j| value * by_effort(i) / gaps[j]);
-        put((n, 0), numbers.block(RowBlock::Loops, Column::Positions), &|value, i, j| value * scales[j] / gaps[i]);
+        put((n, 0), numbers.block(RowBlock::Loops, ColumnBlock::Positions), &|value, i, j| value * scales[j] / gaps[i]);
         if l > 0 {
-            let of = |column: Column| numbers.block(RowBlock::Levels, column);
+            let of = |column: ColumnBlock| numbers.block(RowBlock::Levels, column);
             let level = |i: usize| self.levels[i].1;
-            let acting = numbers.block(RowBlock::Motion, Column::Levels);
+            let acting = numbers.block(RowBlock::Motion, ColumnBlock::Levels);
             put((0, n + m), acting, &|value, i, j| value * by_effort(i) / level(j));
             put((n + m, 0), by_positions(RowBlock::Levels), &|value, i, j| value * scales[j] * level(i) / self.energy);
-            put((n + m, n), of(Column::Reactions), &|value, i, j| value * level(i) / gaps[j]);
-            put((n + m, n + m), of(Column::Levels), &|value, i, j| value * level(i) / level(j));
+            put((n + m, n), of(ColumnBlock::Reactions), &|value, i, j| value * level(i) / gaps[j]);
+            put((n + m, n + m), of(ColumnBlock::Levels), &|value, i, j| value * level(i) / level(j));
         }
         whole
     }
@@ -316,7 +316,7 @@ impl<'a> Search<'a> {
         for _ in 0..MOVES {
             let numbers = self.variation.motion_at(equations, &self.point)?;
             let step = least_squares(
-                &numbers.block(RowBlock::Loops, Column::Positions),
+                &numbers.block(RowBlock::Loops, ColumnBlock::Positions),
                 &-numbers.values(RowBlock::Loops),
                 0.0,
             )?;

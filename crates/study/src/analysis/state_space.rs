@@ -14,7 +14,7 @@ use nalgebra::DMatrix;
 use super::independent::{Partition, Undetermined};
 use super::one_sided::{Closure, closures};
 use super::search::scales;
-use super::variation::{Column, Numbers, RowBlock, Variation, unknown};
+use super::variation::{ColumnBlock, Numbers, RowBlock, Variation, unknown};
 use super::{Failure, Point};
 
 /// A state, input or output, and its value at the point.
@@ -138,7 +138,7 @@ impl StateSpace {
 fn partition(formulated: &Formulated, numbers: &Numbers, like: Option<&Partition>) -> Result<Partition, Undetermined> {
     let constraints = &formulated.lowered.program.constraints;
     let scales = scales(formulated);
-    let mut jacobian = numbers.block(RowBlock::Loops, Column::Positions);
+    let mut jacobian = numbers.block(RowBlock::Loops, ColumnBlock::Positions);
     for (mut row, constraint) in jacobian.row_iter_mut().zip(numbers.rows()) {
         row /= constraints[constraint].scale;
     }
@@ -211,7 +211,7 @@ impl Basis {
     /// Varies the loop equations, their rates, and the equations of motion; `None` in a singular pose.
     fn motion(&self, numbers: &Numbers, partition: &Partition) -> Option<MotionChanges> {
         let Partition { independent, dependent } = partition;
-        let jacobian = numbers.block(RowBlock::Loops, Column::Positions);
+        let jacobian = numbers.block(RowBlock::Loops, ColumnBlock::Positions);
         let (n, count) = (jacobian.ncols(), self.signals.ncols());
         let held = jacobian.select_columns(dependent);
         let moving: Vec<usize> = independent.iter().copied().filter(|&index| index < self.mechanical).collect();
@@ -228,9 +228,9 @@ impl Basis {
             }
             Some(all)
         };
-        let positions = complete(0, &moving, numbers.block(RowBlock::Loops, Column::Signals) * &self.signals)?;
-        let turning = numbers.block(RowBlock::Rates, Column::Positions) * &positions
-            + numbers.block(RowBlock::Rates, Column::Signals) * &self.signals;
+        let positions = complete(0, &moving, numbers.block(RowBlock::Loops, ColumnBlock::Signals) * &self.signals)?;
+        let turning = numbers.block(RowBlock::Rates, ColumnBlock::Positions) * &positions
+            + numbers.block(RowBlock::Rates, ColumnBlock::Signals) * &self.signals;
         let rates = complete(moving.len(), independent, turning)?;
         let system = numbers.system();
         let m = jacobian.nrows();
@@ -239,9 +239,9 @@ impl Basis {
         for (first, size, row) in
             [(0, n, RowBlock::Motion), (n, m, RowBlock::Accelerations), (n + m, levels, RowBlock::Levels)]
         {
-            let change = numbers.block(row, Column::Positions) * &positions
-                + numbers.block(row, Column::Rates) * &rates
-                + numbers.block(row, Column::Signals) * &self.signals;
+            let change = numbers.block(row, ColumnBlock::Positions) * &positions
+                + numbers.block(row, ColumnBlock::Rates) * &rates
+                + numbers.block(row, ColumnBlock::Signals) * &self.signals;
             right.rows_mut(first, size).copy_from(&-change);
         }
         let solution = solve(system, &right)?;
@@ -251,13 +251,13 @@ impl Basis {
     }
 
     fn outputs(&self, numbers: &Numbers, motion: &MotionChanges) -> DMatrix<f64> {
-        let of = |column: Column| numbers.block(RowBlock::Outputs, column);
-        of(Column::Positions) * &motion.positions
-            + of(Column::Rates) * &motion.rates
-            + of(Column::Accelerations) * &motion.accelerations
-            + of(Column::Reactions) * &motion.reactions
-            + of(Column::Levels) * &motion.levels
-            + of(Column::Signals) * &self.signals
+        let of = |column: ColumnBlock| numbers.block(RowBlock::Outputs, column);
+        of(ColumnBlock::Positions) * &motion.positions
+            + of(ColumnBlock::Rates) * &motion.rates
+            + of(ColumnBlock::Accelerations) * &motion.accelerations
+            + of(ColumnBlock::Reactions) * &motion.reactions
+            + of(ColumnBlock::Levels) * &motion.levels
+            + of(ColumnBlock::Signals) * &self.signals
     }
 
     fn rate(&self, formulated: &Formulated, state: Symbol, motion: &MotionChanges) -> nalgebra::RowDVector<f64> {

@@ -14,7 +14,7 @@ use super::decompose::svd;
 use super::one_sided::{Closure, Kind, TOUCHING, closures, told};
 use super::search::{Misfit, scales, search};
 use super::sharing::{carry_all, share, sharing};
-use super::variation::{Column, RowBlock, Rubbing, Variation};
+use super::variation::{ColumnBlock, RowBlock, Rubbing, Variation};
 use super::{Failure, Point};
 
 /// All modes are tried: of more parts than these there are too many.
@@ -263,7 +263,8 @@ fn modes(formulated: &Formulated, guess: &Point, asked: &[Asked]) -> Result<Vec<
 /// Rounding errors of forces along angles and along lengths: of a balance of what is as large as the stiffness makes it.
 fn noise(formulated: &Formulated, variation: &Variation, point: &Point) -> [f64; 2] {
     let numbers = variation.motion_at(&formulated.equations, point);
-    let tangent = numbers.map_or_else(|_| DMatrix::zeros(0, 0), |own| own.block(RowBlock::Motion, Column::Positions));
+    let tangent =
+        numbers.map_or_else(|_| DMatrix::zeros(0, 0), |own| own.block(RowBlock::Motion, ColumnBlock::Positions));
     let scales = &scales(formulated)[..formulated.equations.coordinates.len().min(tangent.nrows())];
     let places = (0..scales.len()).flat_map(|i| (0..scales.len()).map(move |j| (i, j)));
     let energy = places.fold(0.0, |most: f64, (i, j)| most.max((tangent[(i, j)] * scales[i] * scales[j]).abs()));
@@ -323,7 +324,7 @@ pub(super) fn rows(
     point: &Point,
 ) -> Result<(DMatrix<f64>, Vec<usize>), Failure> {
     let numbers = variation.loops_at(&formulated.equations, point)?;
-    let (scales, jacobian) = (scales(formulated), numbers.block(RowBlock::Loops, Column::Positions));
+    let (scales, jacobian) = (scales(formulated), numbers.block(RowBlock::Loops, ColumnBlock::Positions));
     let rows: Vec<usize> = numbers.rows().collect();
     let lengths: Vec<f64> = rows.iter().map(|&row| formulated.lowered.program.constraints[row].scale).collect();
     let scaled = |i: usize, j: usize| jacobian[(i, j)] * scales[j] / lengths[i];

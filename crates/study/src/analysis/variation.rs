@@ -41,7 +41,7 @@ pub(super) enum RowBlock {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Column {
+pub(super) enum ColumnBlock {
     Positions,
     Rates,
     Accelerations,
@@ -207,7 +207,7 @@ impl Variation {
 
     /// Inputs and followers with their derivatives, as far as anything depends on them.
     pub(super) fn signals(&self) -> &[Symbol] {
-        &self.columns[self.column(Column::Signals)]
+        &self.columns[self.column(ColumnBlock::Signals)]
     }
 
     /// The load whose ends are together, so that it has no direction and the forces of small motions no limit.
@@ -317,12 +317,14 @@ impl Variation {
     }
 
     /// The columns of this kind, of reactions those of loop equations that hold, of levels those of what slides.
-    fn held_columns(&self, column: Column, holding: &Holding) -> Vec<usize> {
+    fn held_columns(&self, column: ColumnBlock, holding: &Holding) -> Vec<usize> {
         let range = self.column(column);
         match column {
-            Column::Reactions => holding.loops.iter().map(|place| range.start + place).collect(),
-            Column::Levels => holding.levels.iter().map(|place| range.start + place).collect(),
-            Column::Positions | Column::Rates | Column::Accelerations | Column::Signals => range.collect(),
+            ColumnBlock::Reactions => holding.loops.iter().map(|place| range.start + place).collect(),
+            ColumnBlock::Levels => holding.levels.iter().map(|place| range.start + place).collect(),
+            ColumnBlock::Positions | ColumnBlock::Rates | ColumnBlock::Accelerations | ColumnBlock::Signals => {
+                range.collect()
+            }
         }
     }
 
@@ -330,15 +332,15 @@ impl Variation {
         self.rows.iter().find(|(known, _)| *known == row).map_or(0..0, |(_, range)| range.clone())
     }
 
-    fn column(&self, column: Column) -> Range<usize> {
+    fn column(&self, column: ColumnBlock) -> Range<usize> {
         let (n, m, l) = (self.coordinates, self.active.len(), self.levels.len() + self.loads.len());
         match column {
-            Column::Positions => 0..n,
-            Column::Rates => n..2 * n,
-            Column::Accelerations => 2 * n..3 * n,
-            Column::Reactions => 3 * n..3 * n + m,
-            Column::Levels => 3 * n + m..3 * n + m + l,
-            Column::Signals => 3 * n + m + l..self.columns.len(),
+            ColumnBlock::Positions => 0..n,
+            ColumnBlock::Rates => n..2 * n,
+            ColumnBlock::Accelerations => 2 * n..3 * n,
+            ColumnBlock::Reactions => 3 * n..3 * n + m,
+            ColumnBlock::Levels => 3 * n + m..3 * n + m + l,
+            ColumnBlock::Signals => 3 * n + m + l..self.columns.len(),
         }
     }
 
@@ -542,19 +544,19 @@ impl Numbers<'_> {
         DVector::from_iterator(rows.len(), rows.into_iter().map(|row| self.values[row]))
     }
 
-    pub fn block(&self, row: RowBlock, column: Column) -> DMatrix<f64> {
+    pub fn block(&self, row: RowBlock, column: ColumnBlock) -> DMatrix<f64> {
         self.block_of(&self.matrix, row, column)
     }
 
     /// A block of a matrix of [`Variation::second`] at the same point.
-    pub fn block_of(&self, matrix: &DMatrix<f64>, row: RowBlock, column: Column) -> DMatrix<f64> {
+    pub fn block_of(&self, matrix: &DMatrix<f64>, row: RowBlock, column: ColumnBlock) -> DMatrix<f64> {
         let rows = self.variation.held_rows(row, &self.holding);
         let columns = self.variation.held_columns(column, &self.holding);
         DMatrix::from_fn(rows.len(), columns.len(), |i, j| matrix[(rows[i], columns[j])])
     }
 
     /// What stands for each column of this kind.
-    pub fn symbols(&self, column: Column) -> Vec<Symbol> {
+    pub fn symbols(&self, column: ColumnBlock) -> Vec<Symbol> {
         let columns = self.variation.held_columns(column, &self.holding);
         columns.into_iter().map(|place| self.variation.columns[place]).collect()
     }
@@ -567,17 +569,17 @@ impl Numbers<'_> {
     /// \[M Phi_q^T; Phi_q 0\]; where something slides its level is one more unknown, with its law as one more row.
     pub fn system(&self) -> DMatrix<f64> {
         let [mass, reactions] =
-            [Column::Accelerations, Column::Reactions].map(|column| self.block(RowBlock::Motion, column));
-        let without = saddle(&mass, &reactions, &self.block(RowBlock::Accelerations, Column::Accelerations));
+            [ColumnBlock::Accelerations, ColumnBlock::Reactions].map(|column| self.block(RowBlock::Motion, column));
+        let without = saddle(&mass, &reactions, &self.block(RowBlock::Accelerations, ColumnBlock::Accelerations));
         let (size, levels) = (without.nrows(), self.holding.levels.len());
         if levels == 0 {
             return without;
         }
         let mut whole = without.resize(size + levels, size + levels, 0.0);
         let (n, m) = (mass.ncols(), reactions.ncols());
-        whole.view_mut((0, size), (n, levels)).copy_from(&self.block(RowBlock::Motion, Column::Levels));
+        whole.view_mut((0, size), (n, levels)).copy_from(&self.block(RowBlock::Motion, ColumnBlock::Levels));
         for (first, count, column) in
-            [(0, n, Column::Accelerations), (n, m, Column::Reactions), (size, levels, Column::Levels)]
+            [(0, n, ColumnBlock::Accelerations), (n, m, ColumnBlock::Reactions), (size, levels, ColumnBlock::Levels)]
         {
             whole.view_mut((size, first), (levels, count)).copy_from(&self.block(RowBlock::Levels, column));
         }

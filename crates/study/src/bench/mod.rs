@@ -15,7 +15,7 @@ use serde::{Serialize, Serializer};
 
 use clock::Elapsed;
 pub use reference::{Comparison, Reference};
-use runs::{Budget, Found, Subject, TOO_LONG};
+use runs::{Budget, Subject, TOO_LONG, TimedMotion};
 
 const TOLERANCES: [f64; 10] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12];
 /// An error that is not above so many times that of the reference may be the reference's own.
@@ -165,7 +165,7 @@ pub fn measure_watched(
 }
 
 impl Measured {
-    fn of(found: &Found, error: f64, energy_kept: bool) -> Self {
+    fn of(found: &TimedMotion, error: f64, energy_kept: bool) -> Self {
         let statistics = found.instance.statistics();
         Self {
             cpu_seconds: None,

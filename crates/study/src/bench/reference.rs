@@ -4,7 +4,7 @@ use cotree_fmu::program::Engine;
 use serde::Serialize;
 
 use super::Method;
-use super::runs::{Budget, Found, Subject, TOO_LONG};
+use super::runs::{Budget, Subject, TOO_LONG, TimedMotion};
 
 /// Tolerances that are tried, from the finest on.
 const TOLERANCES: [f64; 4] = [1e-13, 1e-11, 1e-9, 1e-7];
@@ -34,7 +34,7 @@ struct Converged {
     method: &'static str,
     engine: Option<Engine>,
     tolerance: f64,
-    found: Found,
+    found: TimedMotion,
     /// Distance of a run at ten times the tolerance.
     error: f64,
 }
@@ -43,7 +43,7 @@ struct Converged {
 ///
 /// Of all methods the two that agree best are taken; the one that the model does not choose by itself is the reference, so that its choice is judged by
 /// another method.
-pub(super) fn find(subject: &Subject, methods: &[Method]) -> Result<(Vec<f64>, Found, Reference), String> {
+pub(super) fn find(subject: &Subject, methods: &[Method]) -> Result<(Vec<f64>, TimedMotion, Reference), String> {
     let times = times(subject)?;
     let chosen = subject.model.program().engine;
     let named = methods.iter().filter(|(_, engine)| engine.is_some());

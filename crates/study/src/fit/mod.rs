@@ -64,7 +64,7 @@ pub struct Measured {
     /// Times at which something was measured that has no value or no derivative there in the first motion: they are left out \[s\].
     pub left_out: Vec<f64>,
     /// Each variable.
-    pub columns: Vec<Column>,
+    pub columns: Vec<MeasuredVariable>,
 }
 
 /// A fitted quantity, SI.
@@ -85,7 +85,7 @@ pub struct Quantity {
 
 /// A measured variable, SI.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Column {
+pub struct MeasuredVariable {
     pub name: String,
     pub unit: String,
     /// What was measured, one value for each time; not a number where nothing was.
@@ -98,7 +98,7 @@ pub struct Column {
     pub is_given: bool,
 }
 
-impl Column {
+impl MeasuredVariable {
     /// How many values count: those that were measured and can be computed.
     pub fn count(&self) -> usize {
         self.measured
@@ -350,7 +350,7 @@ impl Experiment<'_, '_> {
             };
             let fitted = rows.iter().enumerate().map(value).collect();
             let (deviation, is_given) = weighed.deviations[self.places.kinds[index]];
-            Column { name: name.clone(), unit: units[output].clone(), measured, fitted, deviation, is_given }
+            MeasuredVariable { name: name.clone(), unit: units[output].clone(), measured, fitted, deviation, is_given }
         };
         Measured {
             times: self.table.times().to_vec(),

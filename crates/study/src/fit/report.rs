@@ -6,7 +6,7 @@ use cotree::report::data::{Cell, Report, Table, number, plain, unit};
 use cotree::{line, row};
 use serde_json::{Value, json};
 
-use super::{Column, Ended, Fit, Measured, Quantity};
+use super::{Ended, Fit, Measured, MeasuredVariable, Quantity};
 
 /// Correlations are known to this at best: they have four decimals.
 const CORRELATION: f64 = 0.01;
@@ -22,7 +22,7 @@ pub(super) fn rows_left_out(left_out: &[f64], all: usize) -> Option<String> {
 impl Fit {
     pub fn report(&self) -> Report {
         let columns = self.measured.iter().flat_map(|own| &own.columns);
-        let (quantities, values) = (self.quantities.len(), columns.map(Column::count).sum::<usize>());
+        let (quantities, values) = (self.quantities.len(), columns.map(MeasuredVariable::count).sum::<usize>());
         let ended = match self.ended {
             Ended::Settled => "at a minimum: no step makes the residuals smaller",
             Ended::Exhausted => "without a minimum: as many motions as are permitted were computed",
@@ -75,7 +75,7 @@ impl Fit {
     }
 
     fn residuals(&self) -> Table {
-        let row = |(experiment, own): (usize, &Column)| {
+        let row = |(experiment, own): (usize, &MeasuredVariable)| {
             let [rms, deviation] = [own.rms(), own.deviation].map(|value| number(value, &own.unit));
             let given = if own.is_given { " (given)" } else { "" };
             let name = if self.measured.len() > 1 { format!("{} ({experiment})", own.name) } else { own.name.clone() };
@@ -117,7 +117,7 @@ impl Fit {
 
 impl Measured {
     fn data(&self) -> Value {
-        let column = |own: &Column| {
+        let column = |own: &MeasuredVariable| {
             let residuals: Value = own.measured.iter().zip(&own.fitted).map(|(own, fitted)| own - fitted).collect();
             json!({ "name": own.name, "unit": own.unit, "rms": own.rms(), "deviation": own.deviation,
                     "given": own.is_given, "fitted": own.fitted, "residuals": residuals })

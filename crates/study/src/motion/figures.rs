@@ -123,10 +123,10 @@ pub struct Figures {
     /// Contacts that would have to pull, and what friction rolling takes.
     pub contacts: Vec<String>,
     /// Values over the input.
-    pub table: Vec<Column>,
+    pub table: Vec<MotionColumn>,
     /// Those of them that people read.
     #[serde(skip)]
-    pub rows: Vec<Column>,
+    pub rows: Vec<MotionColumn>,
     /// Centres of the motion of each body against the ground, for each sample \[m\]; none while it does not turn.
     pub instant_centres: Vec<Centres>,
     /// Centres of the motion of each two bodies against each other.
@@ -196,17 +196,17 @@ pub struct Transmission {
 
 /// A quantity over the input.
 #[derive(Clone, Debug, Serialize)]
-pub struct Column {
+pub struct MotionColumn {
     pub name: String,
     pub unit: String,
     pub values: Vec<f64>,
 }
 
-impl Column {
+impl MotionColumn {
     /// So many of its values, every so many.
-    pub(super) fn every(&self, first: usize, every: usize, count: usize) -> Column {
+    pub(super) fn every(&self, first: usize, every: usize, count: usize) -> MotionColumn {
         let values = self.values.iter().skip(first).step_by(every.max(1)).take(count).copied().collect();
-        Column { values, ..self.clone() }
+        MotionColumn { values, ..self.clone() }
     }
 }
 
@@ -224,7 +224,7 @@ pub(super) fn of(subject: &Subject, table: &Table) -> Result<Figures, MotionErro
     figures.four_bar = grashof::class(mechanism, drive.joint, &request.units);
     let inputs: Vec<f64> = (0..table.count()).map(|index| table.input(index)).collect();
     let Link { name, unit, .. } = figures.input.clone();
-    figures.table.push(Column { name, unit, values: inputs });
+    figures.table.push(MotionColumn { name, unit, values: inputs });
     if let Some(output) = output {
         figures.output(output, table, drive, request.dwell)?;
     }
@@ -370,7 +370,7 @@ impl Figures {
 
     fn push(&mut self, name: &str, unit: &str, samples: &Samples) {
         let (name, unit) = (name.to_string(), unit.to_string());
-        self.table.push(Column { name, unit, values: samples.values().to_vec() });
+        self.table.push(MotionColumn { name, unit, values: samples.values().to_vec() });
     }
 
     /// Position, influence coefficients, limits, stroke, time ratio and mechanical advantage of the output.

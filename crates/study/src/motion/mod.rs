@@ -28,7 +28,7 @@ use cotree::typeset::rounded;
 
 pub use cams::Cam;
 use drive::{COUNT, Moved, Table};
-pub use figures::{Column, Figures, Link, Speed};
+pub use figures::{Figures, Link, MotionColumn, Speed};
 use input::{Start, Watched};
 pub use report::usual;
 pub use samples::At;

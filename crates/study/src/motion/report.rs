@@ -12,7 +12,7 @@ use cotree::typeset::rounded;
 
 use super::cams::Cam;
 use super::curve::Arc;
-use super::figures::{Column, Extent, Figures, Peak, Speed, Transmission};
+use super::figures::{Extent, Figures, MotionColumn, Peak, Speed, Transmission};
 use super::friction::Friction;
 use super::growth::Unbounded;
 use super::samples::At;
@@ -389,7 +389,7 @@ fn percent(share: f64) -> String {
 }
 
 /// Columns as a table.
-fn rows(columns: &[Column], cell: impl Fn(f64, &Column) -> Cell) -> Table {
+fn rows(columns: &[MotionColumn], cell: impl Fn(f64, &MotionColumn) -> Cell) -> Table {
     let count = columns.first().map_or(0, |column| column.values.len());
     let row = |row: usize| {
         columns.iter().map(|column| column.values.get(row).map_or("-".into(), |value| cell(*value, column))).collect()
@@ -398,7 +398,7 @@ fn rows(columns: &[Column], cell: impl Fn(f64, &Column) -> Cell) -> Table {
 }
 
 /// A value of the table. Next to a limit the advantage is as large as rounding errors let it be, and no measure of the others.
-fn told(value: f64, column: &Column) -> Cell {
+fn told(value: f64, column: &MotionColumn) -> Cell {
     let value = if value.abs() >= INFINITE { f64::INFINITY.copysign(value) } else { value };
     let own = number(value, &column.unit);
     if column.name == "advantage" { own.within(Noise(NOISE)) } else { own }

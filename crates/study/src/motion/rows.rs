@@ -3,7 +3,7 @@
 use cotree::typeset::rounded;
 
 use super::drive::{self, COUNT};
-use super::figures::{self, Column, Figures, Subject};
+use super::figures::{self, Figures, MotionColumn, Subject};
 use super::{Drive, MotionError, unit_of};
 
 /// Without a wish a row every twelfth, of a turn 30 degrees.
@@ -21,7 +21,7 @@ struct Wanted {
 }
 
 /// The rows of a study, whose table has its samples.
-pub(super) fn rows(subject: &Subject, figures: &Figures) -> Result<Vec<Column>, MotionError> {
+pub(super) fn rows(subject: &Subject, figures: &Figures) -> Result<Vec<MotionColumn>, MotionError> {
     let Some([first, second, .., last]) = figures.table.first().map(|column| &column.values[..]) else {
         return Ok(Vec::new());
     };
@@ -29,7 +29,7 @@ pub(super) fn rows(subject: &Subject, figures: &Figures) -> Result<Vec<Column>, 
     let places = places(subject, figures.full_turn, ends, second - first)?;
     let [every, begin] = [places.step, places.first - first].map(|way| way / (second - first));
     let on_samples = [every, begin].iter().all(|steps| (steps - steps.round()).abs() < SAME);
-    let between: Vec<Column> = if on_samples {
+    let between: Vec<MotionColumn> = if on_samples {
         let [every, begin] = [every, begin].map(|steps| steps.round() as usize);
         figures.table.iter().map(|column| column.every(begin, every, places.count)).collect()
     } else {
@@ -39,11 +39,11 @@ pub(super) fn rows(subject: &Subject, figures: &Figures) -> Result<Vec<Column>, 
     let at_last = places.first + places.step * (places.count as f64 - 1.0);
     let [head, tail] = [(places.first, ends[0]), (at_last, ends[1])]
         .map(|(place, end)| !figures.full_turn && (places.count == 0 || !is_end(place, end)));
-    let with_ends = |column: &Column| {
+    let with_ends = |column: &MotionColumn| {
         let rows = between.iter().find(|own| own.name == column.name).map_or(&[][..], |own| &own.values);
         let head = column.values.first().filter(|_| head);
         let values = head.into_iter().chain(rows).chain(column.values.last().filter(|_| tail)).copied();
-        Column { values: values.collect(), ..column.clone() }
+        MotionColumn { values: values.collect(), ..column.clone() }
     };
     Ok(figures.table.iter().map(with_ends).collect())
 }
@@ -75,7 +75,7 @@ fn places(subject: &Subject, full_turn: bool, [first, last]: [f64; 2], sample: f
 }
 
 /// What the study has at places beside its samples: the motion once more, through these places, as finely.
-fn sampled(subject: &Subject, places: &Wanted, last: f64) -> Result<Vec<Column>, MotionError> {
+fn sampled(subject: &Subject, places: &Wanted, last: f64) -> Result<Vec<MotionColumn>, MotionError> {
     let drive = subject.drive;
     let intervals = places.count.saturating_sub(1);
     if places.count == 0 {

@@ -146,8 +146,8 @@ impl Obstacles {
             None => [self.farthest(moved, drive); 2],
         };
         let courses = [
-            Course::along(&self.gaps, (moved, drive), -1.0, ways[0])?,
-            Course::along(&self.gaps, (moved, drive), 1.0, ways[1])?,
+            GapCourse::along(&self.gaps, (moved, drive), -1.0, ways[0])?,
+            GapCourse::along(&self.gaps, (moved, drive), 1.0, ways[1])?,
         ];
         for (index, gap) in self.gaps.iter().enumerate() {
             courses[1].check_start(index, gap, units)?;
@@ -192,7 +192,7 @@ impl Gap {
 
 impl Stops {
     /// Adds what is met of one gap.
-    fn meet(&mut self, index: usize, gap: &Gap, courses: &[Course; 2], start: f64) {
+    fn meet(&mut self, index: usize, gap: &Gap, courses: &[GapCourse; 2], start: f64) {
         let crossings = courses.each_ref().map(|course| course.crossings(index));
         for ((course, crossings), end) in courses.iter().zip(&crossings).zip(&mut self.ends) {
             let Some(&way) = crossings.first() else { continue };
@@ -206,7 +206,7 @@ impl Stops {
     }
 
     /// Adds the least gap within what is reachable, if this is not what ends that.
-    fn pass(&mut self, index: usize, gap: &Gap, courses: &[Course; 2], start: f64) {
+    fn pass(&mut self, index: usize, gap: &Gap, courses: &[GapCourse; 2], start: f64) {
         if self.ends.iter().flatten().any(|end| end.name == gap.name) {
             return;
         }
@@ -271,7 +271,7 @@ impl Stops {
 }
 
 /// Gaps along the way of the input from its start in one direction.
-struct Course {
+struct GapCourse {
     direction: f64,
     driven: Driven,
     /// Samples of each gap at equal steps of the input; none if it does not move.
@@ -279,8 +279,13 @@ struct Course {
     names: Vec<String>,
 }
 
-impl Course {
-    fn along(gaps: &[Gap], (moved, drive): (&Moved, &Drive), direction: f64, way: f64) -> Result<Course, MotionError> {
+impl GapCourse {
+    fn along(
+        gaps: &[Gap],
+        (moved, drive): (&Moved, &Drive),
+        direction: f64,
+        way: f64,
+    ) -> Result<GapCourse, MotionError> {
         let outputs: Vec<Output> = gaps.iter().map(|gap| gap.output.clone()).collect();
         let names: Vec<String> = outputs.iter().map(|output| output.name.clone()).collect();
         let driven = Driven::watching(moved, drive, direction, outputs)?;
@@ -290,7 +295,7 @@ impl Course {
                 gaps.first().map_or("", |gap| &gap.name)
             )));
         }
-        let mut course = Course { direction, driven, gaps: Vec::new(), names };
+        let mut course = GapCourse { direction, driven, gaps: Vec::new(), names };
         let mut sampled = course.sampled(way);
         if sampled.is_none() {
             let reach = drive::reach(moved, drive, direction, way)?.min(way);

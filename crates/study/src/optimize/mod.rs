@@ -29,7 +29,7 @@ use request::Checked;
 pub use request::{Aim, Request};
 pub use resumed::searched;
 pub use search::Ended;
-use search::{Found, MET, search};
+use search::{EndPoint, MET, search};
 use starts::Starts;
 use turn::Turns;
 
@@ -236,7 +236,7 @@ struct Searches<'a, 'f> {
 }
 
 /// How a search ended: where, or why there was no motion at any of its starts.
-type Outcome = Result<Found<Start>, Failure>;
+type Outcome = Result<EndPoint<Start>, Failure>;
 
 /// What all searches share while they run.
 struct Shared<'w> {
@@ -314,8 +314,8 @@ impl Searches<'_, '_> {
     }
 
     fn best(&self, name: String, outcomes: Vec<Outcome>) -> Result<Result<Best, OptimizeError>, Failure> {
-        let found: Vec<&Found<Start>> = outcomes.iter().filter_map(|own| own.as_ref().ok()).collect();
-        let better = |one: &&&Found<Start>, other: &&&Found<Start>| one.goal.total_cmp(&other.goal);
+        let found: Vec<&EndPoint<Start>> = outcomes.iter().filter_map(|own| own.as_ref().ok()).collect();
+        let better = |one: &&&EndPoint<Start>, other: &&&EndPoint<Start>| one.goal.total_cmp(&other.goal);
         let Some(best) = found.iter().filter(|own| own.violation() <= MET).min_by(better) else {
             return Ok(Err(self.nothing(outcomes)));
         };
@@ -349,8 +349,8 @@ impl Searches<'_, '_> {
     }
 
     /// The optima that differ, the best first.
-    fn optima(&self, found: &[&Found<Start>]) -> Vec<Optimum> {
-        let mut ends: Vec<&&Found<Start>> =
+    fn optima(&self, found: &[&EndPoint<Start>]) -> Vec<Optimum> {
+        let mut ends: Vec<&&EndPoint<Start>> =
             found.iter().filter(|own| own.ended == Ended::Settled && own.violation() <= MET).collect();
         ends.sort_by(|a, b| a.goal.total_cmp(&b.goal));
         let (mut optima, ranges): (Vec<Optimum>, _) = (Vec::new(), &self.checked.problem.ranges);

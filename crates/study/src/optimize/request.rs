@@ -7,7 +7,7 @@ use cotree::report::csv::Table;
 use cotree::typeset::short;
 
 use super::goal::{Goal, Limit, Relation};
-use super::search::{Condition, Found, Problem, Seen, Sum};
+use super::search::{Condition, EndPoint, Problem, Seen, Sum};
 use super::starts::{MOST_QUANTITIES, MOST_STARTS};
 use super::{LimitAt, MET};
 use crate::analysis::{Varied, Varying};
@@ -240,7 +240,7 @@ fn bounded(limit: &Limit, sum: Sum, known: &[(String, Unit)]) -> Result<(Bounded
 
 impl Checked {
     /// The limits where a search ended.
-    pub fn limits_at<T>(&self, found: &Found<T>, seen: &Seen) -> Vec<LimitAt> {
+    pub fn limits_at<T>(&self, found: &EndPoint<T>, seen: &Seen) -> Vec<LimitAt> {
         let conditions = self.problem.limits.iter().zip(&found.multipliers);
         let at = |(own, (condition, multiplier)): (&Bounded, (&Condition, &f64))| {
             let is_active = condition.is_equation || multiplier * condition.scale > ACTIVE * found.goal.abs();
@@ -256,7 +256,7 @@ impl Checked {
     }
 
     /// That no values meet the limits, and which the nearest ones miss.
-    pub fn nearest<T>(&self, found: &Found<T>, varying: &Varying) -> String {
+    pub fn nearest<T>(&self, found: &EndPoint<T>, varying: &Varying) -> String {
         let values = varying.parameters().iter().zip(&found.values);
         let values = values.map(|(own, value)| format!("{} = {} {}", own.name, short(*value), own.unit.si));
         let missed = |(own, (condition, by)): (&Bounded, (&Condition, &f64))| {

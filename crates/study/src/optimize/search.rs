@@ -75,7 +75,7 @@ pub struct Seen {
 
 /// Where the search ended, with what was evaluated beside.
 #[derive(Clone, Debug)]
-pub struct Found<T> {
+pub struct EndPoint<T> {
     pub values: Vec<f64>,
     pub beside: T,
     /// The goal, or the sum of the squares of the residuals.
@@ -101,7 +101,7 @@ pub enum Ended {
     Stuck(Option<String>),
 }
 
-impl<T> Found<T> {
+impl<T> EndPoint<T> {
     /// The largest violation, in the scale of its limit.
     pub fn violation(&self) -> f64 {
         self.beyond.iter().fold(0.0, |most, own| f64::max(most, *own))
@@ -155,7 +155,7 @@ pub fn search<T>(
     most: usize,
     mut evaluate: impl FnMut(&[f64], Option<&T>) -> Result<(Seen, T), Failure>,
     mut goes_on: impl FnMut() -> bool,
-) -> Result<Found<T>, Failure> {
+) -> Result<EndPoint<T>, Failure> {
     let (seen, beside) = evaluate(start, None)?;
     let (goal, beyond) = problem.worth(&seen).ok_or(Failure::Range)?;
     let mut state = State {
@@ -191,7 +191,7 @@ pub fn search<T>(
         state.try_step(&model, &step, &mut evaluations, &mut evaluate);
     };
     let State { here, multipliers, .. } = state;
-    Ok(Found {
+    Ok(EndPoint {
         values: here.values.as_slice().to_vec(),
         beside: here.beside,
         goal: here.goal,
@@ -666,7 +666,7 @@ mod tests {
         }
     }
 
-    fn found(problem: &Problem, start: &[f64], rows: impl Fn(&[f64]) -> Vec<Vec<(f64, Vec<f64>)>>) -> Found<()> {
+    fn found(problem: &Problem, start: &[f64], rows: impl Fn(&[f64]) -> Vec<Vec<(f64, Vec<f64>)>>) -> EndPoint<()> {
         let evaluate = |x: &[f64], _: Option<&()>| {
             Ok((Seen { courses: rows(x).iter().map(|own| course(own)).collect(), residuals: None }, ()))
         };

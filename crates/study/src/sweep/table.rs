@@ -12,7 +12,7 @@ use super::factor::{Factor, Values};
 const MOST_FAULTS: usize = 20;
 
 /// A column: what it sets, and the unit of its bare numbers if the header names one.
-struct Column {
+struct FactorColumn {
     factor: Factor,
     unit: Option<Unit>,
     values: Vec<f64>,
@@ -34,9 +34,9 @@ pub fn columns(description: &Description, text: &str) -> Result<Columns, Vec<Str
     let (mut wrong, units) = (Vec::new(), description.units());
     let read =
         |own: &Heading| column(description, own.of_variable(|name| units.get(name).copied().cloned()), &own.text);
-    let found: Vec<Option<Column>> =
+    let found: Vec<Option<FactorColumn>> =
         headings.iter().map(|own| read(own).map_err(|message| wrong.push(message)).ok()).collect();
-    let mut columns: Vec<Column> = found.into_iter().flatten().collect();
+    let mut columns: Vec<FactorColumn> = found.into_iter().flatten().collect();
     if columns.len() < headings.len() {
         return Err(wrong); // what their values mean is not known
     }
@@ -70,7 +70,7 @@ fn column(
     description: &Description,
     named: Result<(String, Option<Unit>), SheetError>,
     heading: &str,
-) -> Result<Column, String> {
+) -> Result<FactorColumn, String> {
     let (name, unit) = named.map_err(|error| error.to_string())?;
     let variable = settings::settable(description, &name)?;
     let known = &description.variables[variable];
@@ -79,11 +79,11 @@ fn column(
     }
     let (name, si) = (known.name.clone(), known.unit.si.clone());
     let factor = Factor { variable, name, unit: si, values: Values::Levels(Vec::new()) };
-    Ok(Column { factor, unit, values: Vec::new() })
+    Ok(FactorColumn { factor, unit, values: Vec::new() })
 }
 
 /// A value, SI: a number in the unit of its column, or one with a unit of its own.
-fn value(description: &Description, text: &str, column: &Column) -> Result<f64, String> {
+fn value(description: &Description, text: &str, column: &FactorColumn) -> Result<f64, String> {
     let variable = &description.variables[column.factor.variable];
     let factor = column.unit.as_ref().and_then(|unit| unit.display.as_ref()).map_or(1.0, |display| display.factor);
     let value = match text.parse::<f64>() {

@@ -14,7 +14,7 @@ use cotree_synthesis::{
     special,
 };
 
-use super::{Candidate, Found, MET};
+use super::{Candidate, Candidates, MET};
 
 /// Of sampled families and of what is met nearly, so many are shown.
 const SHOWN: usize = 12;
@@ -26,7 +26,7 @@ const ALIKE: f64 = 1e-9;
 /// A bar that is longer than this many sizes of the task is a slider in all but name.
 const LONGEST: f64 = 1e3;
 
-pub fn of(task: &Task, limits: &Limits) -> Result<Found, Faults> {
+pub fn of(task: &Task, limits: &Limits) -> Result<Candidates, Faults> {
     match &task.kind {
         Kind::Poses { at, tolerance, weight } => poses(task, limits, at, tolerance.as_deref(), weight.as_deref()),
         Kind::Function { input, output, is_slider, zero, ground } => {
@@ -55,8 +55,8 @@ pub fn of(task: &Task, limits: &Limits) -> Result<Found, Faults> {
     }
 }
 
-fn found(dyads: Vec<Dyad>, candidates: Vec<Candidate>, most: Option<usize>) -> Found {
-    Found { dyads, candidates, most, left_out: BTreeMap::new() }
+fn found(dyads: Vec<Dyad>, candidates: Vec<Candidate>, most: Option<usize>) -> Candidates {
+    Candidates { dyads, candidates, most, left_out: BTreeMap::new() }
 }
 
 fn poses(
@@ -65,7 +65,7 @@ fn poses(
     at: &[[f64; 3]],
     tolerance: Option<&[f64]>,
     weight: Option<&[f64]>,
-) -> Result<Found, Faults> {
+) -> Result<Candidates, Faults> {
     let poses: Vec<Pose> = at.iter().map(|&[x, y, angle]| Pose::new(x, y, angle)).collect();
     refuse_special(task, &poses)?;
     let nearly = poses.len() > 5 || tolerance.is_some() || weight.is_some();
@@ -278,7 +278,7 @@ fn chosen(task: &Task, choose: &Choose, poses: &[Pose]) -> Result<Vec<Dyad>, Fau
 }
 
 /// All pairs of a first and a second dyad, each pair once, with the body exactly on both.
-fn paired(all: Vec<Dyad>, first: &[usize], second: &[usize], poses: &[Pose], most: Option<usize>) -> Found {
+fn paired(all: Vec<Dyad>, first: &[usize], second: &[usize], poses: &[Pose], most: Option<usize>) -> Candidates {
     let mut candidates = Vec::new();
     for (place, &i) in first.iter().enumerate() {
         for &j in second {
@@ -323,7 +323,7 @@ fn settled(linkage: &Linkage, poses: &[Pose]) -> (Vec<Pose>, f64) {
     (poses.iter().map(on).collect(), most)
 }
 
-fn function(task: &Task, pairs: &[Pair], is_slider: bool, zero: Zero, ground: f64) -> Result<Found, Faults> {
+fn function(task: &Task, pairs: &[Pair], is_slider: bool, zero: Zero, ground: f64) -> Result<Candidates, Faults> {
     let given = usize::from(zero.input.is_some()) + usize::from(zero.output.is_some());
     let count = pairs.len() + if is_slider { usize::from(zero.input.is_some()) } else { given };
     if pairs.len() < 3 {
@@ -363,7 +363,7 @@ fn followed(coupler: &Coupler, pairs: &[Pair], ground: f64) -> Option<Candidate>
 /// So many points determine finitely many four-bars between given pivots (Morgan, Wampler 1990).
 const FINITE: usize = 5;
 
-fn path_followers(path: &Path) -> Found {
+fn path_followers(path: &Path) -> Candidates {
     let mut candidates = Vec::new();
     let all = followers(path, &Effort::default());
     // Between given pivots five points have finitely many four-bars: all are shown, and nothing that is only near.
@@ -428,7 +428,7 @@ fn at_dead_centres(linkage: Linkage, far: Point, near: Point) -> Candidate {
 /// Shares of the ground that the crank may have where half a turn leaves it free.
 const CRANKS: [f64; 6] = [0.05, 0.1, 0.15, 0.2, 0.3, 0.4];
 
-fn rocker_stroke(limits: &Limits, turn: f64, swing: f64, ground: f64) -> Result<Found, NoStroke> {
+fn rocker_stroke(limits: &Limits, turn: f64, swing: f64, ground: f64) -> Result<Candidates, NoStroke> {
     let strokes: Vec<Stroke> = match stroke::rocker(turn, swing) {
         Ok(best) => vec![best],
         // At half a turn a shorter crank is always better: the limit of lengths decides.
@@ -456,7 +456,7 @@ fn rocker_stroke(limits: &Limits, turn: f64, swing: f64, ground: f64) -> Result<
     Ok(found(Vec::new(), strokes.iter().map(candidate).collect(), None))
 }
 
-fn slider_stroke(limits: &Limits, turn: f64, way: f64, offset: Option<f64>) -> Result<Found, NoStroke> {
+fn slider_stroke(limits: &Limits, turn: f64, way: f64, offset: Option<f64>) -> Result<Candidates, NoStroke> {
     let half = (turn - PI).abs() < 1e-9;
     let own = match stroke::slider(turn, way, offset) {
         Err(NoStroke::NoBest) if half && offset.is_none_or(|own| own == 0.0) => {

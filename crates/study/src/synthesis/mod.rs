@@ -66,7 +66,7 @@ pub(crate) struct Candidate {
 }
 
 /// What candidates come with.
-pub(crate) struct Found {
+pub(crate) struct Candidates {
     dyads: Vec<Dyad>,
     candidates: Vec<Candidate>,
     /// Only so many good ones are shown, not alike: the others are beside them.

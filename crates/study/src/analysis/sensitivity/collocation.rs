@@ -2,10 +2,10 @@
 
 use nalgebra::{DMatrix, Dyn, LU};
 
-use super::super::variation::{Column, Numbers, RowBlock};
+use super::super::variation::{ColumnBlock, Numbers, RowBlock};
 use super::super::{Failure, decompose};
 use super::rule::NODES;
-use super::step::{At, Course, move_on, read, sides, until};
+use super::step::{At, DifferentiatedMotion, move_on, read, sides, until};
 
 /// The last coefficients of a_p may be this share of all, times the tolerance; no smaller than rounding permits.
 pub(super) const SMALLEST: f64 = 1e-12;
@@ -36,7 +36,7 @@ pub(super) struct Tried {
     pub excess: f64,
 }
 
-impl Course<'_> {
+impl DifferentiatedMotion<'_> {
     /// Tries a step. `None` if it does not settle.
     pub(super) fn attempt(&mut self, length: f64) -> Result<Option<Tried>, Failure> {
         (self.tried, self.points) = (self.tried + 1, self.points + NODES as u64);
@@ -170,17 +170,18 @@ impl Course<'_> {
         mut positions: DMatrix<f64>,
         mut rates: DMatrix<f64>,
     ) -> Result<(DMatrix<f64>, DMatrix<f64>), Failure> {
-        let jacobian = numbers.block(RowBlock::Loops, Column::Positions);
+        let jacobian = numbers.block(RowBlock::Loops, ColumnBlock::Positions);
         if jacobian.is_empty() {
             return Ok((positions, rates));
         }
         let parts = decompose::svd(jacobian.clone(), true, true)?;
-        let own = |row: RowBlock| self.by_parameters(&numbers.block(row, Column::Signals));
+        let own = |row: RowBlock| self.by_parameters(&numbers.block(row, ColumnBlock::Signals));
         let nearest = |gap: DMatrix<f64>| parts.solve(&gap, f64::EPSILON * parts.singular_values.max());
         let gap = &jacobian * &positions + own(RowBlock::Loops);
         positions -= nearest(gap).map_err(|_| Failure::Range)?;
-        let gap =
-            &jacobian * &rates + numbers.block(RowBlock::Rates, Column::Positions) * &positions + own(RowBlock::Rates);
+        let gap = &jacobian * &rates
+            + numbers.block(RowBlock::Rates, ColumnBlock::Positions) * &positions
+            + own(RowBlock::Rates);
         rates -= nearest(gap).map_err(|_| Failure::Range)?;
         Ok((positions, rates))
     }

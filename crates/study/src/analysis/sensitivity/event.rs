@@ -5,9 +5,9 @@ use cotree_fmu::model::State;
 use nalgebra::{DVector, RowDVector};
 
 use super::super::Failure;
-use super::super::variation::{Column, RowBlock};
+use super::super::variation::{ColumnBlock, RowBlock};
 use super::corner::Switched;
-use super::step::{Course, move_on, sides, switches};
+use super::step::{DifferentiatedMotion, move_on, sides, switches};
 
 /// Halvings of the interval that a crossing lies in.
 const HALVINGS: usize = 60;
@@ -35,7 +35,7 @@ pub struct Crossing {
     reached: f64,
 }
 
-impl Course<'_> {
+impl DifferentiatedMotion<'_> {
     /// The first crossing between two times, if a switching function has another sign at the second; `known` are the sides before, and then those after.
     pub(super) fn first_crossing(
         &self,
@@ -118,13 +118,13 @@ impl Course<'_> {
         let (rates, accelerations) = (self.values(&before, Order::Velocity), self.values(&before, Order::Acceleration));
         // How a switching function changes with the parameters, and how fast.
         let of = |switch: usize| {
-            let row = |column: Column| numbers.block(RowBlock::Switches, column).row(switch).into_owned();
-            let own = row(Column::Signals);
-            let change = row(Column::Positions) * &self.positions
-                + row(Column::Rates) * &self.rates
+            let row = |column: ColumnBlock| numbers.block(RowBlock::Switches, column).row(switch).into_owned();
+            let own = row(ColumnBlock::Signals);
+            let change = row(ColumnBlock::Positions) * &self.positions
+                + row(ColumnBlock::Rates) * &self.rates
                 + self.by_parameters(&own.rows(0, 1).into_owned());
-            let speed = (row(Column::Positions) * &rates)[0]
-                + (row(Column::Rates) * &accelerations)[0]
+            let speed = (row(ColumnBlock::Positions) * &rates)[0]
+                + (row(ColumnBlock::Rates) * &accelerations)[0]
                 + self.by_time(&own, &state);
             (change, speed)
         };

@@ -8,15 +8,15 @@ use cotree_fmu::instance::Happening;
 use cotree_fmu::program::Program;
 use nalgebra::DMatrix;
 
-use super::super::variation::{Column, Numbers, RowBlock};
+use super::super::variation::{ColumnBlock, Numbers, RowBlock};
 use super::super::{Failure, Point};
 use super::corner::Switched;
-use super::step::{At, Course, sides, switches};
+use super::step::{At, DifferentiatedMotion, sides, switches};
 
 /// The time just before an instant is so many roundings earlier.
 const ROUNDINGS: f64 = 64.0;
 
-impl Course<'_> {
+impl DifferentiatedMotion<'_> {
     /// What happens at the start, before the derivatives are followed.
     pub(super) fn begin_instants(&mut self, numbers: &Numbers) -> Result<(), Failure> {
         let Some(guide) = &mut self.guide else { return Ok(()) };
@@ -30,7 +30,7 @@ impl Course<'_> {
         let first = self.parameters + 1 + self.driven.inputs().len();
         let inputs = self.model.program().inputs.len() - self.model.program().open_inputs();
         for row in [RowBlock::Loops, RowBlock::Starts, RowBlock::StartRates] {
-            let block = numbers.block(row, Column::Signals);
+            let block = numbers.block(row, ColumnBlock::Signals);
             if block.columns(first, inputs).iter().any(|entry| *entry != 0.0) {
                 return Err(refused("the start depends on values that ticks and events change".to_owned()));
             }
@@ -119,12 +119,12 @@ impl Course<'_> {
         let point = Point::moving(&self.model, &self.motion.state())?;
         let numbers = self.variation.at(&self.formulated.equations, &point)?;
         let (rates, accelerations) = (self.values(&point, Order::Velocity), self.values(&point, Order::Acceleration));
-        let of = |column: Column| numbers.block(RowBlock::Switches, column);
-        let changes = of(Column::Positions) * &self.positions
-            + of(Column::Rates) * &self.rates
-            + self.by_parameters(&of(Column::Signals));
-        let speeds = of(Column::Positions) * rates + of(Column::Rates) * accelerations;
-        let by_time = of(Column::Signals).columns(self.parameters, 1 + self.driven.inputs().len()).into_owned();
+        let of = |column: ColumnBlock| numbers.block(RowBlock::Switches, column);
+        let changes = of(ColumnBlock::Positions) * &self.positions
+            + of(ColumnBlock::Rates) * &self.rates
+            + self.by_parameters(&of(ColumnBlock::Signals));
+        let speeds = of(ColumnBlock::Positions) * rates + of(ColumnBlock::Rates) * accelerations;
+        let by_time = of(ColumnBlock::Signals).columns(self.parameters, 1 + self.driven.inputs().len()).into_owned();
         let stays = |switch: &usize| {
             let moves = changes.row(*switch).iter().any(|change| *change != 0.0);
             let still = speeds[*switch] == 0.0 && by_time.row(*switch).iter().all(|by| *by == 0.0);

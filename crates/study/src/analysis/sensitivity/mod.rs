@@ -39,7 +39,7 @@ use corner::Switched;
 pub use feature::{Changes, Feature, FeatureKind};
 pub use rest::ModeChanges;
 pub use step::At;
-use step::Course;
+use step::DifferentiatedMotion;
 pub(super) use step::counts_as_imposed;
 
 /// A guess that is further away from what has become of it, in units of its scale, is written anew.
@@ -233,11 +233,16 @@ impl<'f> Varying<'f> {
     }
 
     /// The motion and its derivatives at the start, with the parameters at these values \[SI\].
-    fn begin(&self, values: &[f64], from: Option<&State>) -> Result<Course<'_>, Failure> {
+    fn begin(&self, values: &[f64], from: Option<&State>) -> Result<DifferentiatedMotion<'_>, Failure> {
         let changed = self.own.parameters.iter().zip(values).filter(|(own, value)| own.start != **value);
         let changed = changed.map(|(own, &value)| (own.name.as_str(), value));
         let set = self.set.iter().map(|(name, value)| (name.as_str(), *value));
-        Course::new(self.own, (&self.parameters, &self.driven), &set.chain(changed).collect::<Vec<_>>(), from)
+        DifferentiatedMotion::new(
+            self.own,
+            (&self.parameters, &self.driven),
+            &set.chain(changed).collect::<Vec<_>>(),
+            from,
+        )
     }
 
     /// The guesses, and what has become of them at a start.

@@ -16,7 +16,7 @@ use super::super::decompose::{null_vector, svd};
 use super::super::modes::{Mode, modes};
 use super::super::search::scales;
 use super::super::state_space::StateSpace;
-use super::super::variation::{Column, Numbers, RowBlock, Variation};
+use super::super::variation::{ColumnBlock, Numbers, RowBlock, Variation};
 use super::super::{Equilibrium, Failure, Point, Study, StudyError, saddle};
 use super::start::{check_repeated, stacked};
 use super::{Sensitivities, Varied, varied};
@@ -59,9 +59,10 @@ impl Study {
             let parameters = varied(formulated, to)?;
             let rest = Rest::new(formulated, &equilibrium.point, &parameters)?;
             let numbers = rest.variation.at(&formulated.equations, &equilibrium.point)?;
-            let of = |column: Column| numbers.block(RowBlock::Outputs, column);
-            let derivatives =
-                of(Column::Positions) * &rest.positions + of(Column::Reactions) * &rest.reactions + of(Column::Signals);
+            let of = |column: ColumnBlock| numbers.block(RowBlock::Outputs, column);
+            let derivatives = of(ColumnBlock::Positions) * &rest.positions
+                + of(ColumnBlock::Reactions) * &rest.reactions
+                + of(ColumnBlock::Signals);
             let outputs = &formulated.outputs;
             Ok(Sensitivities {
                 times: vec![equilibrium.point.time()],
@@ -113,8 +114,8 @@ impl Rest {
         let stiff = stiffness(&numbers);
         let n = stiff.nrows() - numbers.rows().count();
         let change = stacked(
-            &numbers.block(RowBlock::Motion, Column::Signals),
-            &numbers.block(RowBlock::Loops, Column::Signals),
+            &numbers.block(RowBlock::Motion, ColumnBlock::Signals),
+            &numbers.block(RowBlock::Loops, ColumnBlock::Signals),
         );
         let units = units(formulated, &stiff, n);
         let scaled = DMatrix::from_fn(stiff.nrows(), stiff.ncols(), |i, j| stiff[(i, j)] * units[i] * units[j]);
@@ -148,7 +149,7 @@ impl Rest {
         let numbers = self.variation.at(&formulated.equations, point)?;
         let stiffness = stiffness(&numbers);
         let (size, n) = (stiffness.nrows(), stiffness.nrows() - numbers.rows().count());
-        let [mass, damping] = [Column::Accelerations, Column::Rates]
+        let [mass, damping] = [ColumnBlock::Accelerations, ColumnBlock::Rates]
             .map(|column| numbers.block(RowBlock::Motion, column).resize(size, size, 0.0));
         let derivative = |mode: &Mode| -> Result<Option<Vec<Complex<f64>>>, Failure> {
             let s = mode.eigenvalue;
@@ -182,7 +183,7 @@ impl Rest {
     /// The whole derivatives of mass, damping and \[H Phi_q^T; Phi_q 0\] for each parameter: the pose moves too.
     fn changes(&self, formulated: &mut Formulated, point: &Point) -> Result<Vec<[DMatrix<f64>; 3]>, Failure> {
         let numbers = self.variation.at(&formulated.equations, point)?;
-        let all: Vec<Symbol> = [Column::Positions, Column::Reactions, Column::Signals]
+        let all: Vec<Symbol> = [ColumnBlock::Positions, ColumnBlock::Reactions, ColumnBlock::Signals]
             .into_iter()
             .flat_map(|column| numbers.symbols(column))
             .collect();
@@ -200,12 +201,13 @@ impl Rest {
             for (matrix, share) in second[..moving].iter().zip(shares) {
                 sum += matrix * share;
             }
-            let of = |row: RowBlock, column: Column| numbers.block_of(&sum, row, column);
+            let of = |row: RowBlock, column: ColumnBlock| numbers.block_of(&sum, row, column);
             let (n, m) = (self.positions.nrows(), self.reactions.nrows());
-            let [mass, damping] = [Column::Accelerations, Column::Rates]
+            let [mass, damping] = [ColumnBlock::Accelerations, ColumnBlock::Rates]
                 .map(|column| of(RowBlock::Motion, column).resize(n + m, n + m, 0.0));
-            let [stiff, reactions] = [Column::Positions, Column::Reactions].map(|column| of(RowBlock::Motion, column));
-            [mass, damping, saddle(&stiff, &reactions, &of(RowBlock::Loops, Column::Positions))]
+            let [stiff, reactions] =
+                [ColumnBlock::Positions, ColumnBlock::Reactions].map(|column| of(RowBlock::Motion, column));
+            [mass, damping, saddle(&stiff, &reactions, &of(RowBlock::Loops, ColumnBlock::Positions))]
         };
         Ok((0..self.positions.ncols()).map(change).collect())
     }
@@ -214,8 +216,8 @@ impl Rest {
 /// \[H Phi_q^T; Phi_q 0\]
 fn stiffness(numbers: &Numbers) -> DMatrix<f64> {
     let [stiff, reactions] =
-        [Column::Positions, Column::Reactions].map(|column| numbers.block(RowBlock::Motion, column));
-    saddle(&stiff, &reactions, &numbers.block(RowBlock::Loops, Column::Positions))
+        [ColumnBlock::Positions, ColumnBlock::Reactions].map(|column| numbers.block(RowBlock::Motion, column));
+    saddle(&stiff, &reactions, &numbers.block(RowBlock::Loops, ColumnBlock::Positions))
 }
 
 /// Units of rows and columns in which the matrix has entries of one size.

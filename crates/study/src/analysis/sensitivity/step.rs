@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::super::driven::Driven;
 use super::super::point::Point;
-use super::super::variation::{Column, Numbers, RowBlock, Variation, unknown};
+use super::super::variation::{ColumnBlock, Numbers, RowBlock, Variation, unknown};
 use super::super::{Failure, decompose};
 use super::collocation::SMALLEST;
 use super::corner::Switched;
@@ -46,7 +46,7 @@ const SHORTER: f64 = 0.6;
 pub type At = (DVector<f64>, DMatrix<f64>);
 
 /// The motion and its derivatives at a time.
-pub struct Course<'f> {
+pub struct DifferentiatedMotion<'f> {
     pub(super) formulated: &'f Formulated,
     pub(super) variation: &'f Variation,
     pub(super) driven: &'f Driven,
@@ -96,7 +96,7 @@ struct Before {
     rates: DMatrix<f64>,
 }
 
-impl<'f> Course<'f> {
+impl<'f> DifferentiatedMotion<'f> {
     /// Begins at the start of the experiment, with these values changed \[SI\].
     pub fn new(
         own: &'f Differentiated,
@@ -130,7 +130,7 @@ impl<'f> Course<'f> {
         let least = ROUNDING / experiment.tolerance.max(SMALLEST);
         let places: Vec<instance::Varied> = varied.iter().map(|own| own.place).collect();
         let rows = formulated.lowered.table.rows.iter().enumerate();
-        let mut course = Course {
+        let mut course = DifferentiatedMotion {
             formulated,
             variation,
             driven,
@@ -457,7 +457,7 @@ pub(in super::super) fn counts_as_imposed(numbers: &Numbers) -> Result<bool, Fai
 
 /// True if loop equations nearly depend on each other.
 fn is_singular(numbers: &Numbers) -> Result<bool, Failure> {
-    let jacobian = numbers.block(RowBlock::Loops, Column::Positions);
+    let jacobian = numbers.block(RowBlock::Loops, ColumnBlock::Positions);
     if jacobian.is_empty() {
         return Ok(false);
     }
