@@ -8,7 +8,7 @@ use std::path::Path;
 
 use command::{code, cotree, stderr, stdout};
 use cotree::Scene;
-use cotree::report::csv::Table;
+use cotree::report::csv::CsvTable;
 use cotree::scene::Asked;
 use cotree_study::analysis::Study;
 use cotree_study::fit::{Ended, Fit, Request, Trial, Vary, fit, fit_watched};
@@ -79,17 +79,17 @@ impl Noise {
 }
 
 /// Position with an error of 2 mm, speed with one of 0.1 m/s.
-fn measured(seed: u64) -> Table {
+fn measured(seed: u64) -> CsvTable {
     let mut noise = Noise(seed.wrapping_mul(0x1234_5678_9abc_def1));
     let times: Vec<f64> = (0..COUNT).map(|index| 2.0 * index as f64 / COUNT as f64).collect();
     let rows: Vec<[f64; 2]> = times.iter().map(|&t| exact(t)).collect();
     let x = rows.iter().map(|row| row[0] + 0.002 * noise.normal()).collect();
     let v = rows.iter().map(|row| row[1] + 0.1 * noise.normal()).collect();
     // Not in the order of the scene.
-    Table::new(vec!["block.vx".to_owned(), "block.x".to_owned()], times, vec![v, x]).unwrap()
+    CsvTable::new(vec!["block.vx".to_owned(), "block.x".to_owned()], times, vec![v, x]).unwrap()
 }
 
-fn request(table: Table, vary: &[&str]) -> Request {
+fn request(table: CsvTable, vary: &[&str]) -> Request {
     let vary = vary.iter().map(|text| Vary::read(text).unwrap()).collect();
     Request { tables: vec![table], vary, deviations: Vec::new() }
 }
@@ -136,7 +136,7 @@ fn errors_and_correlations_are_those_of_linear_least_squares() {
     };
     let mut noise = Noise(9);
     let seen: Vec<f64> = unit.iter().map(|unit| 0.3 * unit + 0.05 + 0.01 * noise.normal()).collect();
-    let table = Table::new(vec!["seen".to_owned()], times, vec![seen.clone()]).unwrap();
+    let table = CsvTable::new(vec!["seen".to_owned()], times, vec![seen.clone()]).unwrap();
     let found = fitted(&request(table, &["block.x", "offset"]));
     // Normal equations of y = a u + b.
     let n = unit.len() as f64;
@@ -496,17 +496,17 @@ fn two_experiments_determine_together_what_neither_does_alone() {
     let scene = Scene::from_toml(LOADED).unwrap();
     let times: Vec<f64> = (1..20).map(|index| 0.05 * f64::from(index)).collect();
     let name = || vec!["block.x".to_owned()];
-    let alone = Table::new(name(), times.clone(), vec![vibration(0.1, 0.0, &times)]).unwrap();
+    let alone = CsvTable::new(name(), times.clone(), vec![vibration(0.1, 0.0, &times)]).unwrap();
     let mut seen = vibration(0.04, 3.0, &times[..15]);
     seen[4] = f64::NAN;
-    let loaded = Table::with_gaps(name(), times[..15].to_vec(), vec![seen]).unwrap();
+    let loaded = CsvTable::with_gaps(name(), times[..15].to_vec(), vec![seen]).unwrap();
     let study = |settings: &[(&str, f64)]| {
         let mut study = Study::asking(&scene, &Asked::these(name())).unwrap();
         settings.iter().for_each(|(name, value)| study.set(name, |_| Ok(*value)).unwrap());
         study
     };
     let vary = || vec![Vary::read("k").unwrap(), Vary::read("m").unwrap()];
-    let asked = |tables: Vec<Table>| Request { tables, vary: vary(), deviations: Vec::new() };
+    let asked = |tables: Vec<CsvTable>| Request { tables, vary: vary(), deviations: Vec::new() };
     let set = [("more", 3.0), ("block.x", 0.04)];
     for (table, settings) in [(&alone, &[][..]), (&loaded, &set[..])] {
         let error = fit(&mut [study(settings)], &asked(vec![table.clone()])).unwrap_err().to_string();
@@ -522,7 +522,7 @@ fn two_experiments_determine_together_what_neither_does_alone() {
     // What is varied cannot be set to different values; the times of each experiment are checked.
     let error = fit(&mut [study(&[]), study(&[("m", 3.0)])], &asked(vec![alone.clone(), loaded.clone()])).unwrap_err();
     assert!(error.to_string().contains("experiment 2: `m` is varied, but set to 3.0 kg here"), "{error}");
-    let late = Table::new(name(), vec![2.0], vec![vec![0.0]]).unwrap();
+    let late = CsvTable::new(name(), vec![2.0], vec![vec![0.0]]).unwrap();
     let error = fit(&mut [study(&[]), study(&[])], &asked(vec![alone, late])).unwrap_err().to_string();
     assert!(error.contains("experiment 2: 1 of 1 times"), "{error}");
 }

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use command::{code, cotree, stderr, stdout};
 use cotree::Scene;
-use cotree::report::csv::Table;
+use cotree::report::csv::CsvTable;
 use cotree::scene::Asked;
 use cotree_study::analysis::Study;
 use cotree_study::fit::Vary;
@@ -95,10 +95,14 @@ angle = "{turn} + {ahead} + t"
     )
 }
 
-fn path(times: &[f64], points: &[[f64; 2]]) -> Table {
+fn path(times: &[f64], points: &[[f64; 2]]) -> CsvTable {
     let column = |place: usize| points.iter().map(|point| point[place]).collect();
-    Table::new(vec!["coupler.pen.x".to_owned(), "coupler.pen.y".to_owned()], times.to_vec(), vec![column(0), column(1)])
-        .unwrap()
+    CsvTable::new(
+        vec!["coupler.pen.x".to_owned(), "coupler.pen.y".to_owned()],
+        times.to_vec(),
+        vec![column(0), column(1)],
+    )
+    .unwrap()
 }
 
 fn request(vary: &[&str], aim: Aim, limits: &[&str]) -> Request {

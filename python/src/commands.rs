@@ -13,10 +13,10 @@ use cotree::formulate::assemblies::{Value as Placed, assemblies as found_from};
 use cotree::formulate::{Formulated, formulate_written};
 use cotree::import::import;
 use cotree::model::{Unit, Units, identifier};
-use cotree::report::csv::Table;
+use cotree::report::csv::CsvTable;
 use cotree::report::data::Report;
 use cotree::report::inspect::Contents;
-use cotree::report::statistics::{Figures, Statistics};
+use cotree::report::statistics::{VariableFigures, Statistics};
 use cotree::scene::Asked;
 use cotree::task::Task;
 use cotree_draw::graph::GraphDrawing;
@@ -185,7 +185,7 @@ pub fn imported(py: Python<'_>, name: &str, text: &str) -> PyResult<(String, Vec
 /// A run in figures.
 #[pyfunction]
 pub fn summary(times: Vec<f64>, columns: Vec<(String, String, Vec<f64>)>) -> PyResult<Told> {
-    let figures = columns.iter().filter_map(|(name, unit, values)| Figures::of(name, unit, &times, values));
+    let figures = columns.iter().filter_map(|(name, unit, values)| VariableFigures::of(name, unit, &times, values));
     let span = [times.first(), times.last()].map(|time| time.copied().unwrap_or_default());
     let found = Statistics { time_unit: "s".to_owned(), span, variables: figures.collect() };
     let data = serde_json::to_string(&found).map_err(file_error)?;
@@ -415,7 +415,7 @@ pub fn optimized(
 
 fn aimed((kind, goal, table): (String, Option<String>, Option<Columns>)) -> PyResult<Aim> {
     if let Some((times, names, columns)) = table {
-        let table = Table::new(names, times, columns);
+        let table = CsvTable::new(names, times, columns);
         return Ok(Aim::Match(table.map_err(|message| wrong(format!("{kind}: {message}")))?));
     }
     let goal = goal.unwrap_or_default();

@@ -8,7 +8,7 @@ use cotree::compile::compile_asking;
 use cotree::diagnostic::every;
 use cotree::export::runtime;
 use cotree::model::Experiment;
-use cotree::report::csv::Table;
+use cotree::report::csv::CsvTable;
 use cotree::report::statistics::Accumulator;
 use cotree::run::{Ended, Ensemble, Measure, Run};
 use cotree::scene::{Asked, EditError};
@@ -408,7 +408,7 @@ impl Core {
             let mut study = self.study_of(&Asked::these(&names), &settings, inputs)?;
             study.set_experiment(times.experiment(study.experiment())?);
             studies.push(study);
-            let table = Table::with_gaps(names, at, columns);
+            let table = CsvTable::with_gaps(names, at, columns);
             tables.push(table.map_err(|message| wrong(format!("measured: {message}")))?);
             set.extend(settings);
         }

@@ -1,6 +1,6 @@
 //! Vectors and angles as constant combinations of arms and of displacements.
 
-use super::{Arm, Arms, Equations, Factor, Reason};
+use super::{Arm, ArmFactor, Arms, Equations, Reason};
 use crate::equations::form::Coefficient;
 use crate::equations::kinematics::is_constant;
 use crate::equations::vector::Vector;
@@ -35,18 +35,18 @@ pub(super) fn linear(
     arena: &mut Arena,
     expr: Expr,
     coefficient: Expr,
-    terms: &mut Vec<(Factor, Expr)>,
+    terms: &mut Vec<(ArmFactor, Expr)>,
 ) -> Result<(), Reason> {
     if is_constant(arena, expr) {
         let term = arena.multiply(coefficient, expr);
         if !term.is_zero() {
-            terms.push((Factor::One, term));
+            terms.push((ArmFactor::One, term));
         }
         return Ok(());
     }
     match arena.node(expr) {
         Node::Symbol(Symbol::Coordinate(index, Order::Position)) => {
-            terms.push((Factor::Displacement(index), coefficient));
+            terms.push((ArmFactor::Displacement(index), coefficient));
             Ok(())
         }
         Node::Unary(Unary::Negate, a) => {
@@ -72,7 +72,7 @@ pub(super) fn linear(
             linear(arena, a, quotient, terms)
         }
         _ if arena.symbols([expr]).iter().all(|symbol| !matches!(symbol, Symbol::Coordinate(..))) => {
-            terms.push((Factor::Signal(expr), coefficient));
+            terms.push((ArmFactor::Signal(expr), coefficient));
             Ok(())
         }
         _ => Err("a displacement is no linear function of the coordinates".into()),

@@ -32,13 +32,13 @@ impl Imported {
 }
 
 /// Names as a scene has them, each once.
-struct Names {
+struct UniqueNames {
     taken: BTreeSet<String>,
 }
 
-impl Names {
+impl UniqueNames {
     fn new() -> Self {
-        Names { taken: ["ground", "energy", "constraint", "time", "t", "pi", "g"].map(str::to_owned).into() }
+        UniqueNames { taken: ["ground", "energy", "constraint", "time", "t", "pi", "g"].map(str::to_owned).into() }
     }
 
     fn fresh(&mut self, name: &str) -> String {
@@ -52,12 +52,12 @@ impl Names {
 }
 
 /// A linkage whose parts have the names of a scene.
-struct Writer<'a> {
+struct SceneWriter<'a> {
     linkage: &'a Linkage,
     /// The names of the points that pins are, on every link and on the ground.
     points: Vec<String>,
     bodies: Vec<String>,
-    names: Names,
+    names: UniqueNames,
     text: String,
 }
 
@@ -76,9 +76,9 @@ pub fn scene(name: &str, linkage: &Linkage, end: Option<f64>) -> Result<Imported
     if !faults.is_empty() {
         return Err(faults);
     }
-    let mut of_points = Names::new();
-    let mut names = Names::new();
-    let mut writer = Writer {
+    let mut of_points = UniqueNames::new();
+    let mut names = UniqueNames::new();
+    let mut writer = SceneWriter {
         linkage,
         points: linkage.pins.iter().map(|pin| of_points.fresh(&pin.name)).collect(),
         bodies: linkage.links.iter().map(|link| names.fresh(&link.name)).collect(),
@@ -100,7 +100,7 @@ pub fn scene(name: &str, linkage: &Linkage, end: Option<f64>) -> Result<Imported
     Ok(Imported { scene: writer.text, notes })
 }
 
-impl Writer<'_> {
+impl SceneWriter<'_> {
     fn add(&mut self, text: std::fmt::Arguments) {
         // Writing to a string cannot fail.
         let _ = self.text.write_fmt(text);

@@ -18,7 +18,7 @@ use super::dependencies::Moving;
 use super::initial::{Conditions, Settable, conditions, listed, settable};
 use super::instants::InstantKernels;
 use super::kernels::Kernels;
-use super::table::Table;
+use super::table::VariableTable;
 use crate::arms::{TOO_MANY, arm_form, mass_form, repeat_exactly};
 use crate::equations::{Constraint as Row, Equations, Standing, if_positive};
 use crate::expr::{Arena, Expr, Node, Order, Symbol};
@@ -38,7 +38,7 @@ const MOST_IMPLICIT: usize = 500;
 pub struct Lowered {
     /// Its GUID is still to be set.
     pub program: Program,
-    pub table: Table,
+    pub table: VariableTable,
     /// Accelerations and reactions as expressions; empty where drivers determine the motion.
     pub solved: Vec<Expr>,
     /// Which loop equations determine which coordinates, in the order of their solution; empty unless drivers determine the motion.
@@ -116,7 +116,7 @@ pub fn positions(equations: &mut Equations, length: f64) -> Program {
     let role = |(own, presses): (&Row, &bool)| if own.is_trivial() || *presses { Role::LeftOut } else { Role::Imposed };
     let roles: Vec<Role> = equations.constraints.iter().zip(&presses).map(role).collect();
     let kernels = PositionKernels::new(equations, length);
-    assemble(equations, (length, &roles), &kernels, &MotionKernels::default(), &Table::default())
+    assemble(equations, (length, &roles), &kernels, &MotionKernels::default(), &VariableTable::default())
 }
 
 /// The whole program; as many imposed loop equations as coordinates determine the motion. The poses are the start, and one where loop equations depend on each other only if they do in every pose.
@@ -183,7 +183,7 @@ pub fn program(
         moving.read_the_motion(equations);
         moving.indicators = motion_indicators(equations, &moving.solved);
     }
-    let table = Table::new(equations, outputs, kinematic, &Moving { solved: &moving.solved, blocks: &blocks });
+    let table = VariableTable::new(equations, outputs, kinematic, &Moving { solved: &moving.solved, blocks: &blocks });
     moving.outputs.clone_from(&table.results);
     moving.instants = InstantKernels::new(equations);
     if kinematic {
@@ -403,7 +403,7 @@ fn assemble(
     (length, roles): (f64, &[Role]),
     position: &PositionKernels,
     moving: &MotionKernels,
-    table: &Table,
+    table: &VariableTable,
 ) -> Program {
     let mechanism = &*equations.system.mechanism.clone();
     let starts = settable(equations);

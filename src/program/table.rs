@@ -58,15 +58,15 @@ impl TableRow {
 
 /// All variables, and the expressions of those that need a kernel.
 #[derive(Clone, Debug, Default)]
-pub struct Table {
+pub struct VariableTable {
     pub rows: Vec<TableRow>,
     pub results: Vec<Expr>,
     places: HashMap<Expr, usize>,
 }
 
-impl Table {
-    pub(crate) fn new(equations: &mut Equations, outputs: &[Output], driven: bool, moving: &Moving) -> Table {
-        let mut table = Table::default();
+impl VariableTable {
+    pub(crate) fn new(equations: &mut Equations, outputs: &[Output], driven: bool, moving: &Moving) -> VariableTable {
+        let mut table = VariableTable::default();
         table.add_parameters_and_inputs(equations);
         let members = coordinate_members(equations);
         table.add_outputs(equations, outputs, &members);
@@ -261,7 +261,7 @@ fn described(kind: &str, name: &str, own: &str) -> String {
 
 /// q, v and a of every coordinate; every state and its rate.
 fn coordinate_members(equations: &mut Equations) -> Vec<TableRow> {
-    let mut table = Table::default();
+    let mut table = VariableTable::default();
     for (index, coordinate) in equations.coordinates.clone().into_iter().enumerate() {
         let kind = if coordinate.angular { Unit::angle() } else { Unit::length() };
         let [rate, acceleration] = [kind.per_second(), kind.per_second().per_second()];

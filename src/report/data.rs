@@ -162,7 +162,7 @@ impl Report {
                 *most = most.max(value.abs());
             }
         }
-        let writer = Writer { units, largest, noise: self.noise.max(ROUNDING), indent: self.indent };
+        let writer = ReportWriter { units, largest, noise: self.noise.max(ROUNDING), indent: self.indent };
         let lines = |lines: &[Cell]| lines.iter().map(|line| writer.cell(line) + "\n").collect::<String>();
         let tables: String = self.tables.iter().map(|table| writer.table(table)).collect();
         (lines(&self.title) + &tables + &lines(&self.notes)).trim_start_matches('\n').to_owned()
@@ -173,7 +173,7 @@ impl Report {
         let rows = || std::iter::once(&self.sheet.columns).chain(&self.sheet.rows);
         let names_units = rows().flatten().any(|cell| matches!(cell, Cell::Unit(_) | Cell::Named(..)));
         let units = if names_units { units } else { &Units::default() };
-        let writer = Writer { units, largest: HashMap::new(), noise: 0.0, indent: "" };
+        let writer = ReportWriter { units, largest: HashMap::new(), noise: 0.0, indent: "" };
         let exact = |cell: &Cell| match cell {
             Cell::Number(value, ..) if value.is_nan() => String::new(),
             Cell::Number(value, si, _) => format!("{:?}", value / composed(units, si).factor),
@@ -188,7 +188,7 @@ impl Report {
     }
 }
 
-struct Writer<'r> {
+struct ReportWriter<'r> {
     units: &'r Units,
     /// The largest number of the tables in each unit.
     largest: HashMap<&'r str, f64>,
@@ -196,7 +196,7 @@ struct Writer<'r> {
     indent: &'static str,
 }
 
-impl Writer<'_> {
+impl ReportWriter<'_> {
     fn cell(&self, cell: &Cell) -> String {
         match cell {
             Cell::Text(text) => text.clone(),

@@ -15,7 +15,7 @@ use crate::expr::{Binary, Function, Unary};
 use crate::model::{Class, Exponents, Formula, InputId, JointId, LoadId, Owner, Quantity, Variable};
 use crate::scene::constant;
 use crate::scene::dimension::{self, Known};
-use crate::scene::expression::{self, Tree, TreeKind};
+use crate::scene::expression::{self, SyntaxKind, SyntaxTree};
 use crate::scene::unit::from_exponents;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,35 +62,35 @@ impl Resolver<'_> {
         }
     }
 
-    pub(super) fn constant_tree(&mut self, tree: &Tree, text: &Text, what: &str) -> Option<(Formula, Known)> {
+    pub(super) fn constant_tree(&mut self, tree: &SyntaxTree, text: &Text, what: &str) -> Option<(Formula, Known)> {
         self.lower(tree, Site { text, what, context: Context::Constant })
     }
 
-    pub(super) fn law_tree(&mut self, tree: &Tree, text: &Text, what: &str) -> Option<(Formula, Known)> {
+    pub(super) fn law_tree(&mut self, tree: &SyntaxTree, text: &Text, what: &str) -> Option<(Formula, Known)> {
         self.lower(tree, Site { text, what, context: Context::Output })
     }
 
-    fn lower(&mut self, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
+    fn lower(&mut self, tree: &SyntaxTree, site: Site<'_>) -> Option<(Formula, Known)> {
         match &tree.kind {
-            TreeKind::Number(number) => Some((Formula::Number(*number), Known::Number)),
-            TreeKind::Measure(value, unit) => {
+            SyntaxKind::Number(number) => Some((Formula::Number(*number), Known::Number)),
+            SyntaxKind::Measure(value, unit) => {
                 let written = site.text.text.get(tree.start..tree.end).unwrap_or_default();
                 let hertz = hertz(Some(unit), None, Some(&written.into()));
                 Some((Formula::Number(*value), Known::written(unit.exponents).in_hertz(hertz)))
             }
-            TreeKind::Name(name) => self.lower_name(name, tree, site),
-            TreeKind::New(name) => {
+            SyntaxKind::Name(name) => self.lower_name(name, tree, site),
+            SyntaxKind::New(name) => {
                 let sampler = if let Context::Instant(sampler) = site.context { sampler } else { None };
                 let name = Text::new(name.as_str(), site.text.part(tree.start, tree.end));
                 self.new_value(&name, sampler, site.what)
             }
-            TreeKind::Call(function, arguments) => self.lower_call(*function, arguments, tree, site),
-            TreeKind::Table(lookup, file, argument) => {
+            SyntaxKind::Call(function, arguments) => self.lower_call(*function, arguments, tree, site),
+            SyntaxKind::Table(lookup, file, argument) => {
                 let argument = self.lower(argument, site)?;
                 let place = site.text.part(tree.start, tree.end);
                 self.lookup(*lookup, file, argument, (site.what, place))
             }
-            TreeKind::If(comparison, parts) => {
+            SyntaxKind::If(comparison, parts) => {
                 let lowered = [0, 1, 2, 3].map(|index| self.lower(&parts[index], site));
                 let [Some((a, a_unit)), Some((b, b_unit)), Some((then, then_unit)), Some((other, other_unit))] =
                     lowered
@@ -107,8 +107,8 @@ impl Resolver<'_> {
     fn lower_call(
         &mut self,
         function: Function,
-        arguments: &[Tree],
-        tree: &Tree,
+        arguments: &[SyntaxTree],
+        tree: &SyntaxTree,
         site: Site<'_>,
     ) -> Option<(Formula, Known)> {
         let lowered: Vec<Option<(Formula, Known)>> =
@@ -134,7 +134,7 @@ impl Resolver<'_> {
     }
 
     /// The unit of a function's value, given those of its arguments.
-    fn returned(&mut self, function: Function, units: &[Known], tree: &Tree, site: Site<'_>) -> Known {
+    fn returned(&mut self, function: Function, units: &[Known], tree: &SyntaxTree, site: Site<'_>) -> Known {
         let mut known = Known::Number;
         for unit in units {
             known = self.join(known, *unit, "used together with", tree, site);
@@ -158,7 +158,7 @@ impl Resolver<'_> {
     }
 
     /// The common unit of two values; a fault if they have none.
-    fn join(&mut self, a: Known, b: Known, how: &str, tree: &Tree, site: Site<'_>) -> Known {
+    fn join(&mut self, a: Known, b: Known, how: &str, tree: &SyntaxTree, site: Site<'_>) -> Known {
         dimension::join(a, b).unwrap_or_else(|(a, b)| {
             let (first, second) = if how == "added to" || how == "subtracted from" { (b, a) } else { (a, b) };
             self.faults.push(
@@ -179,7 +179,7 @@ impl Resolver<'_> {
         })
     }
 
-    fn lower_name(&mut self, name: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
+    fn lower_name(&mut self, name: &str, tree: &SyntaxTree, site: Site<'_>) -> Option<(Formula, Known)> {
         let own = self.own_variable(name, site.context);
         match self.named(name) {
             Some(named) if named.is_number() && own.is_some() => self.refuse(
@@ -254,7 +254,7 @@ impl Resolver<'_> {
     }
 
     /// When an event happened last.
-    fn lower_event_time(&mut self, name: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
+    fn lower_event_time(&mut self, name: &str, tree: &SyntaxTree, site: Site<'_>) -> Option<(Formula, Known)> {
         let (_, id) = self.scene.event_of_time(name)?;
         match site.context {
             _ if site.context.is_constant() => self.not_constant(&format!("`{name}`"), tree, site),
@@ -277,14 +277,14 @@ impl Resolver<'_> {
         (state, held)
     }
 
-    fn refuse_held(&mut self, used: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
+    fn refuse_held(&mut self, used: &str, tree: &SyntaxTree, site: Site<'_>) -> Option<(Formula, Known)> {
         let message = format!("{} depends on {used}, which begins at the same time", site.what);
         let help = "use parameters, inputs, and positions, velocities and states at the start";
         self.refuse("scene::begin_depends", message, help, (tree, site))
     }
 
     /// One side of a comparison of an event.
-    pub(super) fn instant_tree(&mut self, tree: &Tree, text: &Text, what: &str) -> Option<(Formula, Known)> {
+    pub(super) fn instant_tree(&mut self, tree: &SyntaxTree, text: &Text, what: &str) -> Option<(Formula, Known)> {
         self.lower(tree, Site { text, what, context: Context::Instant(None) })
     }
 
@@ -310,7 +310,7 @@ impl Resolver<'_> {
         Some(Variable { owner, quantity })
     }
 
-    fn lower_variable(&mut self, name: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
+    fn lower_variable(&mut self, name: &str, tree: &SyntaxTree, site: Site<'_>) -> Option<(Formula, Known)> {
         let text = Text::new(name, site.text.part(tree.start, tree.end));
         let variable = self.variable(&text, site.what, "scene::unknown_variable")?;
         if site.context.is_constant() {
@@ -322,7 +322,7 @@ impl Resolver<'_> {
         }
     }
 
-    fn seen_there(&mut self, variable: Variable, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
+    fn seen_there(&mut self, variable: Variable, tree: &SyntaxTree, site: Site<'_>) -> Option<(Formula, Known)> {
         let seen = self.seen(variable);
         if seen.is_none() {
             let help = "let it depend on variables of joints and springs only";
@@ -332,7 +332,13 @@ impl Resolver<'_> {
     }
 
     /// What a signal is given by; what may not stand there may not come with it.
-    fn lower_signal(&mut self, index: usize, name: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
+    fn lower_signal(
+        &mut self,
+        index: usize,
+        name: &str,
+        tree: &SyntaxTree,
+        site: Site<'_>,
+    ) -> Option<(Formula, Known)> {
         self.used_signals.insert(index);
         if site.context.is_constant() {
             return self.not_constant(&format!("the signal `{name}`"), tree, site);
@@ -363,7 +369,7 @@ impl Resolver<'_> {
         None
     }
 
-    fn not_constant(&mut self, used: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
+    fn not_constant(&mut self, used: &str, tree: &SyntaxTree, site: Site<'_>) -> Option<(Formula, Known)> {
         let (message, help) = match site.context {
             Context::Curve(_) => (
                 format!("{} depends on the angle of its own part, but uses {used}", site.what),
@@ -378,7 +384,13 @@ impl Resolver<'_> {
     }
 
     /// A prescribed motion is differentiated twice: the rate of a state may depend on the motion, and held values jump.
-    fn refuse_in_driver(&mut self, kind: &str, used: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
+    fn refuse_in_driver(
+        &mut self,
+        kind: &str,
+        used: &str,
+        tree: &SyntaxTree,
+        site: Site<'_>,
+    ) -> Option<(Formula, Known)> {
         let message = format!("{} depends on {used}, but a prescribed motion cannot depend on a {kind}", site.what);
         let help = format!(
             "a driver may use the time `t`, parameters and inputs; let the {kind} act through a force or a torque"
@@ -391,7 +403,7 @@ impl Resolver<'_> {
         code: &'static str,
         message: String,
         help: &str,
-        at: (&Tree, Site<'_>),
+        at: (&SyntaxTree, Site<'_>),
     ) -> Option<(Formula, Known)> {
         let (tree, site) = at;
         let span = site.text.part(tree.start, tree.end);
@@ -399,7 +411,7 @@ impl Resolver<'_> {
         None
     }
 
-    fn unknown_name(&mut self, name: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
+    fn unknown_name(&mut self, name: &str, tree: &SyntaxTree, site: Site<'_>) -> Option<(Formula, Known)> {
         let span = site.text.part(tree.start, tree.end);
         if self.is_reported(&Text::new(name, span), name) {
             return None;

@@ -6,7 +6,7 @@ use super::Resolver;
 use super::names::Named;
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
-use crate::scene::expression::{self, Tree, TreeKind};
+use crate::scene::expression::{self, SyntaxKind, SyntaxTree};
 use crate::scene::quantity::{Quantity, QuantityReading, Value, read};
 
 /// Which others each uses, by their places.
@@ -15,7 +15,7 @@ pub(super) type Uses = BTreeMap<usize, BTreeSet<usize>>;
 /// A value that is given by an expression.
 pub(super) struct Pending {
     pub text: Text,
-    pub tree: Tree,
+    pub tree: SyntaxTree,
 }
 
 impl Resolver<'_> {
@@ -70,10 +70,10 @@ fn parsed(quantity: &Quantity) -> Option<Pending> {
     Some(Pending { text, tree })
 }
 
-impl Tree {
+impl SyntaxTree {
     fn visit_names(&self, visit: &mut dyn FnMut(&str)) {
         match &self.kind {
-            TreeKind::Name(name) => visit(name),
+            SyntaxKind::Name(name) => visit(name),
             kind => kind.parts().iter().for_each(|part| part.visit_names(visit)),
         }
     }

@@ -65,7 +65,7 @@ impl<'a> Assembler<'a> {
             .into_iter()
             .filter(|&expr| self.home(expr).is_none() && !self.fixed[expr.index()])
             .collect();
-        let mut writer = Writer::new(self, &order, results);
+        let mut writer = TapeWriter::new(self, &order, results);
         writer.write();
         let results = results.iter().map(|&result| writer.register(result)).collect();
         let tape = Tape::new(writer.tape, results);
@@ -102,7 +102,7 @@ impl<'a> Assembler<'a> {
         let order: Vec<Expr> =
             self.arena.reachable(frontier).into_iter().filter(|&expr| self.home(expr).is_none()).collect();
         let first = self.scratch;
-        let mut writer = Writer::new(self, &order, &order);
+        let mut writer = TapeWriter::new(self, &order, &order);
         writer.write();
         let (tape, places, highest) = (std::mem::take(&mut writer.tape), writer.places, writer.highest);
         order.iter().zip(places).for_each(|(expr, place)| self.shared[expr.index()] = place);
@@ -137,7 +137,7 @@ pub fn symbol_register(layout: &Layout, symbol: Symbol) -> usize {
 const NONE: u32 = u32::MAX;
 
 /// Lists by numbers instead of maps by expressions: neighbours in the order are neighbours in memory.
-struct Writer<'w, 'a> {
+struct TapeWriter<'w, 'a> {
     assembler: &'w Assembler<'a>,
     /// What is computed, operands first.
     order: &'w [Expr],
@@ -155,11 +155,11 @@ struct Writer<'w, 'a> {
     tape: Vec<Instruction>,
 }
 
-impl<'w, 'a> Writer<'w, 'a> {
+impl<'w, 'a> TapeWriter<'w, 'a> {
     fn new(assembler: &'w Assembler<'a>, order: &'w [Expr], results: &[Expr]) -> Self {
         let mut numbers = vec![NONE; order.last().map_or(0, |last| last.index() + 1)];
         order.iter().zip(0..).for_each(|(expr, number)| numbers[expr.index()] = number);
-        let mut writer = Writer {
+        let mut writer = TapeWriter {
             assembler,
             order,
             numbers,

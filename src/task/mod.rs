@@ -13,7 +13,7 @@ use crate::model::{Formula, ParameterId, Unit};
 use crate::scene::constant::evaluate;
 use crate::scene::decode::Fields;
 use crate::scene::document::{self, Content, Node};
-use crate::scene::expression::{self, Tree, TreeKind};
+use crate::scene::expression::{self, SyntaxKind, SyntaxTree};
 use crate::scene::{QuantityReading, Value, read};
 use crate::sheet::{Sheet, SheetError};
 pub use schema::schema;
@@ -764,15 +764,15 @@ fn is_length(node: &Node) -> bool {
 }
 
 /// An expression of x alone.
-fn formula(tree: &Tree) -> Option<Formula> {
-    let all = |parts: &[Tree]| parts.iter().map(formula).collect::<Option<Vec<Formula>>>();
+fn formula(tree: &SyntaxTree) -> Option<Formula> {
+    let all = |parts: &[SyntaxTree]| parts.iter().map(formula).collect::<Option<Vec<Formula>>>();
     match &tree.kind {
-        TreeKind::Number(number) | TreeKind::Measure(number, _) => Some(Formula::Number(*number)),
-        TreeKind::Name(name) if name == "x" => Some(Formula::Parameter(ParameterId(0))),
-        TreeKind::Name(name) if name == "pi" => Some(Formula::Number(std::f64::consts::PI)),
-        TreeKind::Name(_) | TreeKind::New(_) | TreeKind::Table(..) => None,
-        TreeKind::Call(function, arguments) => Some(Formula::Call(*function, all(arguments)?)),
-        TreeKind::If(comparison, parts) => {
+        SyntaxKind::Number(number) | SyntaxKind::Measure(number, _) => Some(Formula::Number(*number)),
+        SyntaxKind::Name(name) if name == "x" => Some(Formula::Parameter(ParameterId(0))),
+        SyntaxKind::Name(name) if name == "pi" => Some(Formula::Number(std::f64::consts::PI)),
+        SyntaxKind::Name(_) | SyntaxKind::New(_) | SyntaxKind::Table(..) => None,
+        SyntaxKind::Call(function, arguments) => Some(Formula::Call(*function, all(arguments)?)),
+        SyntaxKind::If(comparison, parts) => {
             let parts: [Formula; 4] = all(&parts[..])?.try_into().ok()?;
             Some(Formula::If(*comparison, Box::new(parts)))
         }

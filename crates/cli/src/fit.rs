@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering;
 
 use clap::Args;
 use cotree::model::Units;
-use cotree::report::csv::{Naming, Table};
+use cotree::report::csv::{CsvTable, Naming};
 use cotree::scene::{Asked, Scene};
 use cotree::typeset::counted;
 use cotree_study::analysis::Study;
@@ -126,7 +126,7 @@ impl Fit {
         }
         let settings = self.settings.iter().map(|text| numbered(text, count)).collect::<Result<Vec<_>, _>>()?;
         let times = Times::of(self.stop.clone(), None, self.tolerance);
-        let study = |(index, (path, table)): (usize, (&PathBuf, &Table))| {
+        let study = |(index, (path, table)): (usize, (&PathBuf, &CsvTable))| {
             let own = settings.iter().filter(|(number, _)| number.is_none_or(|number| number == index + 1));
             let own: Vec<String> = own.map(|(_, setting)| (*setting).to_owned()).collect();
             let study = study::asking(scene, &Asked::these(table.names()), &own);

@@ -6,10 +6,10 @@ use cotree::model::Unit;
 use cotree::network::System;
 use cotree::resolve::symbolic::{Named, Style, Symbolic};
 
-use super::document::{Block, Piece};
+use super::document::{DocumentBlock, Piece};
 use super::modes::held_words;
 use super::name::symbol_name;
-use super::tree::{Tree, plain};
+use super::tree::{FormulaTree, plain};
 use super::{Prose, json, titled};
 
 /// How equations with names for numbers are written.
@@ -46,12 +46,12 @@ pub fn with_names(equations: &Equations, symbolic: &Symbolic) -> Equations {
 }
 
 /// A table of names and values: the user's parameters, then those of the page.
-pub fn values(equations: &mut Equations, named: &[Named]) -> Vec<Block> {
+pub fn values(equations: &mut Equations, named: &[Named]) -> Vec<DocumentBlock> {
     let mechanism = &*equations.system.mechanism.clone();
     let own = mechanism.parameters.len() - named.len();
     let mut rows: Vec<Vec<Piece>> = Vec::new();
     for (index, parameter) in mechanism.parameters.iter().enumerate() {
-        let name = Piece::Math(Tree::Name(symbol_name(equations, Symbol::Parameter(index))));
+        let name = Piece::Math(FormulaTree::Name(symbol_name(equations, Symbol::Parameter(index))));
         if parameter.held {
             // Its value is that of a mode. What no equation reads is left out.
             let words = held_words(equations, index);
@@ -76,18 +76,22 @@ pub fn values(equations: &mut Equations, named: &[Named]) -> Vec<Block> {
         return Vec::new();
     }
     let head = ["name", "value", "of", ""].map(str::to_owned);
-    vec![Block::Heading("Values".into()), Block::table(head.into(), rows), Block::Heading("Equations".into())]
+    vec![
+        DocumentBlock::Heading("Values".into()),
+        DocumentBlock::table(head.into(), rows),
+        DocumentBlock::Heading("Equations".into()),
+    ]
 }
 
 /// A number of a table, with its unit.
 pub fn number(value: f64, unit: &Unit) -> Piece {
-    let number = Tree::number(value);
+    let number = FormulaTree::number(value);
     let unit = if unit.si.is_empty() { String::new() } else { format!(" {}", unit.si) };
     Piece::Row(vec![Piece::Math(number), Piece::words(unit)])
 }
 
 /// What a name stands for, if that is more than a number.
-pub fn definition(equations: &mut Equations, named: &Named) -> Option<Tree> {
+pub fn definition(equations: &mut Equations, named: &Named) -> Option<FormulaTree> {
     let value = equations.system.value(named.definition.as_ref()?);
     plain(equations, &[value]).pop()
 }

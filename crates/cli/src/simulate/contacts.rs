@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use cotree::report::csv::Table;
+use cotree::report::csv::CsvTable;
 use cotree::scene::{Faults, Scene};
 use cotree_fmu::model::Model;
 use cotree_study::contact::{self, Contacts};
@@ -18,7 +18,7 @@ impl Simulate {
     pub(super) fn say_contacts(
         &self,
         scene: &Scene,
-        input: Option<&Table>,
+        input: Option<&CsvTable>,
         shown: &Shown,
         format: MessageFormat,
     ) -> Result<(), Failure> {
@@ -33,7 +33,7 @@ impl Simulate {
     }
 
     /// None if there are none, or the run cannot be made with their forces: without masses there are none.
-    fn contacts(&self, scene: &Scene, input: Option<&Table>, shown: &Shown) -> Option<Contacts> {
+    fn contacts(&self, scene: &Scene, input: Option<&CsvTable>, shown: &Shown) -> Option<Contacts> {
         let (asked, mechanism) = contact::asked(scene)?;
         let compiled = self.compiled(scene, &asked).ok()?;
         let reported = compiled.reported();

@@ -14,7 +14,7 @@ use std::sync::Arc;
 use clap::Args;
 use cotree::compile::Compiled;
 use cotree::model::Units;
-use cotree::report::csv::Table;
+use cotree::report::csv::CsvTable;
 use cotree::run as simulate;
 use cotree::run::{Finish, Gaps, Run, RunError};
 use cotree::scene::{Asked, Scene};
@@ -205,7 +205,7 @@ impl Simulate {
         &self,
         run: &Run,
         record: &Record,
-        overlay: Option<&Table>,
+        overlay: Option<&CsvTable>,
         shown: &Shown,
         format: MessageFormat,
     ) -> Result<(), Failure> {

@@ -5,8 +5,8 @@ use std::f64::consts::{PI, TAU};
 use cotree::compile::Compiled;
 use cotree::diagnostic::suggest;
 use cotree::model::{DisplayUnit, Unit};
-use cotree::report::csv::Table;
-use cotree::report::statistics::{Figures, Statistics};
+use cotree::report::csv::CsvTable;
+use cotree::report::statistics::{Statistics, VariableFigures};
 use cotree::run::Run;
 use cotree::typeset::titled;
 use cotree_draw::plot::{Plot, Series};
@@ -68,8 +68,9 @@ impl Record {
     }
 
     pub fn statistics(&self) -> Statistics {
-        let figures =
-            |column: &RecordedVariable| Figures::of(&column.name, &column.unit.name, &self.times, &column.values);
+        let figures = |column: &RecordedVariable| {
+            VariableFigures::of(&column.name, &column.unit.name, &self.times, &column.values)
+        };
         let ends = [self.times.first(), self.times.last()].map(|time| time.copied().unwrap_or(0.0));
         Statistics {
             time_unit: self.time.name.clone(),
@@ -149,7 +150,7 @@ impl Record {
     }
 
     /// Measured values for the variables of the same names, and how far they are from these.
-    pub fn overlay(&self, table: &Table, file: &str) -> Result<(Vec<Series>, String), Failure> {
+    pub fn overlay(&self, table: &CsvTable, file: &str) -> Result<(Vec<Series>, String), Failure> {
         let wrong = |message: String| Failure::Usage(format!("{file}: {message}"));
         let (mut measured, mut report) = (Vec::new(), String::new());
         for (place, (name, unit)) in table.names().iter().zip(table.units()).enumerate() {

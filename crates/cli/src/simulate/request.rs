@@ -3,7 +3,7 @@
 use cotree::compile;
 use cotree::export::description::Description;
 use cotree::model::Unit;
-use cotree::report::csv::Table;
+use cotree::report::csv::CsvTable;
 use cotree::run::{Run, settings};
 
 use super::super::failure::Failure;
@@ -14,7 +14,7 @@ use super::Simulate;
 pub fn run<'a>(
     options: &Simulate,
     description: &'a Description,
-    table: Option<&'a Table>,
+    table: Option<&'a CsvTable>,
     reported: Vec<usize>,
 ) -> Result<Run<'a>, Failure> {
     let inputs = match table {
@@ -60,7 +60,7 @@ fn set(description: &Description, setting: &str) -> Result<(usize, f64), String>
 }
 
 /// The variable of each column of the table.
-fn columns(description: &Description, table: &Table) -> Result<Vec<usize>, Failure> {
+fn columns(description: &Description, table: &CsvTable) -> Result<Vec<usize>, Failure> {
     let inputs = settings::Inputs::new(description);
     let wrong = |message: String| Failure::Usage(format!("input table: {message}"));
     let column = |(name, unit): (&String, &Option<Unit>)| {

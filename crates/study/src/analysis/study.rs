@@ -5,7 +5,7 @@ use std::sync::Arc;
 use cotree::diagnostic::suggest;
 use cotree::formulate::{Formulated, formulate_written, pattern};
 use cotree::model::{Experiment, Formula, Mechanism, Output, Unit, Units};
-use cotree::report::csv::Table;
+use cotree::report::csv::CsvTable;
 use cotree::run::Gaps;
 use cotree::scene::{self, Fault, Faults, Resolved, Scene, Source};
 use cotree_fmu::instance::Instance;
@@ -131,7 +131,7 @@ impl Study {
     ///
     /// # Errors
     /// A column that is no input, or in another kind of unit.
-    pub fn set_inputs(&mut self, table: Table) -> Result<(), String> {
+    pub fn set_inputs(&mut self, table: CsvTable) -> Result<(), String> {
         self.driven = Driven::new(&self.mechanism, table)?;
         Ok(())
     }

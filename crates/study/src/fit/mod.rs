@@ -10,7 +10,7 @@ mod written;
 use std::cell::OnceCell;
 use std::sync::Arc;
 
-use cotree::report::csv::Table;
+use cotree::report::csv::CsvTable;
 use cotree_fmu::model::State;
 use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
@@ -171,7 +171,7 @@ struct Problem<'a, 'f> {
 /// One motion, and what was measured in it.
 struct Experiment<'a, 'f> {
     varying: &'a Varying<'f>,
-    table: &'a Table,
+    table: &'a CsvTable,
     places: Places,
     first: OnceCell<First>,
 }

@@ -4,7 +4,7 @@ use cotree::model::Mechanism;
 use cotree::model::Quantity::{Omega, Vx, Vy, X, Y};
 use serde::Serialize;
 
-use super::drive::Table;
+use super::drive::InputTable;
 use super::samples::Samples;
 
 /// The instant centres of a body against the ground, for each sample \[m\]; none while it does not turn.
@@ -37,7 +37,7 @@ impl Moving<'_> {
 }
 
 /// Both kinds; the size of the input's rate is the measure of standing still.
-pub fn centres(mechanism: &Mechanism, table: &Table, rate: f64) -> (Vec<Centres>, Vec<RelativeCentres>) {
+pub fn centres(mechanism: &Mechanism, table: &InputTable, rate: f64) -> (Vec<Centres>, Vec<RelativeCentres>) {
     let bodies: Vec<Moving> = mechanism.bodies.iter().filter_map(|body| moving(&body.name, table)).collect();
     let along = |of: &dyn Fn(usize) -> [f64; 3]| (0..table.count()).map(|index| centre(of(index), rate)).collect();
     let own = |body: &Moving| Centres { body: body.name.to_string(), at: along(&|index| body.at(index)) };
@@ -55,7 +55,7 @@ pub fn centres(mechanism: &Mechanism, table: &Table, rate: f64) -> (Vec<Centres>
     (bodies.iter().map(own).collect(), relative)
 }
 
-fn moving<'m>(name: &'m str, table: &Table) -> Option<Moving<'m>> {
+fn moving<'m>(name: &'m str, table: &InputTable) -> Option<Moving<'m>> {
     let [x, y, vx, vy, omega] = [X, Y, Vx, Vy, Omega].map(|quantity| table.get(&quantity.of(name)));
     Some(Moving { name, columns: [x?, y?, vx?, vy?, omega?] })
 }

@@ -4,7 +4,7 @@ use cotree::model::Quantity;
 use cotree::model::Quantity::{Ax, Ay, Vx, Vy, X, Y};
 use serde::Serialize;
 
-use super::drive::Table;
+use super::drive::InputTable;
 use super::samples::{At, Samples};
 
 /// Two ways that differ by less than this share of their length are the same.
@@ -54,7 +54,7 @@ pub struct Crunode {
 }
 
 /// The path of a point of the table; none if there is no such point.
-pub fn path(table: &Table, point: &str) -> Option<Path> {
+pub fn path(table: &InputTable, point: &str) -> Option<Path> {
     let of = |quantity: Quantity| table.get(&quantity.of(point));
     let (x, y, vx, vy, ax, ay) = (of(X)?, of(Y)?, of(Vx)?, of(Vy)?, of(Ax)?, of(Ay)?);
     let speed = vx.with(&vy, f64::hypot);
@@ -126,7 +126,7 @@ fn minima(speed: &Samples) -> Vec<At> {
 }
 
 /// Crossings of the polygon, made exact by Newton's method for both inputs.
-fn crunodes(table: &Table, x: &Samples, y: &Samples, [dx, dy]: [&Samples; 2]) -> Vec<Crunode> {
+fn crunodes(table: &InputTable, x: &Samples, y: &Samples, [dx, dy]: [&Samples; 2]) -> Vec<Crunode> {
     let count = table.count();
     let point = |index: usize| [x.values()[index % count], y.values()[index % count]];
     let segments = if table.periodic { count } else { count - 1 };

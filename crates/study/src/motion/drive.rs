@@ -35,7 +35,7 @@ const PLACE: &str = "cotree_place";
 
 /// Values of variables over the input.
 #[derive(Clone, Debug)]
-pub struct Table {
+pub struct InputTable {
     /// First input and step.
     grid: [f64; 2],
     /// Is it one turn after which everything is as before?
@@ -43,15 +43,15 @@ pub struct Table {
     columns: HashMap<String, Vec<f64>>,
 }
 
-impl Table {
+impl InputTable {
     /// A variable; none if the scene lacks what it needs.
     pub fn get(&self, name: &str) -> Option<Samples> {
         Some(Samples::new(self.grid, self.columns.get(name)?.clone(), self.periodic))
     }
 
     /// The same with what belongs to each sample instead, or besides.
-    fn with(self, columns: HashMap<String, Vec<f64>>) -> Table {
-        Table { columns: self.columns.into_iter().chain(columns).collect(), ..self }
+    fn with(self, columns: HashMap<String, Vec<f64>>) -> InputTable {
+        InputTable { columns: self.columns.into_iter().chain(columns).collect(), ..self }
     }
 
     /// Values that are made of others, for each sample.
@@ -283,7 +283,7 @@ fn is_effort(driven: &Mechanism, output: &Output) -> bool {
 }
 
 /// One turn or the range, with one more load if there is one.
-pub fn sample(moved: &Moved, drive: &Drive, load: Option<Part>) -> Result<Table, SimulateError> {
+pub fn sample(moved: &Moved, drive: &Drive, load: Option<Part>) -> Result<InputTable, SimulateError> {
     let loaded = load.map(|load| Moved { mechanism: moved.mechanism.loaded(load), ..moved.clone() });
     let moved = loaded.as_ref().unwrap_or(moved);
     let table = match drive.range {
@@ -298,7 +298,7 @@ pub fn sample(moved: &Moved, drive: &Drive, load: Option<Part>) -> Result<Table,
 }
 
 /// What acts in each pose of a table while nothing moves, and what else is looked at. Where time matters it is that of the start.
-fn at_rest(moved: &Moved, drive: &Drive, table: &Table) -> Result<HashMap<String, Vec<f64>>, SimulateError> {
+fn at_rest(moved: &Moved, drive: &Drive, table: &InputTable) -> Result<HashMap<String, Vec<f64>>, SimulateError> {
     let mechanism = &moved.mechanism;
     let (still, input) = mechanism.with_input(PLACE, Unit::default(), table.input(0));
     let mut still = driven_by(&Moved { mechanism: still, ..moved.clone() }, drive, Formula::Input(input));
@@ -331,7 +331,7 @@ fn at_rest(moved: &Moved, drive: &Drive, table: &Table) -> Result<HashMap<String
 }
 
 /// Puts the mechanism at rest into the pose of a sample.
-fn pose(instance: &mut Instance, mechanism: &Mechanism, table: &Table, index: usize) -> Result<(), InstanceError> {
+fn pose(instance: &mut Instance, mechanism: &Mechanism, table: &InputTable, index: usize) -> Result<(), InstanceError> {
     instance.reset();
     instance.setup(0.0, None, Some(TOLERANCE))?;
     let bodies = mechanism.bodies.iter().flat_map(|body| POSE.map(|own| own.of(&body.name)));
@@ -346,7 +346,7 @@ fn pose(instance: &mut Instance, mechanism: &Mechanism, table: &Table, index: us
 }
 
 /// One turn from the first round angle after the start; the table begins at angle 0 if the turn closes.
-fn turn(moved: &Moved, drive: &Drive) -> Result<Table, SimulateError> {
+fn turn(moved: &Moved, drive: &Drive) -> Result<InputTable, SimulateError> {
     let count = COUNT * drive.fineness;
     let [shown, step] = [COUNT, count].map(|count| TAU / count as f64);
     let beside = if drive.between { 0.5 * step } else { 0.0 };
@@ -356,18 +356,18 @@ fn turn(moved: &Moved, drive: &Drive) -> Result<Table, SimulateError> {
     let mut columns = Driven::new(&driven, drive)?.run(step, count as f64)?;
     let periodic = closes(&columns, &moved.mechanism, count);
     if !periodic {
-        return Ok(Table { grid: [begin, step], periodic, columns });
+        return Ok(InputTable { grid: [begin, step], periodic, columns });
     }
     let shift = (first as i64).rem_euclid(COUNT as i64) as usize * drive.fineness;
     for column in columns.values_mut() {
         column.truncate(count);
         column.rotate_right(shift);
     }
-    Ok(Table { grid: [beside, step], periodic, columns })
+    Ok(InputTable { grid: [beside, step], periodic, columns })
 }
 
 /// So many samples for each that is shown does the shortest piece of a cam's law need; an error if these are too many.
-pub fn fineness(mechanism: &Mechanism, table: &Table) -> Result<usize, MotionError> {
+pub fn fineness(mechanism: &Mechanism, table: &InputTable) -> Result<usize, MotionError> {
     let mut most = 1.0f64;
     for cam in mechanism.profiles(&mechanism.parameter_values()) {
         let Some(angle) = table.get(&Quantity::Angle.of(&cam.name)) else { continue };
@@ -399,7 +399,7 @@ fn closes(columns: &HashMap<String, Vec<f64>>, mechanism: &Mechanism, count: usi
 }
 
 /// A range from one end to the other. Forces may depend on the direction: to where the samples begin the input only goes.
-fn stroke(moved: &Moved, drive: &Drive, [from, to]: [f64; 2]) -> Result<Table, SimulateError> {
+fn stroke(moved: &Moved, drive: &Drive, [from, to]: [f64; 2]) -> Result<InputTable, SimulateError> {
     let mechanism = &moved.mechanism;
     let count = drive.shown * drive.fineness;
     let step = (to - from) / count as f64;
@@ -412,7 +412,7 @@ fn stroke(moved: &Moved, drive: &Drive, [from, to]: [f64; 2]) -> Result<Table, S
         there.mechanism = there.mechanism.posed(last);
     }
     let columns = Driven::new(&there, drive)?.run(step.abs(), count as f64)?;
-    Ok(Table { grid: [from, step], periodic: false, columns })
+    Ok(InputTable { grid: [from, step], periodic: false, columns })
 }
 
 /// The variables that say where a body is.

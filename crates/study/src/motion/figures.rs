@@ -11,7 +11,7 @@ use super::cams::{Cam, cams};
 use super::centres::{Centres, RelativeCentres, centres};
 use super::curve::{self, Path};
 use super::direction::directions;
-use super::drive::{self, Moved, Table};
+use super::drive::{self, InputTable, Moved};
 use super::dwell::Dwell;
 use super::flywheel::Fluctuation;
 use super::friction::{self, Friction};
@@ -211,7 +211,7 @@ impl MotionColumn {
 }
 
 /// Works everything out.
-pub(super) fn of(subject: &Subject, table: &Table) -> Result<Figures, MotionError> {
+pub(super) fn of(subject: &Subject, table: &InputTable) -> Result<Figures, MotionError> {
     let Subject { moved, mechanism, drive, output, request, lacking, places, stops, only_table } = *subject;
     let mut figures = Figures::empty(mechanism, drive, table);
     figures.folds = if let Places::Folds(folds) = places { *folds } else { [None; 2] };
@@ -295,7 +295,7 @@ impl Masses {
     fn sum<const N: usize>(
         &self,
         mechanism: &Mechanism,
-        table: &Table,
+        table: &InputTable,
         quantities: [Quantity; N],
         of: impl Fn([f64; N], f64, f64) -> f64,
     ) -> Option<Samples> {
@@ -328,7 +328,7 @@ fn unit_load(mechanism: &Mechanism, output: &Part, motion: Derivatives) -> Optio
 }
 
 /// What a unit load makes a joint carry besides.
-fn differences(joint: &Part, table: &Table, loaded: &Table) -> Option<[Samples; 2]> {
+fn differences(joint: &Part, table: &InputTable, loaded: &InputTable) -> Option<[Samples; 2]> {
     if !joint.component().reactions.starts_with(&[Quantity::Fx, Quantity::Fy]) {
         return None;
     }
@@ -345,7 +345,7 @@ fn moving(joint: &Part) -> Option<BodyId> {
 }
 
 impl Figures {
-    fn empty(mechanism: &Mechanism, drive: &Drive, table: &Table) -> Figures {
+    fn empty(mechanism: &Mechanism, drive: &Drive, table: &InputTable) -> Figures {
         let input = &mechanism.joints[drive.joint.0];
         Figures {
             name: mechanism.name.clone(),
@@ -377,7 +377,7 @@ impl Figures {
     fn output(
         &mut self,
         output: &Watched,
-        table: &Table,
+        table: &InputTable,
         drive: &Drive,
         dwell: Option<f64>,
     ) -> Result<(), MotionError> {
@@ -423,7 +423,13 @@ impl Figures {
     }
 
     /// dq/dphi and d2q/dphi2: by the rates that the scene has of it, else by the slopes between samples. Next to a dead point, where slopes grow without bound, neighbours do not give them: none.
-    fn influence(&self, output: &Watched, position: &Samples, table: &Table, drive: &Drive) -> Option<[Samples; 2]> {
+    fn influence(
+        &self,
+        output: &Watched,
+        position: &Samples,
+        table: &InputTable,
+        drive: &Drive,
+    ) -> Option<[Samples; 2]> {
         let rate = |order: i32| {
             let own = table.get(output.variables.get(order as usize)?)?;
             Some(own.map(|value| value / drive.rate().powi(order)))
@@ -447,7 +453,7 @@ impl Figures {
     }
 
     /// Transmission angles and the joint-force index, by the difference that a unit load makes.
-    fn transmission(&mut self, subject: &Subject, output: &Part, table: &Table, loaded: &Table) {
+    fn transmission(&mut self, subject: &Subject, output: &Part, table: &InputTable, loaded: &InputTable) {
         let Subject { mechanism, places, only_table, .. } = *subject;
         let Some(body) = moving(output) else { return };
         let carried: Vec<(&Part, [Samples; 2])> =
@@ -524,7 +530,7 @@ impl Figures {
     }
 
     /// Pressure angle and radius of curvature where each cam touches its follower.
-    fn profiles(&mut self, table: &Table) {
+    fn profiles(&mut self, table: &InputTable) {
         let names: Vec<String> = self.cams.iter().map(|cam| cam.name.clone()).collect();
         for name in names {
             let pressure = Quantity::PressureAngle.of(&name);
@@ -539,7 +545,7 @@ impl Figures {
     }
 
     /// What would lift off or slip.
-    fn contacts(&mut self, mechanism: &Mechanism, table: &Table, units: &Units) {
+    fn contacts(&mut self, mechanism: &Mechanism, table: &InputTable, units: &Units) {
         let inputs: Vec<f64> = (0..table.count()).map(|index| table.input(index)).collect();
         let place = contact::Input { named: format!("`{}` =", self.input.name), unit: shown(units, &self.input.unit) };
         let values = |name: &str| Some(table.get(name)?.values().to_vec());
@@ -549,7 +555,7 @@ impl Figures {
     }
 
     /// What acts: drive, joint forces, and what the masses do to the ground.
-    fn dynamics(&mut self, subject: &Subject, table: &Table) {
+    fn dynamics(&mut self, subject: &Subject, table: &InputTable) {
         let Subject { mechanism, drive, lacking, places, only_table, .. } = *subject;
         let forces = joint_forces(mechanism, table);
         let effort = table.effort();
@@ -581,7 +587,7 @@ impl Figures {
     }
 
     /// Generalised inertia, fluctuation of the speed, and shaking, of which there is none at rest.
-    fn masses(&mut self, subject: &Subject, table: &Table, masses: &Masses) {
+    fn masses(&mut self, subject: &Subject, table: &InputTable, masses: &Masses) {
         use Quantity::{Omega, Vx, Vy};
         let Subject { mechanism, drive, places, request, only_table, .. } = *subject;
         let square = drive.rate() * drive.rate();
@@ -601,7 +607,7 @@ impl Figures {
         }
     }
 
-    fn shaking(&mut self, subject: &Subject, table: &Table, masses: &Masses) {
+    fn shaking(&mut self, subject: &Subject, table: &InputTable, masses: &Masses) {
         use Quantity::{Alpha, Ax, Ay, X, Y};
         let Subject { mechanism, drive, places, only_table, .. } = *subject;
         let x = masses.sum(mechanism, table, [Ax], |[a], mass, _| -mass * a);
@@ -630,7 +636,7 @@ impl Figures {
 }
 
 /// The size of the force of each joint that has one.
-fn joint_forces(mechanism: &Mechanism, table: &Table) -> Vec<(String, Samples)> {
+fn joint_forces(mechanism: &Mechanism, table: &InputTable) -> Vec<(String, Samples)> {
     let force = |joint: &Part| match joint.component().reactions {
         [Quantity::Fx, Quantity::Fy, ..] => {
             table.made([Quantity::Fx, Quantity::Fy].map(|own| own.of(&joint.name)), |[x, y]| x.hypot(y))

@@ -4,7 +4,7 @@
 
 use serde::Serialize;
 
-use super::drive::{self, Moved, Table};
+use super::drive::{self, InputTable, Moved};
 use super::samples::{ANGULAR, Samples};
 use super::{Drive, MotionError};
 
@@ -31,7 +31,7 @@ pub struct Friction {
 ///
 /// # Errors
 /// As for the motion with friction.
-pub(super) fn without(moved: &Moved, drive: &Drive) -> Result<Option<(Moved, Table)>, MotionError> {
+pub(super) fn without(moved: &Moved, drive: &Drive) -> Result<Option<(Moved, InputTable)>, MotionError> {
     if moved.mechanism.first_slip().is_none() {
         return Ok(None);
     }
@@ -48,8 +48,8 @@ impl Friction {
     pub(super) fn of(
         moved: &Moved,
         drive: &Drive,
-        table: &Table,
-        (smooth, ideal): &(Moved, Table),
+        table: &InputTable,
+        (smooth, ideal): &(Moved, InputTable),
     ) -> Result<Option<Self>, MotionError> {
         let (Some(effort), Some(without)) = (table.effort(), ideal.effort()) else { return Ok(None) };
         check_known(moved, drive, &effort)?;

@@ -27,7 +27,7 @@ use cotree::scene::{Faults, Scene};
 use cotree::typeset::rounded;
 
 pub use cams::Cam;
-use drive::{COUNT, Moved, Table};
+use drive::{COUNT, InputTable, Moved};
 pub use figures::{Figures, Link, MotionColumn, Speed};
 use input::{Start, Watched};
 pub use report::usual;
@@ -122,7 +122,7 @@ impl Drive {
     }
 
     /// The drive that goes the way of a table back.
-    fn backwards(&self, table: &Table) -> Drive {
+    fn backwards(&self, table: &InputTable) -> Drive {
         let last = if table.periodic { table.count() } else { table.count() - 1 };
         Drive { range: Some([table.input(last), table.input(0)]), ..self.clone() }
     }
@@ -293,7 +293,7 @@ pub(crate) enum Places {
 }
 
 /// The motion of a full turn; else as far as the input goes from its start both ways.
-fn whole_way(moved: &Moved, drive: &mut Drive) -> Result<(Table, Places), MotionError> {
+fn whole_way(moved: &Moved, drive: &mut Drive) -> Result<(InputTable, Places), MotionError> {
     let mechanism = &moved.mechanism;
     let is_angular = drive.motion == ANGULAR;
     if is_angular {
@@ -337,7 +337,7 @@ fn whole_way(moved: &Moved, drive: &mut Drive) -> Result<(Table, Places), Motion
 }
 
 /// The motion from one stop to the other; where there is none on one side, to where the motion folds or one turn on.
-fn between_stops(moved: &Moved, drive: &mut Drive, stops: &Stops) -> Result<(Table, Places), MotionError> {
+fn between_stops(moved: &Moved, drive: &mut Drive, stops: &Stops) -> Result<(InputTable, Places), MotionError> {
     let is_angular = drive.motion == ANGULAR;
     let most = if is_angular { TAU } else { drive::size(&moved.mechanism) };
     let mut ends = [drive.start; 2];

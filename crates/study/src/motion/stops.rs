@@ -8,7 +8,7 @@ use cotree::scene::constant::evaluate;
 use cotree::scene::key::Form;
 use serde::Serialize;
 
-use super::drive::{self, COUNT, Driven, Moved, Table};
+use super::drive::{self, COUNT, Driven, InputTable, Moved};
 use super::samples::{ANGULAR, At, Samples};
 use super::{Drive, MotionError, unit_of};
 
@@ -259,7 +259,7 @@ impl Stops {
     }
 
     /// With the places where what relations with play carry changes its sign.
-    pub(super) fn with_changes(mut self, mechanism: &Mechanism, table: &Table) -> Stops {
+    pub(super) fn with_changes(mut self, mechanism: &Mechanism, table: &InputTable) -> Stops {
         for play in &mut self.plays {
             let joint = mechanism.joints.iter().find(|joint| joint.name == play.name);
             let reactions = joint.map_or(&[][..], |joint| joint.component().reactions);

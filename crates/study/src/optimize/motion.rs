@@ -1,7 +1,7 @@
 //! The motion of a scene with other values: its courses, and how far it is from what is to be matched.
 
 use cotree::model::Experiment;
-use cotree::report::csv::Table;
+use cotree::report::csv::CsvTable;
 use cotree::run::points;
 use cotree_fmu::model::State;
 use nalgebra::{DMatrix, DVector};
@@ -28,7 +28,7 @@ pub struct Motions<'a, 'f> {
 
 /// What is to be matched.
 struct Matched<'a> {
-    table: &'a Table,
+    table: &'a CsvTable,
     /// The output of each column.
     outputs: Vec<usize>,
     /// Where the times of the table are among all.
@@ -41,7 +41,7 @@ impl<'a, 'f> Motions<'a, 'f> {
         varying: &'a Varying<'f>,
         experiment: Experiment,
         outputs: Vec<usize>,
-        table: Option<(&'a Table, Vec<usize>)>,
+        table: Option<(&'a CsvTable, Vec<usize>)>,
     ) -> Self {
         let grid: Vec<f64> = if outputs.is_empty() { Vec::new() } else { points(experiment).collect() };
         let measured = table.as_ref().map_or(&[][..], |(table, _)| table.times());

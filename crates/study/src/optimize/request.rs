@@ -3,7 +3,7 @@
 use cotree::compile::quantity;
 use cotree::diagnostic::suggest;
 use cotree::model::{Experiment, Unit};
-use cotree::report::csv::Table;
+use cotree::report::csv::CsvTable;
 use cotree::typeset::short;
 
 use super::goal::{Goal, Limit, Relation};
@@ -40,7 +40,7 @@ pub enum Aim {
     Least(Goal),
     Most(Goal),
     /// Outputs are to be as near as possible to these columns.
-    Match(Table),
+    Match(CsvTable),
 }
 
 /// The same, checked.
@@ -87,7 +87,7 @@ impl Request {
         names
     }
 
-    pub(super) fn table(&self) -> Option<&Table> {
+    pub(super) fn table(&self) -> Option<&CsvTable> {
         match &self.aim {
             Aim::Match(table) => Some(table),
             Aim::Least(_) | Aim::Most(_) => None,

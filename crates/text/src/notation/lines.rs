@@ -3,7 +3,7 @@
 use super::{Binding, binding, compound, greek, relation_binding, side_binding};
 use crate::name::Name;
 use crate::number::{decimal, rounded};
-use crate::tree::Tree;
+use crate::tree::FormulaTree;
 
 /// Terms of the whole formula that take less of a line stay in one piece.
 const TERM: f64 = 0.9;
@@ -12,7 +12,7 @@ const FACTOR: f64 = 0.5;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Part<'t> {
     /// A formula in one piece, in parentheses if it binds less tightly.
-    Whole(&'t Tree, Binding),
+    Whole(&'t FormulaTree, Binding),
     /// The sign of a term; a first term has one only if it is minus.
     Sign {
         minus: bool,
@@ -24,7 +24,7 @@ pub enum Part<'t> {
     /// An opening parenthesis, behind the name of a function.
     Open(Option<&'static str>),
     /// The closing parenthesis of a function, or of a base with its exponent.
-    Close(Option<&'static str>, Option<&'t Tree>),
+    Close(Option<&'static str>, Option<&'t FormulaTree>),
     Over,
 }
 
@@ -36,7 +36,7 @@ struct Placed<'t> {
 }
 
 /// The parts of a formula on lines of at most a width, as far as it can be broken.
-pub fn lines<'t>(tree: &'t Tree, limit: f64, width: fn(&Part) -> f64) -> Vec<Vec<Part<'t>>> {
+pub fn lines<'t>(tree: &'t FormulaTree, limit: f64, width: fn(&Part) -> f64) -> Vec<Vec<Part<'t>>> {
     let mut breaker = Breaker { width, limit, parts: Vec::new(), depth: 0 };
     breaker.add(tree, Binding::Relation);
     breaker.lines()
@@ -54,7 +54,7 @@ impl<'t> Breaker<'t> {
         self.parts.push(Placed { part, depth: self.depth, width: (self.width)(&part) });
     }
 
-    fn fits(&self, tree: &'t Tree, least: Binding) -> bool {
+    fn fits(&self, tree: &'t FormulaTree, least: Binding) -> bool {
         let share = match self.depth {
             _ if self.parts.is_empty() => 1.0,
             0 => TERM,
@@ -64,14 +64,14 @@ impl<'t> Breaker<'t> {
     }
 
     /// An operand that must bind at least so tightly.
-    fn add(&mut self, tree: &'t Tree, least: Binding) {
+    fn add(&mut self, tree: &'t FormulaTree, least: Binding) {
         if self.fits(tree, least) {
             return self.push(Part::Whole(tree, least));
         }
         match tree {
-            Tree::Number(_) | Tree::Pi | Tree::Name(_) => self.push(Part::Whole(tree, least)),
-            Tree::Sum(terms) => self.within(Binding::Sum < least, |breaker| breaker.sum(terms)),
-            Tree::Product(factors) => self.within(Binding::Product < least, |breaker| {
+            FormulaTree::Number(_) | FormulaTree::Pi | FormulaTree::Name(_) => self.push(Part::Whole(tree, least)),
+            FormulaTree::Sum(terms) => self.within(Binding::Sum < least, |breaker| breaker.sum(terms)),
+            FormulaTree::Product(factors) => self.within(Binding::Product < least, |breaker| {
                 for (index, factor) in factors.iter().enumerate() {
                     if index > 0 {
                         breaker.push(Part::Times);
@@ -79,20 +79,20 @@ impl<'t> Breaker<'t> {
                     breaker.add(factor, Binding::Product);
                 }
             }),
-            Tree::Quotient(parts) => self.within(Binding::Product < least, |breaker| {
+            FormulaTree::Quotient(parts) => self.within(Binding::Product < least, |breaker| {
                 let [over, under] = parts.as_ref();
                 breaker.add(over, Binding::Product);
                 breaker.push(Part::Over);
                 breaker.add(under, Binding::Power);
             }),
-            Tree::Power(parts) => {
+            FormulaTree::Power(parts) => {
                 let [base, exponent] = parts.as_ref();
                 self.parenthesized(None, Some(exponent), |breaker| breaker.add(base, Binding::Relation));
             }
-            Tree::Root(inside) => {
+            FormulaTree::Root(inside) => {
                 self.parenthesized(Some("sqrt"), None, |breaker| breaker.add(inside, Binding::Relation));
             }
-            Tree::Call(function, arguments) => self.parenthesized(Some(function), None, |breaker| {
+            FormulaTree::Call(function, arguments) => self.parenthesized(Some(function), None, |breaker| {
                 for (index, argument) in arguments.iter().enumerate() {
                     if index > 0 {
                         breaker.push(Part::Comma);
@@ -100,7 +100,7 @@ impl<'t> Breaker<'t> {
                     breaker.add(argument, Binding::Relation);
                 }
             }),
-            Tree::Relation(sign, parts) => {
+            FormulaTree::Relation(sign, parts) => {
                 let ([left, right], side) = (parts.as_ref(), side_binding(sign));
                 self.within(relation_binding(sign) < least, |breaker| {
                     breaker.add(left, side);
@@ -111,7 +111,7 @@ impl<'t> Breaker<'t> {
         }
     }
 
-    fn sum(&mut self, terms: &'t [(bool, Tree)]) {
+    fn sum(&mut self, terms: &'t [(bool, FormulaTree)]) {
         for (index, (minus, term)) in terms.iter().enumerate() {
             self.push(Part::Sign { minus: *minus, first: index == 0 });
             self.add(term, Binding::Product);
@@ -128,7 +128,7 @@ impl<'t> Breaker<'t> {
     fn parenthesized(
         &mut self,
         function: Option<&'static str>,
-        exponent: Option<&'t Tree>,
+        exponent: Option<&'t FormulaTree>,
         inside: impl FnOnce(&mut Self),
     ) {
         self.push(Part::Open(function));
@@ -198,23 +198,25 @@ pub fn printed_part(part: &Part) -> f64 {
 }
 
 /// The width of a formula in a serif font, in digits.
-fn printed(tree: &Tree) -> f64 {
-    let all = |trees: &[Tree]| trees.iter().map(printed).sum::<f64>();
+fn printed(tree: &FormulaTree) -> f64 {
+    let all = |trees: &[FormulaTree]| trees.iter().map(printed).sum::<f64>();
     match tree {
-        Tree::Number(value) => decimal(rounded(*value)).len() as f64,
-        Tree::Pi => 1.2,
-        Tree::Name(name) => name_width(name),
-        Tree::Sum(terms) => terms.iter().map(|(_, term)| 2.6 + bound(term, Binding::Product)).sum(),
-        Tree::Product(factors) => factors.iter().map(|factor| 0.4 + bound(factor, Binding::Product)).sum(),
-        Tree::Quotient(parts) => 0.6 + printed(&parts[0]).max(printed(&parts[1])),
-        Tree::Power(parts) => bound(&parts[0], Binding::Atom) + 0.75 * printed(&parts[1]),
-        Tree::Root(inside) => 2.0 + printed(inside),
-        Tree::Call(function, arguments) => function.len() as f64 + 2.0 + all(arguments) + 1.2 * arguments.len() as f64,
-        Tree::Relation(_, parts) => 4.6 + all(parts.as_ref()),
+        FormulaTree::Number(value) => decimal(rounded(*value)).len() as f64,
+        FormulaTree::Pi => 1.2,
+        FormulaTree::Name(name) => name_width(name),
+        FormulaTree::Sum(terms) => terms.iter().map(|(_, term)| 2.6 + bound(term, Binding::Product)).sum(),
+        FormulaTree::Product(factors) => factors.iter().map(|factor| 0.4 + bound(factor, Binding::Product)).sum(),
+        FormulaTree::Quotient(parts) => 0.6 + printed(&parts[0]).max(printed(&parts[1])),
+        FormulaTree::Power(parts) => bound(&parts[0], Binding::Atom) + 0.75 * printed(&parts[1]),
+        FormulaTree::Root(inside) => 2.0 + printed(inside),
+        FormulaTree::Call(function, arguments) => {
+            function.len() as f64 + 2.0 + all(arguments) + 1.2 * arguments.len() as f64
+        }
+        FormulaTree::Relation(_, parts) => 4.6 + all(parts.as_ref()),
     }
 }
 
-fn bound(tree: &Tree, least: Binding) -> f64 {
+fn bound(tree: &FormulaTree, least: Binding) -> f64 {
     printed(tree) + if binding(tree) < least { 1.8 } else { 0.0 }
 }
 
@@ -232,14 +234,14 @@ mod tests {
     use super::*;
     use crate::notation::plain::PLAIN;
 
-    fn name(word: &str) -> Tree {
-        Tree::Name(Name::word(word))
+    fn name(word: &str) -> FormulaTree {
+        FormulaTree::Name(Name::word(word))
     }
 
     /// a*(b1 + ... + b9)
-    fn long() -> Tree {
+    fn long() -> FormulaTree {
         let terms = (1..10).map(|index| (index % 2 == 0, name(&format!("b{index}"))));
-        Tree::Product(vec![name("a"), Tree::Sum(terms.collect())])
+        FormulaTree::Product(vec![name("a"), FormulaTree::Sum(terms.collect())])
     }
 
     #[test]
@@ -251,9 +253,9 @@ mod tests {
 
     #[test]
     fn functions_fractions_and_powers_are_broken_inside() {
-        let root = Tree::Root(Box::new(long()));
-        let quotient = Tree::Quotient(Box::new([root, Tree::power(long(), Tree::Number(2.0))]));
-        let formula = Tree::Call("min", vec![quotient, name("c")]);
+        let root = FormulaTree::Root(Box::new(long()));
+        let quotient = FormulaTree::Quotient(Box::new([root, FormulaTree::power(long(), FormulaTree::Number(2.0))]));
+        let formula = FormulaTree::Call("min", vec![quotient, name("c")]);
         let lines = PLAIN.wrapped(&formula, 24.0);
         assert!(lines.iter().all(|line| line.chars().count() <= 24), "{lines:#?}");
         let bare = |text: &str| text.replace(' ', "");

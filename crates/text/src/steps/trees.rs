@@ -10,9 +10,9 @@ use super::graphs::shortened;
 use super::projection::is_free;
 use super::view::View;
 use super::{Lesson, check, heading, words};
-use crate::document::{Block, Piece};
+use crate::document::{DocumentBlock, Piece};
 use crate::name::Name;
-use crate::tree::Tree;
+use crate::tree::FormulaTree;
 
 /// What was decided about edges that are decided alike.
 struct Decision {
@@ -51,13 +51,13 @@ impl Facts {
 }
 
 impl Lesson<'_> {
-    pub fn trees(&mut self) -> Vec<Block> {
+    pub fn trees(&mut self) -> Vec<DocumentBlock> {
         let mut graphs = GraphDrawing::new(self.source);
         graphs.translation.nodes.clone_from(&self.translation.nodes);
         graphs.rotation.iter_mut().for_each(|graph| graph.nodes.clone_from(&self.rotation.nodes));
         let mut blocks = vec![
             heading("3. Which unknowns? The two trees"),
-            Block::Picture(graphs.graphs_alone(), "--graph"),
+            DocumentBlock::Picture(graphs.graphs_alone(), "--graph"),
             words(
                 "A tree joins all nodes without a closed path. Its edges' unknown displacements become the coordinates, so edges with \
                  few unknowns go first; an edge that would close a path is a chord.",
@@ -94,7 +94,7 @@ impl Lesson<'_> {
     }
 
     /// {q} = {theta_1, theta_2}
-    fn coordinates(&self) -> Block {
+    fn coordinates(&self) -> DocumentBlock {
         let coordinates = &self.equations.coordinates;
         if coordinates.is_empty() {
             return words("No displacement or angle of a branch is unknown: there are no coordinates.");
@@ -108,11 +108,11 @@ impl Lesson<'_> {
                 break;
             }
             pieces.push(Piece::words(if index > 0 { ", " } else { "" }));
-            pieces.push(Piece::Math(Tree::Name(Name::symbol(&own.name.position))));
+            pieces.push(Piece::Math(FormulaTree::Name(Name::symbol(&own.name.position))));
             pieces.push(Piece::words(format!(" ({what} {}, {})", element.label, element.name)));
         }
         pieces.push(Piece::words("."));
-        Block::Text(pieces)
+        DocumentBlock::Text(pieces)
     }
 
     /// The numbers of unknowns against those of the recommended trees, which no others have fewer than.
@@ -156,7 +156,7 @@ fn table<D>(
     (system, view): (&System, &View<D>),
     order: Vec<ElementId>,
     facts: fn(&Element) -> Facts,
-) -> Vec<Block> {
+) -> Vec<DocumentBlock> {
     if view.nodes.len() < 2 {
         return vec![words("Nothing turns: there is no rotational tree.")];
     }
@@ -189,7 +189,7 @@ fn table<D>(
         add(&mut decisions, decision, own.is_fixed || edges.len() > 24);
     }
     let head = [title, "unknowns", "verdict", "reason", "pieces left"].map(str::to_owned);
-    vec![Block::captioned(
+    vec![DocumentBlock::captioned(
         format!("The tree of {title}, edge by edge"),
         head.into(),
         decisions.iter().map(row).collect(),
