@@ -11,7 +11,7 @@ use cotree::Scene;
 use cotree::report::csv::CsvTable;
 use cotree::scene::Asked;
 use cotree_study::analysis::Study;
-use cotree_study::fit::{Ended, Fit, Request, Trial, Vary, fit, fit_watched};
+use cotree_study::fit::{Fit, FitEnded, FitRequest, FitTrial, Vary, fit, fit_watched};
 
 const SCENE: &str = r#"# A mass on a spring.
 format    = 1
@@ -89,12 +89,12 @@ fn measured(seed: u64) -> CsvTable {
     CsvTable::new(vec!["block.vx".to_owned(), "block.x".to_owned()], times, vec![v, x]).unwrap()
 }
 
-fn request(table: CsvTable, vary: &[&str]) -> Request {
+fn request(table: CsvTable, vary: &[&str]) -> FitRequest {
     let vary = vary.iter().map(|text| Vary::read(text).unwrap()).collect();
-    Request { tables: vec![table], vary, deviations: Vec::new() }
+    FitRequest { tables: vec![table], vary, deviations: Vec::new() }
 }
 
-fn fitted(request: &Request) -> Fit {
+fn fitted(request: &FitRequest) -> Fit {
     let scene = Scene::from_toml(SCENE).unwrap();
     let asked = Asked::these(request.tables[0].names());
     fit(&mut [Study::asking(&scene, &asked).unwrap()], request).unwrap()
@@ -107,7 +107,7 @@ fn truth_is_within_its_limits_as_often_as_they_say() {
     let mut squares = [0.0; 3];
     for seed in 1..=40 {
         let found = fitted(&request(measured(seed), &["stiffness", "damping", "block.x"]));
-        assert_eq!(found.ended, Ended::Settled);
+        assert_eq!(found.ended, FitEnded::Settled);
         for (place, (own, truth)) in found.quantities.iter().zip(TRUTH).enumerate() {
             let ([low, high], error) = (own.limits.unwrap(), own.error.unwrap());
             inside += usize::from((low..=high).contains(&truth));
@@ -390,7 +390,7 @@ fn a_search_that_is_stopped_keeps_the_best_values() {
     let request = request(measured(3), &["stiffness", "damping"]);
     let mut study = Study::asking(&scene, &Asked::these(request.tables[0].names())).unwrap();
     let (mut best, mut lengths) = (Vec::new(), Vec::new());
-    let found = fit_watched(std::slice::from_mut(&mut study), &request, &mut |trial: Trial| {
+    let found = fit_watched(std::slice::from_mut(&mut study), &request, &mut |trial: FitTrial| {
         if trial.is_accepted {
             best = trial.values.to_vec();
         }
@@ -399,7 +399,7 @@ fn a_search_that_is_stopped_keeps_the_best_values() {
     })
     .unwrap();
     let values: Vec<f64> = found.quantities.iter().map(|own| own.value).collect();
-    assert_eq!((found.ended, values), (Ended::Stopped, best));
+    assert_eq!((found.ended, values), (FitEnded::Stopped, best));
     assert!(lengths.len() == 3 && lengths[2] < lengths[0], "{lengths:?}");
     assert!(found.report().text(&cotree::model::Units::default()).contains("it was stopped"));
 }
@@ -506,7 +506,7 @@ fn two_experiments_determine_together_what_neither_does_alone() {
         study
     };
     let vary = || vec![Vary::read("k").unwrap(), Vary::read("m").unwrap()];
-    let asked = |tables: Vec<CsvTable>| Request { tables, vary: vary(), deviations: Vec::new() };
+    let asked = |tables: Vec<CsvTable>| FitRequest { tables, vary: vary(), deviations: Vec::new() };
     let set = [("more", 3.0), ("block.x", 0.04)];
     for (table, settings) in [(&alone, &[][..]), (&loaded, &set[..])] {
         let error = fit(&mut [study(settings)], &asked(vec![table.clone()])).unwrap_err().to_string();
@@ -532,7 +532,7 @@ fn two_experiments_determine_together_what_neither_does_alone() {
 fn an_experiment_that_is_repeated_counts_twice() {
     let scene = Scene::from_toml(SCENE).unwrap();
     let study = || Study::asking(&scene, &Asked::these(measured(3).names())).unwrap();
-    let asked = |count: usize| Request {
+    let asked = |count: usize| FitRequest {
         tables: vec![measured(3); count],
         deviations: vec![("block.x".to_owned(), "2 mm".to_owned()), ("block.vx".to_owned(), "0.1 m/s".to_owned())],
         ..request(measured(3), &["stiffness", "damping"])

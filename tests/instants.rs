@@ -13,7 +13,7 @@ use cotree_fmu::instance::{Instance, InstanceError};
 use cotree_fmu::model::Model;
 use cotree_fmu::program::Engine;
 use cotree_study::analysis::{At, Study};
-use cotree_study::motion::Request;
+use cotree_study::motion::MotionRequest;
 
 const METHODS: [Engine; 3] = [Engine::Taylor, Engine::Dop853, Engine::Radau];
 
@@ -564,8 +564,12 @@ fn figures_of_a_stroke_refuse_events() {
     let latch = latch.replace("[events.passes]\nwhen = \"rail.v > 0.3\"\nset = { n = \"n + 1\" }\n", "");
     let latch = latch.replace("\"n\", ", "");
     let figures = |text: &str| {
-        let request =
-            Request { input: Some("rail".into()), range: Some([0.5, 1.0]), speed: Some(0.1), ..Request::default() };
+        let request = MotionRequest {
+            input: Some("rail".into()),
+            range: Some([0.5, 1.0]),
+            speed: Some(0.1),
+            ..MotionRequest::default()
+        };
         cotree_study::motion::study(&Scene::from_toml(text).unwrap(), &request)
     };
     let refused = figures(&latch).expect_err("an event").to_string();

@@ -29,9 +29,9 @@ use cotree_page::{accuracy, documentation, moving, overview};
 use cotree_study::analysis::{Study, state_at};
 use cotree_study::compare;
 use cotree_study::fit::Vary;
-use cotree_study::motion::{self, MotionError, Request};
+use cotree_study::motion::{self, MotionError, MotionRequest};
 use cotree_study::optimize::{self, Aim, Goal, Limit, OptimizeError};
-use cotree_study::sweep::{Design, Factor, Sampling};
+use cotree_study::sweep::{Design, DesignFactor, Sampling};
 use cotree_study::synthesis;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
@@ -80,7 +80,7 @@ pub fn turned(
     let core = core.get();
     let study = core.study(None, &settings, None)?;
     let (input, output, point) = names;
-    let request = Request { input, output, point, ..Request::default() };
+    let request = MotionRequest { input, output, point, ..MotionRequest::default() };
     let [own, of_output] = motion::units(core.scene(), &request).map_err(|error| refused(error, &settings))?;
     let number = |name: &str, value: &Value, unit: &Unit| {
         value.read(unit).map_err(|message| wrong(format!("{name}: {message}")))
@@ -90,7 +90,7 @@ pub fn turned(
     };
     let range = range.map(|(from, to)| Ok::<_, PyErr>([number("range", &from, &own)?, number("range", &to, &own)?]));
     let units = study.display().clone().before(&motion::usual());
-    let request = Request {
+    let request = MotionRequest {
         speed: given("speed", &speed, &own.per_second())?,
         range: range.transpose()?,
         every: given("every", &every, &own)?,
@@ -205,7 +205,7 @@ pub fn design<'py>(
         factors.iter().filter_map(|text| text.split_once('=')).map(|(name, _)| name.trim().to_owned()).collect();
     let ready = core.get().ready_for(py, None, &[], &names)?;
     let description = &ready.compiled.description;
-    let read = |text: &String| Factor::read(description, text).map_err(|message| format!("{text}: {message}"));
+    let read = |text: &String| DesignFactor::read(description, text).map_err(|message| format!("{text}: {message}"));
     let factors =
         cotree::diagnostic::every(factors.iter().map(read)).map_err(|faults: Vec<String>| wrong(faults.join("\n")))?;
     let design = match drawn {
@@ -386,11 +386,11 @@ pub fn optimized(
         .map(|(name, low, high)| Vary { name, bounds: [low, high].map(|own| own.map(|value| value.to_string())) });
     let limit =
         |text: &String| text.parse::<Limit>().map_err(|message| wrong(format!("subject_to: {text}: {message}")));
-    let request = optimize::Request {
+    let request = optimize::OptimizeRequest {
         vary: vary.collect(),
         aim: aimed(aim)?,
         limits: limits.iter().map(limit).collect::<PyResult<_>>()?,
-        turn: turn.map(|(input, output)| Request { input: Some(input), output, ..Request::default() }),
+        turn: turn.map(|(input, output)| MotionRequest { input: Some(input), output, ..MotionRequest::default() }),
         starts,
         seed,
         threads,

@@ -17,7 +17,7 @@ use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 use cotree_study::analysis::{At, Sensitivities, Study};
 use cotree_study::bench;
-use cotree_study::fit::{FitError, Request, Vary, fit};
+use cotree_study::fit::{FitError, FitRequest, Vary, fit};
 use cotree_text::Prose;
 use cotree_text::written::Notation;
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
@@ -416,7 +416,7 @@ impl Core {
             .into_iter()
             .map(|(name, low, high)| Vary { name, bounds: [low, high].map(|own| own.map(|value| value.to_string())) });
         let deviations = deviations.into_iter().map(|(name, value)| (name, value.to_string())).collect();
-        let request = Request { tables, vary: vary.collect(), deviations };
+        let request = FitRequest { tables, vary: vary.collect(), deviations };
         let found = interruptible(py, || fit(&mut studies, &request))?.map_err(|error| match error {
             FitError::Study(error) => study_error(error, &set),
             FitError::Request(faults) => wrong(faults.join("\n")),

@@ -12,7 +12,7 @@ const DEEPEST: usize = 16;
 
 /// constant + sum of factor x term, where the sizes of all constants add up to `size`.
 #[derive(Default)]
-struct Sum {
+struct WeightedSum {
     constant: f64,
     size: f64,
     terms: Vec<(f64, Expr)>,
@@ -31,10 +31,10 @@ impl Arena {
 
     /// b - a without what cancels; none if nothing does.
     fn difference(&mut self, a: Expr, b: Expr) -> Option<Expr> {
-        let mut sum = Sum::default();
+        let mut sum = WeightedSum::default();
         self.gather(&mut sum, b, 1.0, 0);
         self.gather(&mut sum, a, -1.0, 0);
-        let Sum { constant, size, terms } = sum;
+        let WeightedSum { constant, size, terms } = sum;
         let same = |one: f64, other: f64, size: f64| (one - other).abs() <= SAME * size;
         match terms[..] {
             [] => None,
@@ -66,8 +66,8 @@ impl Arena {
     }
 
     /// Adds a factor times an expression to a sum.
-    fn gather(&self, sum: &mut Sum, expr: Expr, factor: f64, depth: usize) {
-        let deeper = |sum: &mut Sum, inner: Expr, factor: f64| self.gather(sum, inner, factor, depth + 1);
+    fn gather(&self, sum: &mut WeightedSum, expr: Expr, factor: f64, depth: usize) {
+        let deeper = |sum: &mut WeightedSum, inner: Expr, factor: f64| self.gather(sum, inner, factor, depth + 1);
         match self.node(expr) {
             Node::Constant(bits) => {
                 let value = factor * f64::from_bits(bits);

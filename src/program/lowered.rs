@@ -26,7 +26,8 @@ use crate::laws::{domains, motion_indicators, ranges, steep};
 use crate::model::{Method, Output};
 use crate::network::{Held, Origin};
 use crate::solve::{
-    Block, Incidence, Levels, Loops, Obstacle, Shared, Solution, SolveTree, blocks, least_norm, solve_tree, typical,
+    Block, Incidence, LevelSolution, Levels, Loops, Obstacle, Shared, SolveTree, blocks, least_norm, solve_tree,
+    typical,
 };
 use crate::tape::{Assembler, layout};
 
@@ -140,7 +141,7 @@ pub fn program(
         let constraints = equations.constraints.len();
         let levels = Levels::new(equations, |arena, column| solver.response(arena, column, constraints));
         let without = solver.motion(&mut equations.system.arena, equations.constraints.len());
-        let Solution { mut values, locks } = levels.solve(&mut equations.system.arena, without, false);
+        let LevelSolution { mut values, locks } = levels.solve(&mut equations.system.arena, without, false);
         let locks = if equations.rubs_dry() {
             locks
         } else {
@@ -374,7 +375,7 @@ fn balanced(equations: &mut Equations, loops: &Loops, accelerations: &[Expr]) ->
         return without;
     }
     let arena = &mut equations.system.arena;
-    let Solution { mut values, locks } = levels.solve(arena, [accelerations, &without].concat(), false);
+    let LevelSolution { mut values, locks } = levels.solve(arena, [accelerations, &without].concat(), false);
     unknown_unless(arena, &mut values[first..], &locks);
     values.split_off(first)
 }

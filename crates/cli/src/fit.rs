@@ -9,7 +9,7 @@ use cotree::report::csv::{CsvTable, Naming};
 use cotree::scene::{Asked, Scene};
 use cotree::typeset::counted;
 use cotree_study::analysis::Study;
-use cotree_study::fit::{self, Ended, Fit as Found, FitError, Request, Trial, Vary};
+use cotree_study::fit::{self, Fit as Found, FitEnded, FitError, FitRequest, FitTrial, Vary};
 use indicatif::ProgressBar;
 
 use super::columns::Columns;
@@ -94,12 +94,12 @@ impl Fit {
         output::print(&if self.json { report.json() } else { report.text(&units) })?;
         self.write(&scene, &found, &units, format)?;
         match found.ended {
-            Ended::Stopped => Err(Failure::Stopped("stopped: these are the best values so far".to_owned())),
-            Ended::Settled | Ended::Exhausted => Ok(()),
+            FitEnded::Stopped => Err(Failure::Stopped("stopped: these are the best values so far".to_owned())),
+            FitEnded::Settled | FitEnded::Exhausted => Ok(()),
         }
     }
 
-    fn request(&self, scene: &Scene) -> Result<Request, Failure> {
+    fn request(&self, scene: &Scene) -> Result<FitRequest, Failure> {
         let (chosen, units) = (self.columns.chosen()?, scene.variables()?);
         let wrong = |option: &str, text: &str, message: String| Failure::Usage(format!("--{option} {text}: {message}"));
         let vary = self.vary.iter().map(|text| Vary::read(text).map_err(|message| wrong("vary", text, message)));
@@ -109,7 +109,7 @@ impl Fit {
         };
         let own = |name: &str| units.get(name).cloned();
         let table = |path: &PathBuf| output::table_with_gaps(path, &chosen.naming(&own));
-        Ok(Request {
+        Ok(FitRequest {
             tables: self.measured.iter().map(table).collect::<Result<_, _>>()?,
             vary: vary.collect::<Result<_, _>>()?,
             deviations: self.deviations.iter().map(deviation).collect::<Result<_, _>>()?,
@@ -117,7 +117,7 @@ impl Fit {
     }
 
     /// The study of each experiment.
-    fn studies(&self, scene: &Scene, request: &Request) -> Result<Vec<Study>, Failure> {
+    fn studies(&self, scene: &Scene, request: &FitRequest) -> Result<Vec<Study>, Failure> {
         let count = self.measured.len();
         if !self.input.is_empty() && self.input.len() != count {
             let [inputs, tables] = [self.input.len(), count].map(|count| counted(count, "time"));
@@ -193,12 +193,12 @@ struct Progress {
 }
 
 impl Progress {
-    fn new(request: &Request) -> Self {
+    fn new(request: &FitRequest) -> Self {
         let names = request.vary.iter().map(|own| own.name.clone()).collect();
         Self { bar: output::spinner(), names, trials: 0 }
     }
 
-    fn show(&mut self, trial: Trial) {
+    fn show(&mut self, trial: FitTrial) {
         self.trials += 1;
         let residuals = trial.length.map_or("no motion".to_owned(), |length| format!("residuals {length:.6}"));
         let verdict = if trial.is_accepted { "" } else { ", rejected" };

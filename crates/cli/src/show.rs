@@ -13,7 +13,7 @@ use cotree::scene::Scene;
 use cotree_draw::graph::GraphDrawing;
 use cotree_draw::pose::{draw, draw_at};
 use cotree_study::analysis::state_at;
-use cotree_study::compare::{Comparison, compare};
+use cotree_study::compare::{CoordinateComparison, compare};
 use cotree_text::Prose;
 use cotree_text::Written;
 use cotree_text::written;
@@ -68,11 +68,11 @@ pub struct Show {
 
 /// What `--json` says.
 #[derive(Serialize)]
-struct Figures {
+struct SummaryAndComparison {
     #[serde(flatten)]
     summary: Summary,
     #[serde(skip_serializing_if = "Option::is_none")]
-    comparison: Option<Comparison>,
+    comparison: Option<CoordinateComparison>,
 }
 
 impl Show {
@@ -101,7 +101,7 @@ impl Show {
     }
 
     /// Everything that is asked for, of one set of equations.
-    fn shown(&self, scene: &Scene, formulated: &mut Formulated) -> Result<Shown, Failure> {
+    fn shown(&self, scene: &Scene, formulated: &mut Formulated) -> Result<ShownMechanism, Failure> {
         let faults = |list: Vec<Fault>| Faults::new(scene.source.clone(), list);
         let text = match (self.equations, self.steps) {
             (Some(notation), _) if self.minimal => {
@@ -118,11 +118,11 @@ impl Show {
         };
         let graph = self.graph.as_deref().map(|path| graph(formulated, path));
         let drawing = self.drawing.as_deref().map(|path| self.drawn(formulated, path)).transpose()?;
-        let figures = text.is_none().then(|| Figures {
+        let figures = text.is_none().then(|| SummaryAndComparison {
             summary: summarise(formulated),
             comparison: self.compare.then(|| compare(&formulated.equations.system.mechanism, &formulated.outputs)),
         });
-        Ok(Shown { text, graph, drawing, figures })
+        Ok(ShownMechanism { text, graph, drawing, figures })
     }
 
     /// The drawing at the start or at another time: for CAD, or as a picture.
@@ -153,14 +153,14 @@ fn prose(notation: Notation, option: &str) -> Result<Written, Failure> {
 }
 
 /// What is shown of a mechanism.
-struct Shown {
+struct ShownMechanism {
     text: Option<String>,
     graph: Option<String>,
     drawing: Option<String>,
-    figures: Option<Figures>,
+    figures: Option<SummaryAndComparison>,
 }
 
-impl Figures {
+impl SummaryAndComparison {
     fn print(&self, as_json: bool) -> Result<(), Failure> {
         if as_json {
             return output::json(self);

@@ -10,7 +10,7 @@ use cotree::files;
 use cotree::run::Measure;
 use cotree::scene::Scene;
 use cotree_draw::study::sweep::Picture;
-use cotree_study::sweep::{self, Design, Factor, Inaccurate, Record, RecordError, Sampling};
+use cotree_study::sweep::{self, Design, DesignFactor, Inaccurate, Record, RecordError, Sampling};
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
 use super::failure::Failure;
@@ -134,7 +134,7 @@ impl Sweep {
 
     fn design(&self, description: &Description) -> Result<Design, Failure> {
         let read =
-            |text: &String| Factor::read(description, text).map_err(|message| format!("--set {text}: {message}"));
+            |text: &String| DesignFactor::read(description, text).map_err(|message| format!("--set {text}: {message}"));
         let factors = Failure::every(self.factors.iter().map(read))?;
         let design = match (&self.table, self.random, self.latin) {
             (Some(path), ..) => {

@@ -14,7 +14,7 @@ use cotree_draw::dxf;
 use cotree_page::film;
 
 use super::failure::Failure;
-use super::units::{InUnits, Shown};
+use super::units::{InUnits, ShownUnits};
 use super::{MessageFormat, output};
 
 /// Trace points: the curves that they draw during the experiment, as CSV, or as DXF for CAD; and profiles of cams
@@ -137,7 +137,7 @@ fn rows(compiled: &Compiled, format: MessageFormat) -> Result<(Vec<Sample>, Resu
 fn table(
     compiled: &Compiled,
     points: &[String],
-    shown: &Shown,
+    shown: &ShownUnits,
     file: Option<&Path>,
     format: MessageFormat,
 ) -> Result<(), Failure> {

@@ -12,7 +12,7 @@ use cotree_fmu::instance::Inaccuracy;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::Engine;
 use cotree_fmu::taylor::Jet;
-use cotree_study::bench::runs::{Budget, Subject};
+use cotree_study::bench::runs::{BenchSubject, Budget};
 
 const TOLERANCES: [f64; 7] = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, FINEST];
 /// The smallest of the compared tolerances.
@@ -103,7 +103,7 @@ pub fn end(compiled: &Compiled) -> Option<String> {
 fn measure(model: &Arc<Model>, variables: &[usize], experiment: Experiment) -> Result<Accuracy, String> {
     let Experiment { start, mut stop, .. } = experiment;
     let growing = within_budget(model, experiment, REFERENCE, &mut stop)?;
-    let subject = Subject { model, variables, experiment: Experiment { stop, ..experiment } };
+    let subject = BenchSubject { model, variables, experiment: Experiment { stop, ..experiment } };
     let at = |point: u32| start + (stop - start) * f64::from(point) / f64::from(POINTS);
     let times: Vec<f64> = (1..=POINTS).map(at).collect();
     let run = |tolerance| subject.run(None, tolerance, Budget::Reference, &times);
@@ -142,7 +142,7 @@ fn within_budget(
     let cost = Jet::new(model).map_or(tape, |jet| jet.cost() as u64);
     let whole = experiment.stop - experiment.start;
     let shortest = whole * 0.5f64.powi(HALVINGS);
-    let mut instance = Subject { model, variables: &[], experiment }.start(None, tolerance)?;
+    let mut instance = BenchSubject { model, variables: &[], experiment }.start(None, tolerance)?;
     let (mut length, mut used) = (shortest, 0);
     while *reached < experiment.stop {
         // Next to a start that is not zero the shortest parts are nothing.

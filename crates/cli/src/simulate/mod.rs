@@ -25,7 +25,7 @@ use cotree_fmu::model::Model;
 use super::columns::Columns;
 use super::failure::Failure;
 use super::times::Times;
-use super::units::{InUnits, Shown};
+use super::units::{InUnits, ShownUnits};
 use super::{MessageFormat, output, study};
 use progress::Progress;
 use record::Record;
@@ -168,7 +168,7 @@ impl Simulate {
         run: &Run,
         model: Arc<Model>,
         record: &mut Record,
-        shown: &Shown,
+        shown: &ShownUnits,
     ) -> Result<(u64, Ended, Gaps), Failure> {
         let is_wanted = self.output.is_some() || !(self.summary || self.plot.is_some());
         let mut writer = is_wanted.then(|| output::begin(self.file(), record.table(shown))).transpose()?;
@@ -206,7 +206,7 @@ impl Simulate {
         run: &Run,
         record: &Record,
         overlay: Option<&CsvTable>,
-        shown: &Shown,
+        shown: &ShownUnits,
         format: MessageFormat,
     ) -> Result<(), Failure> {
         let file = self.overlay.as_deref().map(|path| path.display().to_string()).unwrap_or_default();

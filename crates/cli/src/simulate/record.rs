@@ -12,7 +12,7 @@ use cotree::typeset::titled;
 use cotree_draw::plot::{Plot, Series};
 
 use super::super::failure::Failure;
-use super::super::units::Shown;
+use super::super::units::ShownUnits;
 use super::Simulate;
 
 /// Values over time.
@@ -30,7 +30,7 @@ struct RecordedVariable {
 }
 
 impl Record {
-    pub fn new(compiled: &Compiled, reported: &[usize], shown: &Shown) -> Record {
+    pub fn new(compiled: &Compiled, reported: &[usize], shown: &ShownUnits) -> Record {
         let column = |&index: &usize| {
             let variable = &compiled.description.variables[index];
             RecordedVariable {
@@ -62,7 +62,7 @@ impl Record {
     }
 
     /// The columns of the table.
-    pub fn table(&self, shown: &Shown) -> Vec<(String, f64)> {
+    pub fn table(&self, shown: &ShownUnits) -> Vec<(String, f64)> {
         let columns = self.columns.iter().map(|column| shown.column(&column.name, &column.si));
         std::iter::once(shown.column("time", &Unit::time())).chain(columns).collect()
     }
@@ -80,7 +80,7 @@ impl Record {
     }
 
     /// The curves over time, or over another variable.
-    pub fn plot(&self, options: &Simulate, run: &Run, shown: &Shown) -> Result<Plot, Failure> {
+    pub fn plot(&self, options: &Simulate, run: &Run, shown: &ShownUnits) -> Result<Plot, Failure> {
         let title = run.description.model_name.clone();
         if let Some(x) = options.x.as_deref().filter(|x| *x != "time") {
             return self.plot_over(title, self.axis(x)?, &options.y);
@@ -135,7 +135,7 @@ impl Record {
     }
 
     /// The inputs that the table gives, where they are not reported anyway.
-    fn inputs(&self, run: &Run, shown: &Shown) -> Vec<Series> {
+    fn inputs(&self, run: &Run, shown: &ShownUnits) -> Vec<Series> {
         let Some((table, variables)) = &run.inputs else { return Vec::new() };
         let mut series = Vec::new();
         for (place, &index) in variables.iter().enumerate() {

@@ -17,7 +17,7 @@ use cotree_page::moving;
 use super::failure::Failure;
 use super::output;
 use changes::Changes;
-use server::{Board, Shown};
+use server::{Board, ShownScene};
 
 /// Between two looks at files that change: what is the same in both has been written.
 const SETTLED: Duration = Duration::from_millis(30);
@@ -164,7 +164,7 @@ impl Stamp {
 }
 
 /// The page of the scene, or why there is none; and the further files that it is made of.
-fn shown(path: &Path, module: Option<Vec<u8>>) -> (Shown, Vec<PathBuf>) {
+fn shown(path: &Path, module: Option<Vec<u8>>) -> (ShownScene, Vec<PathBuf>) {
     let further = |source: &Source| source.further.iter().map(|file| PathBuf::from(&file.name)).collect();
     let scene = match output::load(path) {
         Ok(scene) => scene,
@@ -179,16 +179,20 @@ fn shown(path: &Path, module: Option<Vec<u8>>) -> (Shown, Vec<PathBuf>) {
         Ok((_, Err(why))) => faulty(Failure::Numerical(why)),
         Ok((compiled, Ok(page))) => {
             let text = scene.source.own_text().to_owned();
-            Shown::Page { html: page.live_html(), text, warnings: compiled.warnings.map(|own| own.render(false, 100)) }
+            ShownScene::Page {
+                html: page.live_html(),
+                text,
+                warnings: compiled.warnings.map(|own| own.render(false, 100)),
+            }
         }
     };
     (shown, files)
 }
 
-fn faulty(failure: Failure) -> Shown {
+fn faulty(failure: Failure) -> ShownScene {
     match failure {
-        Failure::Scene(faults) => Shown::Fault(faults.render(false, 100)),
-        Failure::Usage(message) | Failure::Numerical(message) | Failure::Stopped(message) => Shown::Fault(message),
-        Failure::Told(_) | Failure::ClosedPipe => Shown::Fault(String::new()),
+        Failure::Scene(faults) => ShownScene::Fault(faults.render(false, 100)),
+        Failure::Usage(message) | Failure::Numerical(message) | Failure::Stopped(message) => ShownScene::Fault(message),
+        Failure::Told(_) | Failure::ClosedPipe => ShownScene::Fault(String::new()),
     }
 }

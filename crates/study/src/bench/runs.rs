@@ -31,7 +31,7 @@ pub enum Budget {
     Reference,
 }
 
-pub struct Subject<'a> {
+pub struct BenchSubject<'a> {
     pub model: &'a Arc<Model>,
     pub variables: &'a [usize],
     pub experiment: Experiment,
@@ -45,7 +45,7 @@ pub struct TimedMotion {
     pub instance: Instance,
 }
 
-impl Subject<'_> {
+impl BenchSubject<'_> {
     /// The variables at these times.
     ///
     /// # Errors

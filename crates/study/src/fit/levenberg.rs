@@ -29,7 +29,7 @@ pub struct Residuals {
 pub struct Minimum<T> {
     pub values: Vec<f64>,
     pub beside: T,
-    pub ended: Ended,
+    pub ended: FitEnded,
     /// Why there is no motion on the other side, where the search could not go on: no minimum.
     pub blocked: Option<String>,
     /// How often the residuals were evaluated.
@@ -38,7 +38,7 @@ pub struct Minimum<T> {
 
 /// Why the search ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ended {
+pub enum FitEnded {
     /// At a minimum: no step makes the sum of squares smaller.
     Settled,
     /// After as many evaluations as were permitted.
@@ -49,7 +49,7 @@ pub enum Ended {
 
 /// Values that were tried.
 #[derive(Clone, Copy, Debug)]
-pub struct Trial<'a> {
+pub struct FitTrial<'a> {
     /// SI.
     pub values: &'a [f64],
     /// The root of the sum of the squares of the residuals; none where there are none.
@@ -68,30 +68,30 @@ pub fn minimise<T>(
     bounds: &[[f64; 2]],
     most: usize,
     mut evaluate: impl FnMut(&[f64], Option<&T>) -> Result<(Residuals, T), Failure>,
-    mut goes_on: impl FnMut(Trial) -> bool,
+    mut goes_on: impl FnMut(FitTrial) -> bool,
 ) -> Result<Minimum<T>, Failure> {
     let mut values = DVector::from_column_slice(start);
     let (mut here, mut beside) = evaluate(start, None)?;
-    let mut stopped = !goes_on(Trial { values: start, length: Some(here.values.norm()), is_accepted: true });
+    let mut stopped = !goes_on(FitTrial { values: start, length: Some(here.values.norm()), is_accepted: true });
     let mut scales = DVector::zeros(start.len());
     let (mut damping, mut evaluations, mut blocked) = (FIRST, 1, None);
     let ended = 'search: loop {
         for (scale, column) in scales.iter_mut().zip(here.derivatives.column_iter()) {
             *scale = column.norm().max(*scale);
         }
-        let Some(step) = DampedSteps::new(&here, &values, bounds, &scales) else { break Ended::Settled };
+        let Some(step) = DampedSteps::new(&here, &values, bounds, &scales) else { break FitEnded::Settled };
         let moved = loop {
             let next = step.at(damping);
             let change = &next - &values;
             let size = |values: &DVector<f64>| values.component_mul(&scales).norm();
             if size(&change) <= SETTLED * size(&values) {
-                break 'search Ended::Settled;
+                break 'search FitEnded::Settled;
             }
             if stopped {
-                break 'search Ended::Stopped;
+                break 'search FitEnded::Stopped;
             }
             if evaluations == most {
-                break 'search Ended::Exhausted;
+                break 'search FitEnded::Exhausted;
             }
             evaluations += 1;
             let sum = here.values.norm_squared();
@@ -101,10 +101,10 @@ pub fn minimise<T>(
             blocked = there.as_ref().err().map(Failure::to_string);
             let length = there.as_ref().ok().map(|(there, _)| there.values.norm());
             let there = there.ok().filter(|(there, _)| there.values.norm_squared() < sum);
-            stopped = !goes_on(Trial { values: next.as_slice(), length, is_accepted: there.is_some() });
+            stopped = !goes_on(FitTrial { values: next.as_slice(), length, is_accepted: there.is_some() });
             let Some(there) = there else {
                 if predicted <= FLAT * sum {
-                    break 'search Ended::Settled;
+                    break 'search FitEnded::Settled;
                 }
                 damping = (4.0 * damping).max(WORSE);
                 continue;
@@ -215,9 +215,9 @@ mod tests {
     #[test]
     fn the_valley_of_rosenbrock_leads_to_its_minimum() {
         let found = least(&[-1.2, 1.0], &[OPEN; 2], 200, rosenbrock);
-        assert!(found.ended == Ended::Settled && found.values.iter().all(|x| (x - 1.0).abs() < 1e-8), "{found:?}");
+        assert!(found.ended == FitEnded::Settled && found.values.iter().all(|x| (x - 1.0).abs() < 1e-8), "{found:?}");
         let short = least(&[-1.2, 1.0], &[OPEN; 2], 3, rosenbrock);
-        assert_eq!((short.ended, short.evaluations), (Ended::Exhausted, 3));
+        assert_eq!((short.ended, short.evaluations), (FitEnded::Exhausted, 3));
     }
 
     #[test]
@@ -264,7 +264,7 @@ mod tests {
             assert_eq!(beside, accepted.borrow().as_ref());
             Ok((rosenbrock(x)?, x.to_vec()))
         };
-        let watch = |trial: Trial| {
+        let watch = |trial: FitTrial| {
             if trial.is_accepted {
                 accepted.replace(Some(trial.values.to_vec()));
             }
@@ -272,7 +272,7 @@ mod tests {
             told < 5
         };
         let found = minimise(&[-1.2, 1.0], &[OPEN; 2], 200, evaluate, watch).unwrap();
-        assert_eq!((found.ended, found.evaluations, told), (Ended::Stopped, 5, 5));
+        assert_eq!((found.ended, found.evaluations, told), (FitEnded::Stopped, 5, 5));
         assert_eq!((Some(&found.values), &found.beside), (accepted.borrow().as_ref(), &found.values));
     }
 }

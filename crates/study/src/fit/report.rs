@@ -6,7 +6,7 @@ use cotree::report::data::{Cell, Report, Table, number, plain, unit};
 use cotree::{line, row};
 use serde_json::{Value, json};
 
-use super::{Ended, Fit, Measured, MeasuredVariable, Quantity};
+use super::{Fit, FitEnded, FittedQuantity, MeasuredExperiment, MeasuredVariable};
 
 /// Correlations are known to this at best: they have four decimals.
 const CORRELATION: f64 = 0.01;
@@ -24,9 +24,9 @@ impl Fit {
         let columns = self.measured.iter().flat_map(|own| &own.columns);
         let (quantities, values) = (self.quantities.len(), columns.map(MeasuredVariable::count).sum::<usize>());
         let ended = match self.ended {
-            Ended::Settled => "at a minimum: no step makes the residuals smaller",
-            Ended::Exhausted => "without a minimum: as many motions as are permitted were computed",
-            Ended::Stopped => "without a minimum: it was stopped",
+            FitEnded::Settled => "at a minimum: no step makes the residuals smaller",
+            FitEnded::Exhausted => "without a minimum: as many motions as are permitted were computed",
+            FitEnded::Stopped => "without a minimum: it was stopped",
         };
         let mut search = format!("\nended {ended}; {} motions were computed with their derivatives", self.evaluations);
         if !self.guesses.is_empty() {
@@ -56,7 +56,7 @@ impl Fit {
 
     /// Values have the digits that their errors permit.
     fn estimates(&self) -> Table {
-        let row = |own: &Quantity| {
+        let row = |own: &FittedQuantity| {
             let told = |value: f64| number(value, &own.unit).within(Error(own.error.unwrap_or(0.0)));
             let [size, low, high] = match own.error.zip(own.limits) {
                 Some((error, [low, high])) => [error, low, high].map(told),
@@ -88,15 +88,15 @@ impl Fit {
     }
 
     fn data(&self) -> Value {
-        let quantity = |(index, own): (usize, &Quantity)| {
+        let quantity = |(index, own): (usize, &FittedQuantity)| {
             let correlation: Value = self.correlation.row(index).iter().copied().collect();
             json!({ "name": own.name, "unit": own.unit, "start": own.start, "value": own.value, "error": own.error,
                     "limits": own.limits, "correlation": correlation })
         };
         let ended = match self.ended {
-            Ended::Settled => "minimum",
-            Ended::Exhausted => "evaluations",
-            Ended::Stopped => "stopped",
+            FitEnded::Settled => "minimum",
+            FitEnded::Exhausted => "evaluations",
+            FitEnded::Stopped => "stopped",
         };
         let mut data = json!({
             "name": self.name, "ended": ended, "evaluations": self.evaluations,
@@ -109,13 +109,13 @@ impl Fit {
                     data.extend(own);
                 }
             }
-            all => data["experiments"] = all.iter().map(Measured::data).collect(),
+            all => data["experiments"] = all.iter().map(MeasuredExperiment::data).collect(),
         }
         data
     }
 }
 
-impl Measured {
+impl MeasuredExperiment {
     fn data(&self) -> Value {
         let column = |own: &MeasuredVariable| {
             let residuals: Value = own.measured.iter().zip(&own.fitted).map(|(own, fitted)| own - fitted).collect();

@@ -11,7 +11,7 @@ use crate::analysis::{Varied, Varying};
 
 /// What is to be fitted to what.
 #[derive(Clone, Debug)]
-pub struct Request {
+pub struct FitRequest {
     /// What was measured, a table for each experiment: columns named like outputs. Columns of one name have one standard deviation.
     pub tables: Vec<CsvTable>,
     /// What is varied.
@@ -50,7 +50,7 @@ impl Vary {
 pub(super) struct Weighed {
     /// Of each quantity, SI.
     pub bounds: Vec<[f64; 2]>,
-    pub tables: Vec<Places>,
+    pub tables: Vec<TablePlaces>,
     /// The standard deviation of each kind of column \[SI\], and whether it was given.
     pub deviations: Vec<(f64, bool)>,
     /// The extent of each kind, SI.
@@ -59,7 +59,7 @@ pub(super) struct Weighed {
 
 /// Where the values of a table belong.
 #[derive(Clone, Debug)]
-pub(super) struct Places {
+pub(super) struct TablePlaces {
     /// The output of each column.
     pub outputs: Vec<usize>,
     /// Its kind: columns of one name are of one kind, in all experiments.
@@ -68,7 +68,7 @@ pub(super) struct Places {
     pub measured: Vec<(usize, usize)>,
 }
 
-impl Request {
+impl FitRequest {
     /// Everything that is wrong is said.
     pub(super) fn weighed(&self, experiments: &[(&Varying, Experiment)]) -> Result<Weighed, Vec<String>> {
         let Some((first, _)) = experiments.first() else { return Err(vec!["nothing was measured".to_owned()]) };
@@ -88,7 +88,7 @@ impl Request {
             let empty = (0..table.names().len()).filter(|column| measured.iter().all(|(_, own)| own != column));
             own.extend(empty.map(|column| format!("the column `{}` has no value", table.names()[column])));
             let kind = |name: &String| kinds.iter().position(|own| *own == name).unwrap_or_default();
-            tables.push(Places { outputs, kinds: table.names().iter().map(kind).collect(), measured });
+            tables.push(TablePlaces { outputs, kinds: table.names().iter().map(kind).collect(), measured });
             let several =
                 |fault| if experiments.len() > 1 { format!("experiment {}: {fault}", index + 1) } else { fault };
             faults.extend(own.into_iter().map(several));

@@ -20,7 +20,7 @@ use super::input::Watched;
 use super::report::radius_of;
 use super::samples::{ANGULAR, At, Derivatives, Samples, lagrange};
 use super::stops::Stops;
-use super::{Drive, MotionError, Places, Request, grashof, unit_of};
+use super::{DrivenJoint, MotionError, MotionRequest, SpecialPlaces, grashof, unit_of};
 use crate::contact;
 
 /// Forces below this share of the largest are rounding errors of none.
@@ -31,12 +31,12 @@ const NOTHING: f64 = 1e-9;
 pub(super) struct Subject<'a> {
     pub moved: &'a Moved,
     pub mechanism: &'a Mechanism,
-    pub drive: &'a Drive,
+    pub drive: &'a DrivenJoint,
     pub output: Option<&'a Watched>,
-    pub request: &'a Request,
+    pub request: &'a MotionRequest,
     /// Bodies without a mass that forces need.
     pub lacking: &'a [String],
-    pub places: &'a Places,
+    pub places: &'a SpecialPlaces,
     pub stops: Option<&'a Stops>,
     /// True if extremes, centres and contacts are left out.
     pub only_table: bool,
@@ -214,12 +214,12 @@ impl MotionColumn {
 pub(super) fn of(subject: &Subject, table: &InputTable) -> Result<Figures, MotionError> {
     let Subject { moved, mechanism, drive, output, request, lacking, places, stops, only_table } = *subject;
     let mut figures = Figures::empty(mechanism, drive, table);
-    figures.folds = if let Places::Folds(folds) = places { *folds } else { [None; 2] };
+    figures.folds = if let SpecialPlaces::Folds(folds) = places { *folds } else { [None; 2] };
     let [low, high] = figures.folds;
     figures.range = drive.range.map(|[from, to]| [low.unwrap_or(from), high.unwrap_or(to)]);
     figures.dead_points = figures.folds.iter().any(Option::is_some);
     figures.stops = stops.cloned().map(|stops| stops.with_changes(mechanism, table));
-    figures.change_points = matches!(places, Places::Crossings(_));
+    figures.change_points = matches!(places, SpecialPlaces::Crossings(_));
     figures.lacking = lacking.to_vec();
     figures.four_bar = grashof::class(mechanism, drive.joint, &request.units);
     let inputs: Vec<f64> = (0..table.count()).map(|index| table.input(index)).collect();
@@ -262,14 +262,14 @@ fn unknown_point(mechanism: &Mechanism, point: &str) -> MotionError {
 }
 
 impl Extent {
-    fn of(samples: &Samples, places: &Places) -> Extent {
+    fn of(samples: &Samples, places: &SpecialPlaces) -> Extent {
         let own = Figured::of(samples, places);
         Extent { min: own.min(), max: own.max(), rms: own.rms(), mean: own.mean(), unbounded: own.unbounded }
     }
 }
 
 impl Peak {
-    fn of(samples: &Samples, places: &Places) -> Peak {
+    fn of(samples: &Samples, places: &SpecialPlaces) -> Peak {
         let own = Figured::of(samples, places);
         Peak { max: own.max(), rms: own.rms(), unbounded: own.unbounded }
     }
@@ -345,7 +345,7 @@ fn moving(joint: &Part) -> Option<BodyId> {
 }
 
 impl Figures {
-    fn empty(mechanism: &Mechanism, drive: &Drive, table: &InputTable) -> Figures {
+    fn empty(mechanism: &Mechanism, drive: &DrivenJoint, table: &InputTable) -> Figures {
         let input = &mechanism.joints[drive.joint.0];
         Figures {
             name: mechanism.name.clone(),
@@ -378,7 +378,7 @@ impl Figures {
         &mut self,
         output: &Watched,
         table: &InputTable,
-        drive: &Drive,
+        drive: &DrivenJoint,
         dwell: Option<f64>,
     ) -> Result<(), MotionError> {
         let (name, link) = (&output.name, Link::new(&output.name, &output.unit.si));
@@ -428,7 +428,7 @@ impl Figures {
         output: &Watched,
         position: &Samples,
         table: &InputTable,
-        drive: &Drive,
+        drive: &DrivenJoint,
     ) -> Option<[Samples; 2]> {
         let rate = |order: i32| {
             let own = table.get(output.variables.get(order as usize)?)?;

@@ -4,7 +4,7 @@ use cotree::typeset::rounded;
 
 use super::drive::{self, COUNT};
 use super::figures::{self, Figures, MotionColumn, Subject};
-use super::{Drive, MotionError, unit_of};
+use super::{DrivenJoint, MotionError, unit_of};
 
 /// Without a wish a row every twelfth, of a turn 30 degrees.
 const PARTS: f64 = 12.0;
@@ -85,7 +85,7 @@ fn sampled(subject: &Subject, places: &Wanted, last: f64) -> Result<Vec<MotionCo
         0 => (last, COUNT),
         _ => (places.first + places.step * intervals as f64, COUNT.div_ceil(intervals)),
     };
-    let drive = Drive { range: Some([places.first, end]), shown: each * intervals.max(1), ..drive.clone() };
+    let drive = DrivenJoint { range: Some([places.first, end]), shown: each * intervals.max(1), ..drive.clone() };
     let subject = Subject { drive: &drive, ..*subject };
     let table = drive::sample(subject.moved, &drive, None)?;
     let figures = figures::of(&subject, &table)?;

@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use super::drive::{self, COUNT, Driven, InputTable, Moved};
 use super::samples::{ANGULAR, At, Samples};
-use super::{Drive, MotionError, unit_of};
+use super::{DrivenJoint, MotionError, unit_of};
 
 /// Gaps below this share of the largest are none: what touches is not passed.
 const TOUCHING: f64 = 1e-10;
@@ -134,7 +134,7 @@ impl Obstacles {
     ///
     /// # Errors
     /// The driven mechanism is at fault, starts beyond a stop, or moves freely besides.
-    pub fn met(&self, moved: &Moved, drive: &Drive, units: &Units) -> Result<Option<Stops>, MotionError> {
+    pub fn met(&self, moved: &Moved, drive: &DrivenJoint, units: &Units) -> Result<Option<Stops>, MotionError> {
         let joints = &moved.mechanism.joints;
         let play = |joint: &JointId| Play { name: joints[joint.0].name.clone(), changes: Vec::new() };
         let mut stops = Stops { plays: self.plays.iter().map(play).collect(), ..Stops::default() };
@@ -162,7 +162,7 @@ impl Obstacles {
     }
 
     /// A way at whose end a slide is beyond all limits of its own.
-    fn farthest(&self, moved: &Moved, drive: &Drive) -> f64 {
+    fn farthest(&self, moved: &Moved, drive: &DrivenJoint) -> f64 {
         if drive.motion == ANGULAR {
             return std::f64::consts::TAU;
         }
@@ -226,7 +226,7 @@ impl Stops {
     }
 
     /// Keeps the places of one way round: a turn is looked at both ways, and each place is found twice.
-    fn within_a_turn(&mut self, drive: &Drive) {
+    fn within_a_turn(&mut self, drive: &DrivenJoint) {
         let Some(first) = self.ends[0].as_ref().map(|end| end.input) else { return };
         if drive.motion == ANGULAR && drive.range.is_none() {
             self.beyond.retain(|own| own.from.is_some_and(|from| from >= first));
@@ -241,7 +241,7 @@ impl Stops {
         &self,
         asked: [f64; 2],
         mechanism: &Mechanism,
-        drive: &Drive,
+        drive: &DrivenJoint,
         units: &Units,
     ) -> Result<[f64; 2], MotionError> {
         let own = self.within(asked);
@@ -282,7 +282,7 @@ struct GapCourse {
 impl GapCourse {
     fn along(
         gaps: &[Gap],
-        (moved, drive): (&Moved, &Drive),
+        (moved, drive): (&Moved, &DrivenJoint),
         direction: f64,
         way: f64,
     ) -> Result<GapCourse, MotionError> {

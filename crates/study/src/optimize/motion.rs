@@ -7,7 +7,7 @@ use cotree_fmu::model::State;
 use nalgebra::{DMatrix, DVector};
 
 use super::course::Course;
-use super::search::Seen;
+use super::search::SeenCourses;
 use crate::analysis::{Along, Failure, Varying};
 use crate::fit::{DEAREST, Residuals};
 
@@ -67,7 +67,7 @@ impl<'a, 'f> Motions<'a, 'f> {
     ///
     /// # Errors
     /// There is no motion, it has no derivatives, or something has no value.
-    pub fn seen(&self, values: &[f64], from: Option<&State>) -> Result<(Seen, State), Failure> {
+    pub fn seen(&self, values: &[f64], from: Option<&State>) -> Result<(SeenCourses, State), Failure> {
         let along = match (from, &self.home) {
             (Some(from), _) => self.along(values, Some(from))?,
             (None, Some(home)) => self.along(values, Some(home)).or_else(|_| self.along(values, None))?,
@@ -75,7 +75,7 @@ impl<'a, 'f> Motions<'a, 'f> {
         };
         let courses = self.outputs.iter().map(|&output| self.course(&along, output)).collect::<Result<_, _>>()?;
         let residuals = self.matched.as_ref().map(|own| own.residuals(&along, values.len()));
-        Ok((Seen { courses, residuals }, along.start))
+        Ok((SeenCourses { courses, residuals }, along.start))
     }
 
     fn course(&self, along: &Along, output: usize) -> Result<Course, Failure> {

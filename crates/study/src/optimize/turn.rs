@@ -6,7 +6,7 @@ use cotree::scene::Scene;
 use nalgebra::{DMatrix, DVector};
 
 use super::course::Course;
-use super::search::Seen;
+use super::search::SeenCourses;
 use crate::analysis::{Failure, Study};
 use crate::motion::{self, Figures};
 
@@ -20,7 +20,7 @@ pub struct Turns<'a> {
     pub scene: &'a Scene,
     /// What else was set.
     pub study: &'a Study,
-    pub request: &'a motion::Request,
+    pub request: &'a motion::MotionRequest,
     pub names: Vec<String>,
     pub bounds: Vec<[f64; 2]>,
     pub ranges: Vec<f64>,
@@ -39,14 +39,14 @@ struct Figure {
 ///
 /// # Errors
 /// There is no turn.
-pub fn known(scene: &Scene, study: &Study, request: &motion::Request) -> Result<Vec<(String, Unit)>, Failure> {
+pub fn known(scene: &Scene, study: &Study, request: &motion::MotionRequest) -> Result<Vec<(String, Unit)>, Failure> {
     let figures = figures_of(&turned(scene, study, request)?);
     // A unit such as `1/rad` has no name of its own: numbers in it are bare.
     let unit = |text: String| compile::unit(&text).unwrap_or_else(|_| Unit { si: text, ..Unit::default() });
     Ok(figures.into_iter().map(|own| (own.name, unit(own.unit))).collect())
 }
 
-fn turned(scene: &Scene, study: &Study, request: &motion::Request) -> Result<Figures, Failure> {
+fn turned(scene: &Scene, study: &Study, request: &motion::MotionRequest) -> Result<Figures, Failure> {
     motion::table_of(scene, study.mechanism(), request).map_err(|error| Failure::Turn(error.to_string()))
 }
 
@@ -76,7 +76,7 @@ impl Turns<'_> {
     ///
     /// # Errors
     /// There is no such turn, or none beside it.
-    pub fn seen(&self, values: &[f64]) -> Result<Seen, Failure> {
+    pub fn seen(&self, values: &[f64]) -> Result<SeenCourses, Failure> {
         let (times, here) = self.measured(values)?;
         let mut slopes: Vec<DMatrix<f64>> = here.iter().map(|own| DMatrix::zeros(own.len(), values.len())).collect();
         for quantity in 0..values.len() {
@@ -109,7 +109,7 @@ impl Turns<'_> {
         let courses: Vec<Course> = courses.collect();
         let infinite = |own: &Course| own.values.iter().chain(own.slopes.iter()).any(|own| !own.is_finite());
         match courses.iter().position(infinite) {
-            None => Ok(Seen { courses, residuals: None }),
+            None => Ok(SeenCourses { courses, residuals: None }),
             Some(figure) => Err(Failure::Turn(format!("`{}` has no finite value somewhere", self.measured[figure]))),
         }
     }

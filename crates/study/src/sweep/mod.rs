@@ -22,7 +22,7 @@ use cotree_fmu::instance::Inaccuracy;
 use cotree_fmu::model::Model;
 
 pub use design::Design;
-pub use factor::{Factor, Values};
+pub use factor::{DesignFactor, Values};
 pub use record::{Record, RecordError, begin, write};
 pub use sample::Sampling;
 

@@ -6,20 +6,20 @@ use cotree::model::Unit;
 use cotree::run::settings;
 use cotree::sheet::{Heading, Sheet, SheetError};
 
-use super::factor::{Factor, Values};
+use super::factor::{DesignFactor, Values};
 
 /// More faults than these are not listed.
 const MOST_FAULTS: usize = 20;
 
 /// A column: what it sets, and the unit of its bare numbers if the header names one.
 struct FactorColumn {
-    factor: Factor,
+    factor: DesignFactor,
     unit: Option<Unit>,
     values: Vec<f64>,
 }
 
 /// Factors and their values, a column for each.
-type Columns = (Vec<Factor>, Vec<Vec<f64>>);
+type Columns = (Vec<DesignFactor>, Vec<Vec<f64>>);
 
 /// The columns of a table.
 ///
@@ -78,7 +78,7 @@ fn column(
         return Err(format!("the column `{heading}` is in {}, not in {}", unit.shown(), known.unit.si));
     }
     let (name, si) = (known.name.clone(), known.unit.si.clone());
-    let factor = Factor { variable, name, unit: si, values: Values::Levels(Vec::new()) };
+    let factor = DesignFactor { variable, name, unit: si, values: Values::Levels(Vec::new()) };
     Ok(FactorColumn { factor, unit, values: Vec::new() })
 }
 
