@@ -14,7 +14,7 @@ use cotree::export::xml::fmi2 as xml;
 use cotree::export::{ExportError, FmiVersion};
 use cotree::model::{DisplayUnit, Experiment, Exponents, Unit};
 use cotree::scene::{Scene, Source};
-use cotree_draw::drawing::{Body, Drawing};
+use cotree_draw::drawing::{Drawing, DrawnBody};
 use cotree_fmu::context::Statistics;
 use cotree_fmu::program::Engine;
 use cotree_page::accuracy::{Accuracy, Measurement};
@@ -319,8 +319,12 @@ struct Parts {
 
 impl Parts {
     fn new() -> Self {
-        let body =
-            Body { name: "arm".into(), points: vec![[0.0, 0.0], [1.0, 0.5]], centre: [0.5, 0.25], ..Body::default() };
+        let body = DrawnBody {
+            name: "arm".into(),
+            points: vec![[0.0, 0.0], [1.0, 0.5]],
+            centre: [0.5, 0.25],
+            ..DrawnBody::default()
+        };
         let measurement = |tolerance: f64, evaluations| Measurement {
             tolerance,
             error: 3.0 * tolerance,

@@ -11,7 +11,7 @@ pub(super) const ZERO: Formula = Formula::Number(0.0);
 
 /// How the ground of a part lies in that of the scene, or in a body: a place p of the part is at + R(angle) F p there, with F = diag(-1, 1) in a mirror.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Frame {
+pub struct PartFrame {
     /// Are left and right exchanged?
     pub mirror: bool,
     /// By how much it is turned then.
@@ -24,16 +24,16 @@ pub struct Frame {
     pub origin: Place,
 }
 
-impl Default for Frame {
-    fn default() -> Frame {
-        Frame { mirror: false, angle: ZERO, at: [ZERO, ZERO], on: None, origin: Place::Origin }
+impl Default for PartFrame {
+    fn default() -> PartFrame {
+        PartFrame { mirror: false, angle: ZERO, at: [ZERO, ZERO], on: None, origin: Place::Origin }
     }
 }
 
-impl Frame {
+impl PartFrame {
     /// This frame of a part of a part, in what the other frame lies in.
-    pub fn within(self, outer: &Frame) -> Frame {
-        Frame {
+    pub fn within(self, outer: &PartFrame) -> PartFrame {
+        PartFrame {
             mirror: self.mirror != outer.mirror,
             angle: sum(outer.signed(self.angle), outer.angle.clone()),
             at: outer.place(self.at),
@@ -120,7 +120,7 @@ pub(crate) type Refusal = (&'static str, &'static str, &'static str);
 
 /// An element that is being placed.
 pub struct Placed<'a> {
-    pub frame: &'a Frame,
+    pub frame: &'a PartFrame,
     pub part: &'a mut Part,
     /// What is added to the angle that it calls its own.
     pub turned: Formula,
@@ -184,7 +184,7 @@ impl Placed<'_> {
     }
 
     /// A value by a map; one that is not there stays so unless the map makes it another than zero.
-    pub fn number(&mut self, key: &'static str, map: impl FnOnce(&Frame, Formula) -> Formula) {
+    pub fn number(&mut self, key: &'static str, map: impl FnOnce(&PartFrame, Formula) -> Formula) {
         let value = self.part.key(key);
         let made = map(self.frame, value.clone());
         if made != value {

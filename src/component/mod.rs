@@ -15,7 +15,7 @@ mod slide;
 mod torsion;
 pub(crate) mod transfer;
 
-pub(crate) use frame::{Frame, Placed, minus, sum};
+pub(crate) use frame::{PartFrame, Placed, minus, sum};
 pub use icon::{Glyph, Icon, RoundGlyph, Stroke};
 pub(crate) use kinds::ALL;
 pub use kinds::{Phase, Profile};

@@ -1,7 +1,7 @@
 //! Coordinates of other trees in terms of these.
 
 use super::constraints::split;
-use super::form::Form;
+use super::form::LinearForm;
 use super::kinematics::{PointMotion, ScalarMotion};
 use super::vector::Scalar;
 use super::{Coordinate, Equations};
@@ -63,11 +63,11 @@ impl Equations {
     }
 
     /// alpha, or s'' = a . u + s omega^2 along an axis that turns.
-    fn acceleration_form(&mut self, coordinate: &Coordinate) -> Form<Scalar> {
+    fn acceleration_form(&mut self, coordinate: &Coordinate) -> LinearForm<Scalar> {
         if let Some(angle) = self.angle_of(coordinate) {
             return angle.acceleration.map(&mut self.system.arena, |_, &coefficient| Scalar::plain(coefficient));
         }
-        let Some((across, direction)) = self.free_motion(coordinate) else { return Form::default() };
+        let Some((across, direction)) = self.free_motion(coordinate) else { return LinearForm::default() };
         let (frame, axis) = self.kinematics.direction(&mut self.system, direction);
         let arena = &mut self.system.arena;
         let mut form = across.acceleration.map(arena, |arena, vector| vector.dot(arena, &axis));

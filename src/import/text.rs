@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 use std::fmt::Write;
 
-use super::linkage::{Drive, DriveLaw, Force, Link, Linkage, PinKind};
+use super::linkage::{Drive, DriveLaw, ImportedLink, ImportedLinkage, LinkForce, PinKind};
 use crate::model::identifier;
 
 /// Assumed where the file has no mass: kilograms of a metre, and the mass of what has no length.
@@ -53,7 +53,7 @@ impl UniqueNames {
 
 /// A linkage whose parts have the names of a scene.
 struct SceneWriter<'a> {
-    linkage: &'a Linkage,
+    linkage: &'a ImportedLinkage,
     /// The names of the points that pins are, on every link and on the ground.
     points: Vec<String>,
     bodies: Vec<String>,
@@ -65,7 +65,7 @@ struct SceneWriter<'a> {
 ///
 /// # Errors
 /// What makes it no mechanism.
-pub fn scene(name: &str, linkage: &Linkage, end: Option<f64>) -> Result<Imported, Vec<String>> {
+pub fn scene(name: &str, linkage: &ImportedLinkage, end: Option<f64>) -> Result<Imported, Vec<String>> {
     let mut faults = Vec::new();
     if linkage.links.is_empty() {
         faults.push("it has no link that moves".to_owned());
@@ -107,7 +107,7 @@ impl SceneWriter<'_> {
     }
 
     fn head(&mut self, name: &str, notes: &[String]) {
-        let Linkage { program, title, gravity, .. } = self.linkage;
+        let ImportedLinkage { program, title, gravity, .. } = self.linkage;
         let visible: String = title.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
         let of = if visible.is_empty() { String::new() } else { format!(": {visible}") };
         self.add(format_args!("# From {program}{of}\n"));
@@ -132,7 +132,7 @@ impl SceneWriter<'_> {
     }
 
     /// Where the frame of a body has its origin: the frames are not turned in the pose of the file.
-    fn origin(&self, link: &Link) -> [f64; 2] {
+    fn origin(&self, link: &ImportedLink) -> [f64; 2] {
         link.centre.unwrap_or_else(|| {
             let pins = link.pins.iter().map(|&pin| self.linkage.pins[pin].at);
             let sum = pins.fold([0.0, 0.0], |[x, y], [u, v]| [x + u, y + v]);
@@ -140,7 +140,7 @@ impl SceneWriter<'_> {
         })
     }
 
-    fn body(&mut self, index: usize, link: &Link) {
+    fn body(&mut self, index: usize, link: &ImportedLink) {
         let [x, y] = self.origin(link);
         let pins = link.pins.iter().map(|&pin| self.linkage.pins[pin].at);
         let guided = self
@@ -225,7 +225,7 @@ impl SceneWriter<'_> {
         ));
     }
 
-    fn force(&mut self, force: &Force) {
+    fn force(&mut self, force: &LinkForce) {
         let [x, y] = self.origin(&self.linkage.links[force.link]);
         let (name, body) = (self.names.fresh(&force.name), self.bodies[force.link].clone());
         let [at_x, at_y] = [force.at[0] - x, force.at[1] - y];

@@ -24,7 +24,7 @@ pub struct Task {
     /// Its name.
     pub name: String,
     /// What is to be done.
-    pub kind: Kind,
+    pub kind: TaskKind,
     /// What else is asked of a linkage.
     pub limits: Demands,
     /// What is chosen where the task leaves it free.
@@ -37,7 +37,7 @@ pub struct Task {
 
 /// What is to be done.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Kind {
+pub enum TaskKind {
     /// A body takes poses.
     Poses {
         /// x \[m\], y \[m\], angle \[rad\]
@@ -118,12 +118,12 @@ pub struct Choose {
     /// Pins in the body, in its frame.
     pub moving: [Option<[f64; 2]>; 2],
     /// Lines on which a pin is, for four poses.
-    pub lines: Vec<Line>,
+    pub lines: Vec<PinLine>,
 }
 
 /// The line `x = value` or `y = value` on which a pin is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Line {
+pub struct PinLine {
     /// A pin in the ground? Else in the body, in its frame.
     pub of_ground: bool,
     /// y = value? Else x = value.
@@ -137,71 +137,75 @@ const LARGEST: u64 = 16 << 20;
 const KINDS: [&str; 4] = ["poses", "function", "path", "stroke"];
 const TOP: [&str; 9] = ["$schema", "name", "description", "poses", "function", "path", "stroke", "limits", "choose"];
 /// What is written in each table.
-const POSES: &[Key] = &[
-    Key(
+const POSES: &[TaskKey] = &[
+    TaskKey(
         "at",
-        Form::Poses,
+        ValueForm::Poses,
         "[x, y, angle] of each pose [m, rad], or a CSV file with the columns x, y, angle, and perhaps tolerance and weight",
     ),
-    Key("tolerance", Form::Each, "how near poses are to be met [m], for all or each"),
-    Key("weight", Form::Each, "how much poses count, for all or each"),
+    TaskKey("tolerance", ValueForm::Each, "how near poses are to be met [m], for all or each"),
+    TaskKey("weight", ValueForm::Each, "how much poses count, for all or each"),
 ];
-const FUNCTION: &[Key] = &[
-    Key(
+const FUNCTION: &[TaskKey] = &[
+    TaskKey(
         "input",
-        Form::Numbers,
+        ValueForm::Numbers,
         "turns of the input from the first position [rad]; of a law from where to where it goes",
     ),
-    Key("output", Form::NumbersOrLaw, "turns [rad] or ways [m] of the output from the first position, or a law of x"),
-    Key("x", Form::Pair, "from where to where the law goes"),
-    Key("range", Form::Pair, "from where to where the output goes by the law [rad or m]"),
-    Key("input_zero", Form::Number, "the angle of the input bar at the first position [rad]"),
-    Key("output_zero", Form::Number, "the angle of the output bar at the first position [rad]"),
-    Key("ground", Form::Number, "the length of the ground [m]; 1 m if absent"),
+    TaskKey(
+        "output",
+        ValueForm::NumbersOrLaw,
+        "turns [rad] or ways [m] of the output from the first position, or a law of x",
+    ),
+    TaskKey("x", ValueForm::Pair, "from where to where the law goes"),
+    TaskKey("range", ValueForm::Pair, "from where to where the output goes by the law [rad or m]"),
+    TaskKey("input_zero", ValueForm::Number, "the angle of the input bar at the first position [rad]"),
+    TaskKey("output_zero", ValueForm::Number, "the angle of the output bar at the first position [rad]"),
+    TaskKey("ground", ValueForm::Number, "the length of the ground [m]; 1 m if absent"),
 ];
-const PATH: &[Key] = &[
-    Key(
+const PATH: &[TaskKey] = &[
+    TaskKey(
         "points",
-        Form::PointsOrTable,
+        ValueForm::PointsOrTable,
         "[x, y] of each point [m], or a CSV file with the columns x, y, and perhaps crank",
     ),
-    Key("closed", Form::Flag, "whether the last point is beside the first; false if absent"),
-    Key("crank", Form::Numbers, "the turn of the crank at each point from the first one on [rad]"),
-    Key("pivots", Form::TwoPoints, "the pivots in the ground, if they are given [m]"),
+    TaskKey("closed", ValueForm::Flag, "whether the last point is beside the first; false if absent"),
+    TaskKey("crank", ValueForm::Numbers, "the turn of the crank at each point from the first one on [rad]"),
+    TaskKey("pivots", ValueForm::TwoPoints, "the pivots in the ground, if they are given [m]"),
 ];
-const STROKE: &[Key] = &[
-    Key("crank_turn", Form::Number, "how far the crank turns during the way there [rad]"),
-    Key("time_ratio", Form::Number, "the time of the way there over that of the way back"),
-    Key("swing", Form::Number, "how far a rocker swings [rad]"),
-    Key("stroke", Form::Number, "how far a slider goes [m]"),
-    Key("offset", Form::Number, "of the line of the slider from the pivot of the crank [m]"),
-    Key("ground", Form::Number, "the length of the ground [m]; 1 m if absent"),
+const STROKE: &[TaskKey] = &[
+    TaskKey("crank_turn", ValueForm::Number, "how far the crank turns during the way there [rad]"),
+    TaskKey("time_ratio", ValueForm::Number, "the time of the way there over that of the way back"),
+    TaskKey("swing", ValueForm::Number, "how far a rocker swings [rad]"),
+    TaskKey("stroke", ValueForm::Number, "how far a slider goes [m]"),
+    TaskKey("offset", ValueForm::Number, "of the line of the slider from the pivot of the crank [m]"),
+    TaskKey("ground", ValueForm::Number, "the length of the ground [m]; 1 m if absent"),
 ];
-const LIMITS: &[Key] = &[
-    Key("ground", Form::Area, "where pins in the ground may be: a box or the corners of a polygon [m]"),
-    Key("moving", Form::Area, "where pins in the body may be, in its frame [m]"),
-    Key("length", Form::Pair, "shortest and longest bar [m]"),
-    Key("transmission", Form::Number, "the smallest transmission angle over the part that is used [rad]"),
-    Key("crank", Form::Flag, "whether the input must turn fully; false if absent"),
+const LIMITS: &[TaskKey] = &[
+    TaskKey("ground", ValueForm::Area, "where pins in the ground may be: a box or the corners of a polygon [m]"),
+    TaskKey("moving", ValueForm::Area, "where pins in the body may be, in its frame [m]"),
+    TaskKey("length", ValueForm::Pair, "shortest and longest bar [m]"),
+    TaskKey("transmission", ValueForm::Number, "the smallest transmission angle over the part that is used [rad]"),
+    TaskKey("crank", ValueForm::Flag, "whether the input must turn fully; false if absent"),
 ];
-const CHOOSE: &[Key] = &[
-    Key("ground_a", Form::Point, "a pin in the ground, of the first bar [m]"),
-    Key("ground_b", Form::Point, "a pin in the ground, of the second bar [m]"),
-    Key("moving_a", Form::Point, "a pin in the body, of the first bar [m]"),
-    Key("moving_b", Form::Point, "a pin in the body, of the second bar [m]"),
-    Key("ground_x", Form::Number, "a line x = ... for a pin in the ground, for four poses [m]"),
-    Key("ground_y", Form::Number, "a line y = ... for a pin in the ground, for four poses [m]"),
-    Key("moving_x", Form::Number, "a line x = ... for a pin in the body, for four poses [m]"),
-    Key("moving_y", Form::Number, "a line y = ... for a pin in the body, for four poses [m]"),
+const CHOOSE: &[TaskKey] = &[
+    TaskKey("ground_a", ValueForm::Point, "a pin in the ground, of the first bar [m]"),
+    TaskKey("ground_b", ValueForm::Point, "a pin in the ground, of the second bar [m]"),
+    TaskKey("moving_a", ValueForm::Point, "a pin in the body, of the first bar [m]"),
+    TaskKey("moving_b", ValueForm::Point, "a pin in the body, of the second bar [m]"),
+    TaskKey("ground_x", ValueForm::Number, "a line x = ... for a pin in the ground, for four poses [m]"),
+    TaskKey("ground_y", ValueForm::Number, "a line y = ... for a pin in the ground, for four poses [m]"),
+    TaskKey("moving_x", ValueForm::Number, "a line x = ... for a pin in the body, for four poses [m]"),
+    TaskKey("moving_y", ValueForm::Number, "a line y = ... for a pin in the body, for four poses [m]"),
 ];
 
 /// A key, how its value is written, and what it says.
 #[derive(Clone, Copy)]
-struct Key(&'static str, Form, &'static str);
+struct TaskKey(&'static str, ValueForm, &'static str);
 
 /// How a value is written.
 #[derive(Clone, Copy)]
-enum Form {
+enum ValueForm {
     Number,
     Numbers,
     /// A number for all, or one for each.
@@ -216,7 +220,7 @@ enum Form {
     Area,
 }
 
-fn names(keys: &[Key]) -> Vec<&'static str> {
+fn names(keys: &[TaskKey]) -> Vec<&'static str> {
     keys.iter().map(|key| key.0).collect()
 }
 
@@ -300,8 +304,8 @@ impl TaskReader<'_> {
         let limits = top.get("limits").map(|node| self.limits(node)).unwrap_or_default();
         let choose = top.get("choose").map(|node| self.choose(node)).unwrap_or_default();
         let is_free = match &read {
-            Some(Kind::Poses { at, tolerance, weight }) => at.len() <= 4 && tolerance.is_none() && weight.is_none(),
-            Some(Kind::Function { .. } | Kind::Path { .. } | Kind::Stroke { .. }) => false,
+            Some(TaskKind::Poses { at, tolerance, weight }) => at.len() <= 4 && tolerance.is_none() && weight.is_none(),
+            Some(TaskKind::Function { .. } | TaskKind::Path { .. } | TaskKind::Stroke { .. }) => false,
             None => true,
         };
         if !is_free {
@@ -418,7 +422,7 @@ impl TaskReader<'_> {
         self.wrong(node, format!("{what} must be above zero"), "leave it out, or write a larger number")
     }
 
-    fn poses(&mut self, node: &Node, span: Span) -> Option<Kind> {
+    fn poses(&mut self, node: &Node, span: Span) -> Option<TaskKind> {
         let fields = Fields::open(node, "`poses`", span, &names(POSES), self.faults)?;
         let at = fields.required("at", "write `at = [[x, y, angle], ...]`, or the name of a CSV file", self.faults)?;
         let (poses, [of_table, weights]) = match at.kind {
@@ -439,7 +443,7 @@ impl TaskReader<'_> {
         };
         let tolerance = list("tolerance", &Unit::length())?.or(of_table);
         let weight = list("weight", &Unit::default())?.or(weights);
-        Some(Kind::Poses { at: poses, tolerance, weight })
+        Some(TaskKind::Poses { at: poses, tolerance, weight })
     }
 
     fn listed_poses(&mut self, at: &Node) -> Option<Vec<[f64; 3]>> {
@@ -508,7 +512,7 @@ impl TaskReader<'_> {
         Some(ground.unwrap_or(1.0))
     }
 
-    fn function(&mut self, node: &Node, span: Span) -> Option<Kind> {
+    fn function(&mut self, node: &Node, span: Span) -> Option<TaskKind> {
         let fields = Fields::open(node, "`function`", span, &names(FUNCTION), self.faults)?;
         let input = fields.required("input", "write turns of the input: `input = [0, 0.4, ...]`", self.faults)?;
         let output = fields.required("output", "write turns of the output, or a law such as \"x^1.5\"", self.faults)?;
@@ -520,14 +524,14 @@ impl TaskReader<'_> {
         if let Content::Text(_) = output.kind {
             let (input, (output, is_slider)) = self.law(&fields, input, output)?;
             self.of_slider(&fields, is_slider)?;
-            return Some(Kind::Function { input, output, is_slider, zero, ground });
+            return Some(TaskKind::Function { input, output, is_slider, zero, ground });
         }
         self.without(&fields, &["x", "range"], "outputs that are numbers")?;
         let turns = self.numbers(input, "`input`", &Unit::angle())?;
         let (ways, is_slider) = self.ways(output, "`output`")?;
         let ways = self.count(output, "`output`", ways, turns.len())?;
         self.of_slider(&fields, is_slider)?;
-        Some(Kind::Function { input: turns, output: ways, is_slider, zero, ground })
+        Some(TaskKind::Function { input: turns, output: ways, is_slider, zero, ground })
     }
 
     fn of_slider(&mut self, fields: &Fields<'_>, is_slider: bool) -> Option<()> {
@@ -592,7 +596,7 @@ impl TaskReader<'_> {
         Some((inputs, (outputs, is_slider)))
     }
 
-    fn path(&mut self, node: &Node, span: Span) -> Option<Kind> {
+    fn path(&mut self, node: &Node, span: Span) -> Option<TaskKind> {
         let fields = Fields::open(node, "`path`", span, &names(PATH), self.faults)?;
         let points =
             fields.required("points", "write `points = [[x, y], ...]`, or the name of a CSV file", self.faults)?;
@@ -640,7 +644,7 @@ impl TaskReader<'_> {
                 }
             }
         };
-        Some(Kind::Path { points: list, closed, crank, pivots })
+        Some(TaskKind::Path { points: list, closed, crank, pivots })
     }
 
     /// The points of a table, with its turns of the crank.
@@ -657,7 +661,7 @@ impl TaskReader<'_> {
         Some((x?.into_iter().zip(y?).map(|(x, y)| [x, y]).collect(), crank))
     }
 
-    fn stroke(&mut self, node: &Node, span: Span) -> Option<Kind> {
+    fn stroke(&mut self, node: &Node, span: Span) -> Option<TaskKind> {
         let fields = Fields::open(node, "`stroke`", span, &names(STROKE), self.faults)?;
         let turn = self.optional(&fields, "crank_turn", &Unit::angle())?;
         let plain = Unit::default();
@@ -680,11 +684,11 @@ impl TaskReader<'_> {
         match (swing, stroke) {
             (Some(way), None) => {
                 self.without(&fields, &["offset"], "a swing")?;
-                Some(Kind::Stroke { crank_turn: turn, way, is_slider: false, offset, ground })
+                Some(TaskKind::Stroke { crank_turn: turn, way, is_slider: false, offset, ground })
             }
             (None, Some(way)) => {
                 self.without(&fields, &["ground"], "a slider")?;
-                Some(Kind::Stroke { crank_turn: turn, way, is_slider: true, offset, ground })
+                Some(TaskKind::Stroke { crank_turn: turn, way, is_slider: true, offset, ground })
             }
             _ => self.wrong(
                 node,
@@ -752,7 +756,7 @@ impl TaskReader<'_> {
         let [a, b, c, d] = points.map(|key| fields.get(key).and_then(|node| self.point(node, &fields.name_of(key))));
         let mut line = |(key, of_ground, is_y): (&str, bool, bool)| {
             let value = self.number(fields.get(key)?, &fields.name_of(key), &Unit::length())?;
-            Some(Line { of_ground, is_y, value })
+            Some(PinLine { of_ground, is_y, value })
         };
         Choose { ground: [a, b], moving: [c, d], lines: lines.into_iter().filter_map(&mut line).collect() }
     }

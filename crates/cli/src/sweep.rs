@@ -9,7 +9,7 @@ use cotree::export::description::Description;
 use cotree::files;
 use cotree::run::Measure;
 use cotree::scene::Scene;
-use cotree_draw::study::sweep::Picture;
+use cotree_draw::study::sweep::SweepPicture;
 use cotree_study::sweep::{self, Design, DesignFactor, Inaccurate, Record, RecordError, Sampling};
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
@@ -84,7 +84,7 @@ impl Sweep {
         let experiment = self.times.experiment(compiled.description.experiment)?;
         let units = self.units.of(&scene)?.units;
         let sweep = sweep::Sweep { compiled, experiment, measures, design, units };
-        let drawn = |_| Picture::new(&sweep).map_err(|message| Failure::Usage(format!("--plot: {message}")));
+        let drawn = |_| SweepPicture::new(&sweep).map_err(|message| Failure::Usage(format!("--plot: {message}")));
         let mut picture = self.plot.as_ref().map(drawn).transpose()?;
         let stop = stop::listen()?;
         match self.file() {
@@ -156,7 +156,7 @@ impl Sweep {
         path: &Path,
         sweep: &sweep::Sweep,
         stop: &AtomicBool,
-        mut picture: Option<&mut Picture>,
+        mut picture: Option<&mut SweepPicture>,
         format: MessageFormat,
     ) -> Result<(), Failure> {
         let mut record = Record::open(path, sweep, self.resume)?;
@@ -186,7 +186,7 @@ impl Sweep {
         &self,
         sweep: &sweep::Sweep,
         stop: &AtomicBool,
-        mut picture: Option<&mut Picture>,
+        mut picture: Option<&mut SweepPicture>,
         format: MessageFormat,
     ) -> Result<(), Failure> {
         let mut out = std::io::stdout().lock();

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use cotree::compile::Compiled;
 use cotree::diagnostic::{Fault, Span};
 use cotree::model::Experiment;
-use cotree_draw::plot::Curve;
+use cotree_draw::plot::PlotCurve;
 use cotree_fmu::context::Statistics;
 use cotree_fmu::instance::Inaccuracy;
 use cotree_fmu::model::Model;
@@ -179,7 +179,7 @@ impl Accuracy {
     }
 
     /// Errors over tolerances, each with its work, if there is a curve to draw.
-    pub fn curve(&self) -> Option<Curve> {
+    pub fn curve(&self) -> Option<PlotCurve> {
         let points = self.measurements.iter().map(|measurement| {
             let label = format!("{}", measurement.statistics.evaluations);
             ([measurement.tolerance, measurement.error], label)
@@ -187,6 +187,6 @@ impl Accuracy {
         let points: Vec<_> = points.filter(|([x, y], _)| *x > 0.0 && *y > 0.0).collect();
         let title = format!("error at each tolerance, with the number of {}", self.work());
         let axes = ["tolerance".into(), "largest relative error".into()];
-        (points.len() > 1).then_some(Curve { title, axes, points })
+        (points.len() > 1).then_some(PlotCurve { title, axes, points })
     }
 }

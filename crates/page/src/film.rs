@@ -4,7 +4,7 @@ use cotree::compile::{Compiled, compile_asking, everything};
 use cotree::model::Dimension;
 use cotree::model::Quantity::{Angle, X, Y};
 use cotree::scene::{Asked, Faults, Scene};
-use cotree_draw::drawing::{Drawing, Film, Held, Shows};
+use cotree_draw::drawing::{Drawing, Film, HeldPart, Shows};
 use cotree_draw::pose::{draw, frames};
 use cotree_fmu::instance::Inaccuracy;
 
@@ -114,7 +114,7 @@ struct Modes {
 
 impl Modes {
     /// Nothing of what has no variable is shown.
-    fn new(held: &Held, variable: &dyn Fn(&str) -> Option<usize>) -> Self {
+    fn new(held: &HeldPart, variable: &dyn Fn(&str) -> Option<usize>) -> Self {
         let all: Option<Vec<(usize, f64)>> =
             held.while_held.iter().map(|(name, value)| Some((variable(name)?, *value))).collect();
         let impulse = held.impulse.as_ref().and_then(|name| variable(name));

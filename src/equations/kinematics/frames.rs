@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::terminal::angle_of;
 use super::{FirstCoordinate, ScalarMotion};
-use crate::equations::form::Form;
+use crate::equations::form::LinearForm;
 use crate::equations::vector::{Frame, FrameId, Frames};
 use crate::expr::{Arena, Expr, Node, Symbol};
 use crate::network::{Rotation, System, Topology};
@@ -31,7 +31,7 @@ pub(super) fn frames(arena: &mut Arena, angles: &[ScalarMotion]) -> (Frames, Vec
     let mut known: BTreeMap<Vec<(Expr, Expr)>, FrameId> = BTreeMap::from([(Vec::new(), FrameId::WORLD)]);
     let mut placement = Vec::new();
     for angle in angles {
-        let mut moving = Form::default();
+        let mut moving = LinearForm::default();
         let mut offset = Expr::ZERO;
         for (key, &coefficient) in angle.position.terms() {
             if is_constant(arena, key) {

@@ -2,7 +2,7 @@
 
 use cotree::component::{RoundGlyph, Stroke};
 
-use super::Spring;
+use super::DrawnSpring;
 use super::shapes::{along, difference, extent, norm, normal, unit};
 use super::view::View;
 use crate::carrier::Rail;
@@ -146,7 +146,7 @@ fn hatch(svg: &mut Svg, view: &View, at: Pixel, outward: Pixel, half: f64) {
 }
 
 /// A sign at its length, if it has one: else there is nothing to see.
-pub fn spring(svg: &mut Svg, view: &View, ends: [Pixel; 2], spring: &Spring) {
+pub fn spring(svg: &mut Svg, view: &View, ends: [Pixel; 2], spring: &DrawnSpring) {
     let length = norm(difference(ends[1], ends[0]));
     if length >= view.pin {
         let axis = unit(difference(ends[1], ends[0]));

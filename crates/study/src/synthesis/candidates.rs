@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use cotree::scene::Faults;
-use cotree::task::{Choose, Kind, Task};
+use cotree::task::{Choose, Task, TaskKind};
 use cotree::typeset::number;
 use cotree_synthesis::path::{Effort, Follower, Path, followers};
 use cotree_synthesis::stroke::{self, NoStroke, Stroke};
@@ -28,12 +28,12 @@ const LONGEST: f64 = 1e3;
 
 pub fn of(task: &Task, limits: &Limits) -> Result<Candidates, Faults> {
     match &task.kind {
-        Kind::Poses { at, tolerance, weight } => poses(task, limits, at, tolerance.as_deref(), weight.as_deref()),
-        Kind::Function { input, output, is_slider, zero, ground } => {
+        TaskKind::Poses { at, tolerance, weight } => poses(task, limits, at, tolerance.as_deref(), weight.as_deref()),
+        TaskKind::Function { input, output, is_slider, zero, ground } => {
             let pairs: Vec<Pair> = input.iter().zip(output).map(|(&input, &output)| Pair { input, output }).collect();
             function(task, &pairs, *is_slider, Zero { input: zero[0], output: zero[1] }, *ground)
         }
-        Kind::Path { points, closed, crank, pivots } => {
+        TaskKind::Path { points, closed, crank, pivots } => {
             let at = |[x, y]: [f64; 2]| Point::new(x, y);
             let path = Path {
                 points: points.iter().map(|own| at(*own)).collect(),
@@ -44,7 +44,7 @@ pub fn of(task: &Task, limits: &Limits) -> Result<Candidates, Faults> {
             refuse_special_path(task, &path)?;
             Ok(path_followers(&path))
         }
-        Kind::Stroke { crank_turn, way, is_slider, offset, ground } => {
+        TaskKind::Stroke { crank_turn, way, is_slider, offset, ground } => {
             let found = if *is_slider {
                 slider_stroke(limits, *crank_turn, *way, *offset)
             } else {

@@ -8,7 +8,7 @@ mod scene;
 use std::collections::BTreeMap;
 
 use cotree::scene::Faults;
-use cotree::task::{Area, Demands, Kind, Task};
+use cotree::task::{Area, Demands, Task, TaskKind};
 use cotree_synthesis::{Defect, Dyad, Limits, Linkage, Point, Pose, Region, Side, Verdict, extent, judge};
 
 use drive::{Station, largest_miss};
@@ -143,7 +143,7 @@ impl Judged {
     /// The less the better: the error where tasks are met nearly, else the transmission angle.
     fn rank(&self, task: &Task) -> f64 {
         let size = extent(self.poses.iter().map(|pose| pose.at)).1;
-        let nearly = matches!(task.kind, Kind::Path { .. } | Kind::Function { .. }) || self.error > 1e-7 * size;
+        let nearly = matches!(task.kind, TaskKind::Path { .. } | TaskKind::Function { .. }) || self.error > 1e-7 * size;
         if nearly && self.error > 1e-7 * size {
             self.error / size - 1e-6 * self.verdict.transmission
         } else {
@@ -167,8 +167,8 @@ fn best(candidate: &Candidate, limits: &Limits, task: &Task) -> Option<Judged> {
         let nothing =
             (shortest < NO_BAR * longest).then(|| (0, "a bar is next to nothing beside the others".to_owned(), 0.0));
         let far = match &task.kind {
-            Kind::Function { ground, is_slider: false, .. } => limits.length.is_none() && longest > FAR * ground,
-            Kind::Function { .. } | Kind::Poses { .. } | Kind::Path { .. } | Kind::Stroke { .. } => false,
+            TaskKind::Function { ground, is_slider: false, .. } => limits.length.is_none() && longest > FAR * ground,
+            TaskKind::Function { .. } | TaskKind::Poses { .. } | TaskKind::Path { .. } | TaskKind::Stroke { .. } => false,
         };
         let far = far.then(|| (0, format!("a bar is more than {FAR} times as long as the ground, and `length` in `[limits]` does not ask for it"), 0.0));
         let limit = missed.map(|(limit, miss)| (limit as usize + 4, format!("limit `{}`", limit.name()), miss));
@@ -199,7 +199,7 @@ const APART: usize = 8;
 
 fn judged(linkage: &Linkage, poses: &[Pose], turn: bool, task: &Task) -> Verdict {
     let mut verdict = judge(linkage, poses, turn);
-    if !matches!(task.kind, Kind::Path { .. }) || !verdict.defects.contains(&Defect::Order) {
+    if !matches!(task.kind, TaskKind::Path { .. }) || !verdict.defects.contains(&Defect::Order) {
         return verdict;
     }
     let thin: Vec<Pose> = poses.iter().step_by(poses.len().div_ceil(APART)).copied().collect();
@@ -299,9 +299,9 @@ fn solution(task: &Task, own: Judged, number: usize) -> Solution {
 
 fn is_turn(task: &Task) -> bool {
     match &task.kind {
-        Kind::Stroke { .. } => true,
-        Kind::Path { closed, .. } => *closed,
-        Kind::Poses { .. } | Kind::Function { .. } => false,
+        TaskKind::Stroke { .. } => true,
+        TaskKind::Path { closed, .. } => *closed,
+        TaskKind::Poses { .. } | TaskKind::Function { .. } => false,
     }
 }
 
