@@ -7,7 +7,7 @@ use std::io::{Cursor, Read};
 use std::path::Path;
 
 use cotree::export::archive::{Package, pack, write};
-use cotree::export::description::{Causality, Description, ScalarVariable, Start, Type, Variability};
+use cotree::export::description::{Causality, Description, ScalarVariable, StartValue, Type, Variability};
 use cotree::export::runtime::{LIBRARY, Platform, Runtime};
 use cotree::export::scene_text::SceneText;
 use cotree::export::xml::fmi2 as xml;
@@ -492,8 +492,8 @@ fn nothing_to_draw_is_a_picture_too() {
 #[test]
 fn the_page_says_what_a_user_wants_to_know() {
     let mut description = pendulum();
-    description.variables[4].start = Some(Start::Exact(std::f64::consts::FRAC_PI_6));
-    description.variables[5].start = Some(Start::Approximate(2.0));
+    description.variables[4].start = Some(StartValue::Exact(std::f64::consts::FRAC_PI_6));
+    description.variables[5].start = Some(StartValue::Approximate(2.0));
     let page = Parts::new().page().html(&description, FmiVersion::V2);
     let initial = ["rad (deg)", "(30.0 deg)</td><td>known", "2.0</td><td>a guess"];
     let parameters = [

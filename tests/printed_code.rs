@@ -389,12 +389,12 @@ fn for_all_models(notation: Notation, check: impl Fn(&Case, &str, &[f64], bool))
 
 /// Do the equations need functions for which the languages have their own versions?
 fn is_elementary(formulated: &Formulated) -> bool {
-    use cotree::expr::{Binary, Node, Unary};
+    use cotree::expr::{Binary, ExprNode, Unary};
     let arena = &formulated.equations.system.arena;
     let foreign = |expr| {
         matches!(
             arena.node(expr),
-            Node::Unary(
+            ExprNode::Unary(
                 Unary::Sinh
                     | Unary::Cosh
                     | Unary::Tan
@@ -405,7 +405,7 @@ fn is_elementary(formulated: &Formulated) -> bool {
                     | Unary::Log
                     | Unary::Tanh,
                 _
-            ) | Node::Binary(Binary::Power | Binary::Atan2, ..)
+            ) | ExprNode::Binary(Binary::Power | Binary::Atan2, ..)
         )
     };
     !arena.all().any(foreign)

@@ -140,7 +140,7 @@ fn check_values(title: &str, equations: &mut Equations) -> usize {
     let mut names: HashMap<String, f64> = HashMap::new();
     let arena = &equations.system.arena;
     for expr in arena.all() {
-        if let cotree::expr::Node::Symbol(symbol) = arena.node(expr) {
+        if let cotree::expr::ExprNode::Symbol(symbol) = arena.node(expr) {
             names.insert(text::symbol_name(equations, symbol), value(symbol));
         }
     }

@@ -9,7 +9,7 @@ use cotree::compile::{compile_asking, everything, quantity};
 use cotree::diagnostic::suggest;
 use cotree::export::runtime::{Platform, Runtime, default_folder};
 use cotree::export::{ExportError, FmiVersion};
-use cotree::formulate::assemblies::{Value as Placed, assemblies as found_from};
+use cotree::formulate::assemblies::{CoordinateValue as Placed, assemblies as found_from};
 use cotree::formulate::{Formulated, formulate_written};
 use cotree::import::import;
 use cotree::model::{Unit, Units, identifier};

@@ -11,7 +11,7 @@ use super::linear::conjugate_product;
 use super::series::{Coefficients, SeriesBuilder};
 use super::{Arm, ArmEquations, ArmFactor, Arms, Load, LoopEquation, Reason};
 use crate::equations::{Constraint, Equations, FrameId};
-use crate::expr::{Arena, Expr, Node, Order, Property, Symbol, Unary, Values};
+use crate::expr::{Arena, Expr, ExprNode, Order, Property, Symbol, Unary, Values};
 
 /// Loop equations that repeat others and are open by more than this, relative to their scales, repeat them but nearly: each choice of them is another motion.
 const EXACTLY: f64 = 1e-13;
@@ -265,7 +265,7 @@ impl Lowering<'_> {
             self.form.frames.push(Frame { unknown, signal, inertia });
             for (unit, source) in turning.unit.into_iter().zip([Source::X(index as u32), Source::Y(index as u32)]) {
                 let (unit, sign) = match self.arena.node(unit) {
-                    Node::Unary(Unary::Negate, inner) => (inner, self.arena.constant(-1.0)),
+                    ExprNode::Unary(Unary::Negate, inner) => (inner, self.arena.constant(-1.0)),
                     _ => (unit, Expr::ONE),
                 };
                 self.builder.define(unit, vec![(source, sign)]);

@@ -4,7 +4,7 @@ use super::{Arm, ArmFactor, Arms, Equations, Reason};
 use crate::equations::form::Coefficient;
 use crate::equations::kinematics::is_constant;
 use crate::equations::vector::Vector;
-use crate::expr::{Arena, Binary, Expr, Node, Order, Symbol, Unary};
+use crate::expr::{Arena, Binary, Expr, ExprNode, Order, Symbol, Unary};
 
 impl Equations {
     pub(super) fn decompose(&mut self, vector: &Vector) -> Result<Arms, Reason> {
@@ -45,29 +45,29 @@ pub(super) fn linear(
         return Ok(());
     }
     match arena.node(expr) {
-        Node::Symbol(Symbol::Coordinate(index, Order::Position)) => {
+        ExprNode::Symbol(Symbol::Coordinate(index, Order::Position)) => {
             terms.push((ArmFactor::Displacement(index), coefficient));
             Ok(())
         }
-        Node::Unary(Unary::Negate, a) => {
+        ExprNode::Unary(Unary::Negate, a) => {
             let minus = arena.negate(coefficient);
             linear(arena, a, minus, terms)
         }
-        Node::Binary(Binary::Add, a, b) => {
+        ExprNode::Binary(Binary::Add, a, b) => {
             linear(arena, a, coefficient, terms)?;
             linear(arena, b, coefficient, terms)
         }
-        Node::Binary(Binary::Subtract, a, b) => {
+        ExprNode::Binary(Binary::Subtract, a, b) => {
             linear(arena, a, coefficient, terms)?;
             let minus = arena.negate(coefficient);
             linear(arena, b, minus, terms)
         }
-        Node::Binary(Binary::Multiply, a, b) if is_constant(arena, a) || is_constant(arena, b) => {
+        ExprNode::Binary(Binary::Multiply, a, b) if is_constant(arena, a) || is_constant(arena, b) => {
             let (constant, moving) = if is_constant(arena, a) { (a, b) } else { (b, a) };
             let product = arena.multiply(coefficient, constant);
             linear(arena, moving, product, terms)
         }
-        Node::Binary(Binary::Divide, a, b) if is_constant(arena, b) => {
+        ExprNode::Binary(Binary::Divide, a, b) if is_constant(arena, b) => {
             let quotient = arena.divide(coefficient, b);
             linear(arena, a, quotient, terms)
         }

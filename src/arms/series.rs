@@ -6,7 +6,7 @@ use cotree_fmu::program::arm_form::MAX_SWITCHES;
 use cotree_fmu::program::arm_form::{Given, Operation, SeriesStep, SeriesTape, Slot, Source, Term};
 
 use super::Reason;
-use crate::expr::{Arena, Binary, Expr, Node, Order, Symbol, Unary};
+use crate::expr::{Arena, Binary, Expr, ExprNode, Order, Symbol, Unary};
 
 /// Series of deeper expressions are not sought: each sum along a path would repeat those before it.
 const DEEPEST: usize = 600;
@@ -85,8 +85,8 @@ impl SeriesBuilder {
                 continue;
             }
             let constant = match node {
-                Node::Constant(_) => true,
-                Node::Symbol(symbol) => matches!(symbol, Symbol::Parameter(_)),
+                ExprNode::Constant(_) => true,
+                ExprNode::Symbol(symbol) => matches!(symbol, Symbol::Parameter(_)),
                 node => node.operands().all(|operand| self.constants[&operand]),
             };
             self.constants.insert(next, constant);
@@ -217,11 +217,11 @@ impl SeriesBuilder {
             return Ok(self.of_slot(slot));
         }
         match arena.node(expr) {
-            Node::Symbol(symbol) => self.given(symbol),
-            Node::Unary(function, a) => self.unary(arena, c, function, a),
-            Node::Binary(function, a, b) => self.binary(arena, c, function, a, b),
-            Node::Constant(_) => Ok(ArmSeries::Constant(expr)),
-            Node::Select(condition, yes, no) => self.select(arena, c, condition, [yes, no]),
+            ExprNode::Symbol(symbol) => self.given(symbol),
+            ExprNode::Unary(function, a) => self.unary(arena, c, function, a),
+            ExprNode::Binary(function, a, b) => self.binary(arena, c, function, a, b),
+            ExprNode::Constant(_) => Ok(ArmSeries::Constant(expr)),
+            ExprNode::Select(condition, yes, no) => self.select(arena, c, condition, [yes, no]),
         }
     }
 
@@ -305,8 +305,8 @@ impl SeriesBuilder {
         [yes, no]: [Expr; 2],
     ) -> Result<ArmSeries, Reason> {
         let (function, pieces) = match arena.node(condition) {
-            Node::Binary(Binary::Less, a, b) => (arena.subtract(b, a), [yes, no, no]),
-            Node::Binary(Binary::LessEqual, a, b) => (arena.subtract(b, a), [yes, yes, no]),
+            ExprNode::Binary(Binary::Less, a, b) => (arena.subtract(b, a), [yes, no, no]),
+            ExprNode::Binary(Binary::LessEqual, a, b) => (arena.subtract(b, a), [yes, yes, no]),
             _ => (condition, [yes, no, yes]),
         };
         self.choose(arena, c, function, pieces)

@@ -4,7 +4,7 @@
 //! says what that makes of its keys, so that none can be forgotten; where its ends are is the business of names.
 
 use crate::expr::Unary;
-use crate::model::{BodyId, Formula, Motion, Part, Place, Value};
+use crate::model::{BodyId, Formula, KeyValue, Motion, Part, Place};
 use crate::scene::constant::number;
 
 pub(super) const ZERO: Formula = Formula::Number(0.0);
@@ -152,13 +152,13 @@ impl Placed<'_> {
 
     /// The limits of the angle of its second end against its first: a mirror exchanges them.
     pub fn limits(&mut self, key: &'static str) {
-        let Some(Value::Limits(mut limits)) = self.part.value(key).cloned() else { return };
+        let Some(KeyValue::Limits(mut limits)) = self.part.value(key).cloned() else { return };
         let turned = self.turned.clone();
         limits.ends = limits.ends.map(|end| end.map(|end| sum(turned.clone(), self.frame.signed(end))));
         if self.frame.mirror {
             limits.ends.reverse();
         }
-        self.part.set(key, Value::Limits(limits));
+        self.part.set(key, KeyValue::Limits(limits));
     }
 
     /// A value that a mirror makes its opposite.
@@ -169,7 +169,7 @@ impl Placed<'_> {
     /// One of two words, of which a mirror makes the other; the first if it is absent.
     pub fn side(&mut self, key: &'static str, words: [&'static str; 2]) {
         if self.frame.mirror && self.part.choice(key).is_none() {
-            self.part.set(key, Value::Choice(words[1]));
+            self.part.set(key, KeyValue::Choice(words[1]));
         } else {
             self.exchange(key, words);
         }
@@ -179,7 +179,7 @@ impl Placed<'_> {
     pub fn exchange(&mut self, key: &'static str, words: [&'static str; 2]) {
         let place = words.iter().position(|word| self.part.choice(key) == Some(word));
         if let Some(place) = place.filter(|_| self.frame.mirror) {
-            self.part.set(key, Value::Choice(words[1 - place]));
+            self.part.set(key, KeyValue::Choice(words[1 - place]));
         }
     }
 
@@ -188,14 +188,14 @@ impl Placed<'_> {
         let value = self.part.key(key);
         let made = map(self.frame, value.clone());
         if made != value {
-            self.part.set(key, Value::Formula(made));
+            self.part.set(key, KeyValue::Formula(made));
         }
     }
 
     /// Two components by a map.
     pub fn vector(&mut self, key: &'static str, map: impl FnOnce([Formula; 2]) -> [Formula; 2]) {
         if self.part.value(key).is_some() {
-            self.part.set(key, Value::Vector(map(self.part.vector(key))));
+            self.part.set(key, KeyValue::Vector(map(self.part.vector(key))));
         }
     }
 
@@ -203,9 +203,9 @@ impl Placed<'_> {
     pub fn motion(&mut self, key: &'static str) {
         let turned = self.turned.clone();
         match self.part.value(key).cloned() {
-            Some(Value::Motion(Motion::Given(angle))) => {
+            Some(KeyValue::Motion(Motion::Given(angle))) => {
                 let angle = sum(turned, self.frame.signed(angle));
-                self.part.set(key, Value::Motion(Motion::Given(angle)));
+                self.part.set(key, KeyValue::Motion(Motion::Given(angle)));
             }
             Some(_) if self.frame.mirror || turned != ZERO => self.refuse(
                 key,

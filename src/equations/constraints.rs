@@ -8,7 +8,7 @@ use super::feedback;
 use super::form::{Coefficient, LinearForm};
 use super::kinematics::{Kinematics, known_angle, project};
 use super::vector::Scalar;
-use crate::expr::{Arena, Expr, Node, Order, Symbol, Unary};
+use crate::expr::{Arena, Expr, ExprNode, Order, Symbol, Unary};
 use crate::network::{Angle, Direction, ElementId, Held, Rotation, System, Translation, Tree};
 
 /// One scalar loop equation Phi = 0 with its derivatives, and the reaction that belongs to it.
@@ -301,7 +301,7 @@ pub fn split(
     for (key, coefficient) in form.terms() {
         let total = coefficient.total(arena, &kinematics.frames);
         match arena.node(key) {
-            Node::Symbol(Symbol::Coordinate(index, of)) if of == order => entries.push((index, total)),
+            ExprNode::Symbol(Symbol::Coordinate(index, of)) if of == order => entries.push((index, total)),
             _ => rest.add_term(arena, key, &total),
         }
     }
@@ -313,7 +313,7 @@ pub fn split(
 fn follower_rates(arena: &mut Arena, kinematics: &Kinematics, velocity: &LinearForm<Scalar>) -> Vec<(usize, Expr)> {
     let mut entries: BTreeMap<usize, Expr> = BTreeMap::new();
     for (key, coefficient) in velocity.terms() {
-        if let Node::Symbol(Symbol::Follower(index, Order::Velocity)) = arena.node(key) {
+        if let ExprNode::Symbol(Symbol::Follower(index, Order::Velocity)) = arena.node(key) {
             entries.insert(index, coefficient.total(arena, &kinematics.frames));
         }
     }

@@ -9,7 +9,7 @@ use super::kinematics::{Kinematics, PointMotion, project};
 use super::vector::{Scalar, Vector};
 use crate::expr::{Arena, Binary, Expr, Order, Symbol, Unary};
 use crate::model::BodyId;
-use crate::network::{Coupling, Curve, ElementId, Port, RNode, System, TNode, Term};
+use crate::network::{Coupling, CouplingTerm, Curve, ElementId, Port, RNode, System, TNode};
 
 /// How the reaction of a coupling acts between two nodes, on the second from the first.
 #[derive(Clone, Debug)]
@@ -55,7 +55,7 @@ fn relation(
 }
 
 /// A derivative of a sum of factor x across.
-pub(super) fn along(system: &mut System, kinematics: &Kinematics, terms: &[Term], order: Order) -> Expr {
+pub(super) fn along(system: &mut System, kinematics: &Kinematics, terms: &[CouplingTerm], order: Order) -> Expr {
     let mut total = Expr::ZERO;
     for term in terms {
         let ((position, rate, second), _) = across(system, kinematics, term.port, term.factor);

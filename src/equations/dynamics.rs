@@ -13,7 +13,7 @@ use super::inertias::{inertia, mass};
 use super::kinematics::Kinematics;
 use super::shares::Share;
 use super::vector::{FrameId, Scalar, Vector};
-use crate::expr::{Arena, Expr, Node, Order, Symbol};
+use crate::expr::{Arena, Expr, ExprNode, Order, Symbol};
 use crate::model::BodyId;
 use crate::network::{
     Angle, Curve, Direction, ElementId, Force, Held, Origin, Resistance, Rotation, System, Topology, Torque,
@@ -223,7 +223,7 @@ impl Dynamics {
         let (accelerations, rest) = split(arena, kinematics, balance, Order::Acceleration);
         let mut reactions = Vec::new();
         for (key, coefficient) in balance.terms() {
-            if let Node::Symbol(Symbol::Reaction(index)) = arena.node(key) {
+            if let ExprNode::Symbol(Symbol::Reaction(index)) = arena.node(key) {
                 let total = coefficient.total(arena, &kinematics.frames);
                 reactions.push((index, arena.negate(total)));
             }
@@ -257,12 +257,12 @@ pub(super) fn chord_transformation<D, C: Coefficient>(
 
 /// The loads: the balance without accelerations and reactions.
 fn without_reactions(arena: &mut Arena, kinematics: &Kinematics, balance: &LinearForm<Scalar>, rest: Expr) -> Expr {
-    if !balance.terms().any(|(key, _)| matches!(arena.node(key), Node::Symbol(Symbol::Reaction(_)))) {
+    if !balance.terms().any(|(key, _)| matches!(arena.node(key), ExprNode::Symbol(Symbol::Reaction(_)))) {
         return rest;
     }
     let mut load: LinearForm<Expr> = LinearForm::default();
     for (key, coefficient) in balance.terms() {
-        let solved = matches!(arena.node(key), Node::Symbol(symbol) if symbol.is_solved());
+        let solved = matches!(arena.node(key), ExprNode::Symbol(symbol) if symbol.is_solved());
         if !solved {
             let total = coefficient.total(arena, &kinematics.frames);
             load.add_term(arena, key, &total);

@@ -4,7 +4,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::expr::{Arena, Binary, Expr, Node, Unary};
+use crate::expr::{Arena, Binary, Expr, ExprNode, Unary};
 
 pub trait Coefficient: Clone {
     fn zero() -> Self;
@@ -117,12 +117,12 @@ fn split_number(arena: &mut Arena, key: Expr) -> (Expr, Expr) {
         return (key, Expr::ONE);
     }
     match arena.node(key) {
-        Node::Unary(Unary::Negate, inner) => {
+        ExprNode::Unary(Unary::Negate, inner) => {
             let (number, rest) = split_number(arena, inner);
             (arena.negate(number), rest)
         }
-        Node::Binary(Binary::Multiply, a, b) if arena.as_constant(a).is_some() => (a, b),
-        Node::Binary(Binary::Multiply, a, b) if arena.as_constant(b).is_some() => (b, a),
+        ExprNode::Binary(Binary::Multiply, a, b) if arena.as_constant(a).is_some() => (a, b),
+        ExprNode::Binary(Binary::Multiply, a, b) if arena.as_constant(b).is_some() => (b, a),
         _ => (Expr::ONE, key),
     }
 }

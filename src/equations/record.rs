@@ -6,7 +6,7 @@ use std::collections::{BTreeSet, HashMap};
 use super::dynamics::chord_transformation;
 use super::form::LinearForm;
 use super::{Equations, couplings};
-use crate::expr::{Arena, Expr, Node as Operation, Symbol};
+use crate::expr::{Arena, Expr, ExprNode as Operation, Symbol};
 use crate::model::BodyId;
 use crate::network::{
     CoupledEdge, Element, ElementId, LinearGraph, Node, Port, Rotation, System, Topology, Translation,

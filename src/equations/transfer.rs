@@ -5,7 +5,7 @@ use super::form::LinearForm;
 use super::kinematics::{PointMotion, ScalarMotion};
 use super::vector::Scalar;
 use super::{Coordinate, Equations};
-use crate::expr::{Expr, Node, Order, Symbol};
+use crate::expr::{Expr, ExprNode, Order, Symbol};
 use crate::model::{BodyId, Place};
 use crate::network::{Direction, Known, TNode};
 
@@ -85,7 +85,7 @@ impl Equations {
         let keys = velocity.terms().map(|(key, _)| key).chain(turning.terms().map(|(key, _)| key));
         let mut coordinates: Vec<usize> = keys
             .filter_map(|key| match self.system.arena.node(key) {
-                Node::Symbol(Symbol::Coordinate(index, _)) => Some(index),
+                ExprNode::Symbol(Symbol::Coordinate(index, _)) => Some(index),
                 _ => None,
             })
             .collect();

@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use cotree_fmu::program::Source;
 
 use super::description::{Flow, Member, Terminal};
-use crate::model::{Formula, Mechanism, Motion, Output, Owner, Part, Unit, Value, Variable};
+use crate::model::{Formula, KeyValue, Mechanism, Motion, Output, Owner, Part, Unit, Variable};
 use crate::program::{Of, TableRow};
 
 /// The terminals of a mechanism, in the order of the outputs, then of the inputs.
@@ -51,9 +51,9 @@ fn is_effort(unit: &Unit) -> bool {
 fn inputs(part: &Part) -> Vec<(String, usize)> {
     let input = |formula: &Formula| if let Formula::Input(input) = formula { Some(input.0) } else { None };
     let found = part.values.iter().flat_map(|(_, value)| match value {
-        Value::Formula(formula) | Value::Motion(Motion::Given(formula)) => vec![("", input(formula))],
-        Value::Motion(Motion::Velocity(own) | Motion::Acceleration(own)) => vec![("", Some(own.0))],
-        Value::Vector([x, y]) => vec![("_x", input(x)), ("_y", input(y))],
+        KeyValue::Formula(formula) | KeyValue::Motion(Motion::Given(formula)) => vec![("", input(formula))],
+        KeyValue::Motion(Motion::Velocity(own) | Motion::Acceleration(own)) => vec![("", Some(own.0))],
+        KeyValue::Vector([x, y]) => vec![("_x", input(x)), ("_y", input(y))],
         _ => vec![],
     });
     found.filter_map(|(end, input)| Some((format!("{}{end}", part.name), input?))).collect()

@@ -4,7 +4,7 @@ use crate::diagnostic::{Fault, Span};
 use crate::equations::Equations;
 use crate::formulate::impulses;
 use crate::laws::Jump;
-use crate::model::{Class, Formula, Mechanism, Part, Value, Variable};
+use crate::model::{Class, Formula, KeyValue, Mechanism, Part, Variable};
 use crate::solve::Shared;
 
 /// A law that reads accelerations or reactions: whose it is, what is read, and where it stands.
@@ -107,11 +107,15 @@ fn readings(mechanism: &Mechanism) -> Vec<ReadingLaw<'_>> {
 fn formulas(load: &Part) -> impl Iterator<Item = &Formula> {
     load.values.iter().flat_map(|(_, value)| -> Vec<&Formula> {
         match value {
-            Value::Formula(law) => vec![law],
-            Value::Vector(both) => both.iter().collect(),
-            Value::Friction(friction) => friction.formulas().collect(),
-            Value::Limits(limits) => limits.formulas().collect(),
-            Value::Place(_) | Value::Joint(_) | Value::Motion(_) | Value::Choice(_) | Value::Switch(_) => Vec::new(),
+            KeyValue::Formula(law) => vec![law],
+            KeyValue::Vector(both) => both.iter().collect(),
+            KeyValue::Friction(friction) => friction.formulas().collect(),
+            KeyValue::Limits(limits) => limits.formulas().collect(),
+            KeyValue::Place(_)
+            | KeyValue::Joint(_)
+            | KeyValue::Motion(_)
+            | KeyValue::Choice(_)
+            | KeyValue::Switch(_) => Vec::new(),
         }
     })
 }

@@ -4,7 +4,7 @@ use cotree_fmu::program::domain::{Domain, Limit};
 
 use crate::equations::Equations;
 use crate::expr::{Binary, Expr, Function, Order, Symbol, Unary};
-use crate::model::{Comparison, Formula, Mechanism, Motion, Owner, Part, Quantity, Value, Variable};
+use crate::model::{Comparison, Formula, KeyValue, Mechanism, Motion, Owner, Part, Quantity, Variable};
 use crate::network::{Force, Origin};
 
 /// The arguments that must stay within limits, what may be said of one thing before what is said of a whole law.
@@ -91,9 +91,9 @@ impl ArgumentDomains<'_> {
         for (key, value) in &part.values {
             let place = format!("{place}.{key}");
             match value {
-                Value::Formula(formula) | Value::Motion(Motion::Given(formula)) => self.law(&place, formula),
-                Value::Vector(components) => components.iter().for_each(|component| self.law(&place, component)),
-                Value::Friction(friction) => {
+                KeyValue::Formula(formula) | KeyValue::Motion(Motion::Given(formula)) => self.law(&place, formula),
+                KeyValue::Vector(components) => components.iter().for_each(|component| self.law(&place, component)),
+                KeyValue::Friction(friction) => {
                     self.law(&format!("{place}.coulomb"), &friction.coulomb);
                     if let Some(velocity) = &friction.velocity {
                         self.law(&format!("{place}.velocity"), velocity);
@@ -101,7 +101,7 @@ impl ArgumentDomains<'_> {
                     }
                     self.law(&format!("{place}.mu"), &friction.mu);
                 }
-                Value::Limits(limits) => limits.formulas().for_each(|formula| self.law(&place, formula)),
+                KeyValue::Limits(limits) => limits.formulas().for_each(|formula| self.law(&place, formula)),
                 _ => {}
             }
         }

@@ -21,7 +21,7 @@ use super::kernels::Kernels;
 use super::table::VariableTable;
 use crate::arms::{TOO_MANY, arm_form, mass_form, repeat_exactly};
 use crate::equations::{Constraint as Row, Equations, Standing, if_positive};
-use crate::expr::{Arena, Expr, Node, Order, Symbol};
+use crate::expr::{Arena, Expr, ExprNode, Order, Symbol};
 use crate::laws::{domains, motion_indicators, ranges, steep};
 use crate::model::{Method, Output};
 use crate::network::{Held, Origin};
@@ -629,7 +629,7 @@ fn coordinates(equations: &Equations, length: f64) -> Vec<Coordinate> {
 fn masks(equations: &Equations, roles: &[Role]) -> Vec<(u32, u32)> {
     let rows = equations.constraints.iter().zip(roles).enumerate();
     let masked = rows.filter(|(_, (_, role))| **role == Role::OneSided).filter_map(|(index, (row, _))| {
-        let Node::Symbol(Symbol::Parameter(closed)) = equations.system.arena.node(row.one_sided.as_ref()?.closed)
+        let ExprNode::Symbol(Symbol::Parameter(closed)) = equations.system.arena.node(row.one_sided.as_ref()?.closed)
         else {
             return None;
         };

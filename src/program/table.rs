@@ -6,7 +6,7 @@ use cotree_fmu::program::{self, Source};
 
 use super::dependencies::{self, Moving};
 use super::initial::{Given, settable};
-use super::variable::{Causality, ScalarVariable, Start, Variability};
+use super::variable::{Causality, ScalarVariable, StartValue, Variability};
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
 use crate::model::{
@@ -222,8 +222,8 @@ impl VariableTable {
             let Some(place) = place else { continue };
             self.rows[place].initial = Some((mechanism.parameters.len() + index) as u32);
             self.rows[place].variable.start = Some(match settable.given.is_known(mechanism) {
-                true => Start::Exact(settable.value),
-                false => Start::Approximate(settable.value),
+                true => StartValue::Exact(settable.value),
+                false => StartValue::Approximate(settable.value),
             });
         }
     }

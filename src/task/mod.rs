@@ -12,7 +12,7 @@ use crate::files;
 use crate::model::{Formula, ParameterId, Unit};
 use crate::scene::constant::evaluate;
 use crate::scene::decode::Fields;
-use crate::scene::document::{self, Content, Node};
+use crate::scene::document::{self, Content, DocumentNode};
 use crate::scene::expression::{self, SyntaxKind, SyntaxTree};
 use crate::scene::{QuantityReading, Value, read};
 use crate::sheet::{Sheet, SheetError};
@@ -284,7 +284,7 @@ struct TaskReader<'f> {
 type Tabled = (Vec<[f64; 2]>, Option<Vec<f64>>);
 
 impl TaskReader<'_> {
-    fn task(&mut self, document: &Node, source: &Source) -> Option<Task> {
+    fn task(&mut self, document: &DocumentNode, source: &Source) -> Option<Task> {
         let top = Fields::open(document, "the task", Span::new(0, 0), &TOP, self.faults)?;
         let name = top.get("name").and_then(|node| self.faults.text(node, "`name`"));
         let there: Vec<&str> = KINDS.into_iter().filter(|kind| top.get(kind).is_some()).collect();
@@ -315,14 +315,15 @@ impl TaskReader<'_> {
         Some(Task { name, kind: read?, limits, choose, source: source.clone(), span })
     }
 
-    fn wrong<T>(&mut self, node: &Node, message: String, help: &str) -> Option<T> {
+    fn wrong<T>(&mut self, node: &DocumentNode, message: String, help: &str) -> Option<T> {
         self.faults.push(Fault::new("scene::wrong_value", message, node.span).help(help));
         None
     }
 
     /// Keys that would have no effect are refused.
     fn without(&mut self, fields: &Fields<'_>, keys: &[&str], other: &str) -> Option<()> {
-        let written: Vec<(&str, &Node)> = keys.iter().filter_map(|key| Some((*key, fields.get(key)?))).collect();
+        let written: Vec<(&str, &DocumentNode)> =
+            keys.iter().filter_map(|key| Some((*key, fields.get(key)?))).collect();
         for (key, node) in &written {
             let message = format!("{} has no effect on {other}", fields.name_of(key));
             self.faults.push(Fault::new("scene::wrong_value", message, node.span).help("leave it out"));
@@ -330,7 +331,7 @@ impl TaskReader<'_> {
         written.is_empty().then_some(())
     }
 
-    fn number(&mut self, node: &Node, what: &str, unit: &Unit) -> Option<f64> {
+    fn number(&mut self, node: &DocumentNode, what: &str, unit: &Unit) -> Option<f64> {
         let quantity = self.faults.quantity(node, what)?;
         let text = match quantity.value {
             Value::Number(number) => return Some(number),
@@ -353,7 +354,7 @@ impl TaskReader<'_> {
         }
     }
 
-    fn items<'n>(&mut self, node: &'n Node, what: &str) -> Option<&'n [Node]> {
+    fn items<'n>(&mut self, node: &'n DocumentNode, what: &str) -> Option<&'n [DocumentNode]> {
         match &node.kind {
             Content::Array(items) => Some(&items[..]),
             other => {
@@ -362,26 +363,26 @@ impl TaskReader<'_> {
         }
     }
 
-    fn numbers(&mut self, node: &Node, what: &str, unit: &Unit) -> Option<Vec<f64>> {
+    fn numbers(&mut self, node: &DocumentNode, what: &str, unit: &Unit) -> Option<Vec<f64>> {
         let items = self.items(node, what)?;
         let numbers: Vec<Option<f64>> = items.iter().map(|item| self.number(item, what, unit)).collect();
         numbers.into_iter().collect()
     }
 
-    fn point(&mut self, node: &Node, what: &str) -> Option<[f64; 2]> {
+    fn point(&mut self, node: &DocumentNode, what: &str) -> Option<[f64; 2]> {
         let numbers = self.numbers(node, what, &Unit::length())?;
         let count = numbers.len();
         let point: Option<[f64; 2]> = numbers.try_into().ok();
         point.or_else(|| self.wrong(node, format!("{what} has {count} numbers, but a point has two"), "write `[x, y]`"))
     }
 
-    fn points(&mut self, node: &Node, what: &str) -> Option<Vec<[f64; 2]>> {
+    fn points(&mut self, node: &DocumentNode, what: &str) -> Option<Vec<[f64; 2]>> {
         let items = self.items(node, what)?;
         let points: Vec<Option<[f64; 2]>> = items.iter().map(|item| self.point(item, what)).collect();
         points.into_iter().collect()
     }
 
-    fn range(&mut self, node: &Node, what: &str, unit: &Unit) -> Option<[f64; 2]> {
+    fn range(&mut self, node: &DocumentNode, what: &str, unit: &Unit) -> Option<[f64; 2]> {
         let numbers = self.numbers(node, what, unit)?;
         match numbers[..] {
             [low, high] if low <= high => Some([low, high]),
@@ -399,7 +400,7 @@ impl TaskReader<'_> {
     }
 
     /// A number for each of `count`, where one stands for all.
-    fn each(&mut self, node: &Node, what: &str, unit: &Unit, count: usize) -> Option<Vec<f64>> {
+    fn each(&mut self, node: &DocumentNode, what: &str, unit: &Unit, count: usize) -> Option<Vec<f64>> {
         if !matches!(node.kind, Content::Array(_)) {
             return self.number(node, what, unit).map(|number| vec![number; count]);
         }
@@ -407,7 +408,7 @@ impl TaskReader<'_> {
         self.count(node, what, numbers, count)
     }
 
-    fn count(&mut self, node: &Node, what: &str, numbers: Vec<f64>, count: usize) -> Option<Vec<f64>> {
+    fn count(&mut self, node: &DocumentNode, what: &str, numbers: Vec<f64>, count: usize) -> Option<Vec<f64>> {
         if numbers.len() == count {
             return Some(numbers);
         }
@@ -415,14 +416,14 @@ impl TaskReader<'_> {
         self.wrong(node, format!("{what} has {found} numbers for {count}"), "write one for each")
     }
 
-    fn above_zero(&mut self, node: &Node, what: &str, numbers: &[f64]) -> Option<()> {
+    fn above_zero(&mut self, node: &DocumentNode, what: &str, numbers: &[f64]) -> Option<()> {
         if numbers.iter().all(|number| *number > 0.0 && number.is_finite()) {
             return Some(());
         }
         self.wrong(node, format!("{what} must be above zero"), "leave it out, or write a larger number")
     }
 
-    fn poses(&mut self, node: &Node, span: Span) -> Option<TaskKind> {
+    fn poses(&mut self, node: &DocumentNode, span: Span) -> Option<TaskKind> {
         let fields = Fields::open(node, "`poses`", span, &names(POSES), self.faults)?;
         let at = fields.required("at", "write `at = [[x, y, angle], ...]`, or the name of a CSV file", self.faults)?;
         let (poses, [of_table, weights]) = match at.kind {
@@ -446,7 +447,7 @@ impl TaskReader<'_> {
         Some(TaskKind::Poses { at: poses, tolerance, weight })
     }
 
-    fn listed_poses(&mut self, at: &Node) -> Option<Vec<[f64; 3]>> {
+    fn listed_poses(&mut self, at: &DocumentNode) -> Option<Vec<[f64; 3]>> {
         let mut poses = Vec::new();
         for item in self.items(at, "`at`")? {
             let parts = self.items(item, "a pose")?;
@@ -462,7 +463,7 @@ impl TaskReader<'_> {
     }
 
     /// The poses of a table, with its tolerances and weights.
-    fn tabled_poses(&mut self, fields: &Fields<'_>, at: &Node) -> Option<TabledPoses> {
+    fn tabled_poses(&mut self, fields: &Fields<'_>, at: &DocumentNode) -> Option<TabledPoses> {
         let (length, angle, plain) = (Unit::length(), Unit::angle(), Unit::default());
         let columns = [
             ExpectedColumn { name: "x", unit: length.clone(), is_needed: true },
@@ -482,7 +483,11 @@ impl TaskReader<'_> {
     }
 
     /// The columns of a CSV file that is named instead of numbers.
-    fn table<const N: usize>(&mut self, node: &Node, columns: [ExpectedColumn; N]) -> Option<[Option<Vec<f64>>; N]> {
+    fn table<const N: usize>(
+        &mut self,
+        node: &DocumentNode,
+        columns: [ExpectedColumn; N],
+    ) -> Option<[Option<Vec<f64>>; N]> {
         let path = self.folder.join(node.text()?.text);
         let bytes = files::read(&path, LARGEST).map_err(|error| error.to_string());
         let text = bytes.and_then(|bytes| String::from_utf8(bytes).map_err(|_| "it is not a text".to_owned()));
@@ -512,7 +517,7 @@ impl TaskReader<'_> {
         Some(ground.unwrap_or(1.0))
     }
 
-    fn function(&mut self, node: &Node, span: Span) -> Option<TaskKind> {
+    fn function(&mut self, node: &DocumentNode, span: Span) -> Option<TaskKind> {
         let fields = Fields::open(node, "`function`", span, &names(FUNCTION), self.faults)?;
         let input = fields.required("input", "write turns of the input: `input = [0, 0.4, ...]`", self.faults)?;
         let output = fields.required("output", "write turns of the output, or a law such as \"x^1.5\"", self.faults)?;
@@ -540,7 +545,7 @@ impl TaskReader<'_> {
     }
 
     /// Lengths if one of them has a unit of length, else angles.
-    fn ways(&mut self, node: &Node, what: &str) -> Option<(Vec<f64>, bool)> {
+    fn ways(&mut self, node: &DocumentNode, what: &str) -> Option<(Vec<f64>, bool)> {
         let items = self.items(node, what)?;
         let is_slider = items.iter().any(is_length);
         let unit = if is_slider { Unit::length() } else { Unit::angle() };
@@ -548,7 +553,7 @@ impl TaskReader<'_> {
     }
 
     /// `output = "x^1.5"`, `x = [1, 4]`, `input = ["0 deg", "90 deg"]`, `range = ["0 deg", "90 deg"]`: turns of input and output from the first position.
-    fn law(&mut self, fields: &Fields<'_>, input: &Node, output: &Node) -> Option<Pairs> {
+    fn law(&mut self, fields: &Fields<'_>, input: &DocumentNode, output: &DocumentNode) -> Option<Pairs> {
         let x = fields.required("x", "write from where to where the law goes: `x = [1, 4]`", self.faults)?;
         let range = fields.required(
             "range",
@@ -596,7 +601,7 @@ impl TaskReader<'_> {
         Some((inputs, (outputs, is_slider)))
     }
 
-    fn path(&mut self, node: &Node, span: Span) -> Option<TaskKind> {
+    fn path(&mut self, node: &DocumentNode, span: Span) -> Option<TaskKind> {
         let fields = Fields::open(node, "`path`", span, &names(PATH), self.faults)?;
         let points =
             fields.required("points", "write `points = [[x, y], ...]`, or the name of a CSV file", self.faults)?;
@@ -648,7 +653,7 @@ impl TaskReader<'_> {
     }
 
     /// The points of a table, with its turns of the crank.
-    fn tabled_points(&mut self, fields: &Fields<'_>, points: &Node) -> Option<Tabled> {
+    fn tabled_points(&mut self, fields: &Fields<'_>, points: &DocumentNode) -> Option<Tabled> {
         let columns = [
             ExpectedColumn { name: "x", unit: Unit::length(), is_needed: true },
             ExpectedColumn { name: "y", unit: Unit::length(), is_needed: true },
@@ -661,7 +666,7 @@ impl TaskReader<'_> {
         Some((x?.into_iter().zip(y?).map(|(x, y)| [x, y]).collect(), crank))
     }
 
-    fn stroke(&mut self, node: &Node, span: Span) -> Option<TaskKind> {
+    fn stroke(&mut self, node: &DocumentNode, span: Span) -> Option<TaskKind> {
         let fields = Fields::open(node, "`stroke`", span, &names(STROKE), self.faults)?;
         let turn = self.optional(&fields, "crank_turn", &Unit::angle())?;
         let plain = Unit::default();
@@ -721,7 +726,7 @@ impl TaskReader<'_> {
         Some(Area::Box([left, bottom], [right, top]))
     }
 
-    fn limits(&mut self, node: &Node) -> Demands {
+    fn limits(&mut self, node: &DocumentNode) -> Demands {
         let Some(fields) = Fields::open(node, "`limits`", node.span, &names(LIMITS), self.faults) else {
             return Demands::default();
         };
@@ -742,7 +747,7 @@ impl TaskReader<'_> {
         Demands { ground, moving, length, transmission, crank }
     }
 
-    fn choose(&mut self, node: &Node) -> Choose {
+    fn choose(&mut self, node: &DocumentNode) -> Choose {
         let points = ["ground_a", "ground_b", "moving_a", "moving_b"];
         let lines = [
             ("ground_x", true, false),
@@ -762,7 +767,7 @@ impl TaskReader<'_> {
     }
 }
 
-fn is_length(node: &Node) -> bool {
+fn is_length(node: &DocumentNode) -> bool {
     let Some(text) = node.text() else { return false };
     matches!(read(&text), Ok(QuantityReading::Measure(_, unit)) if unit.exponents == Unit::length().exponents)
 }

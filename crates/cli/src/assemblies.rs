@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use cotree::compile::compile_with_equations;
-use cotree::formulate::assemblies::{Assemblies, Value, assemblies};
+use cotree::formulate::assemblies::{Assemblies, CoordinateValue, assemblies};
 use cotree::model::{Mechanism, Unit};
 use cotree::scene::Scene;
 use cotree::typeset::{counted, fixed};
@@ -50,7 +50,7 @@ impl FindAssemblies {
 }
 
 /// The scene in one of its assemblies.
-fn posed<'v>(mut scene: Scene, pose: impl Iterator<Item = &'v Value>) -> Scene {
+fn posed<'v>(mut scene: Scene, pose: impl Iterator<Item = &'v CoordinateValue>) -> Scene {
     scene.initial.retain(|initial| initial.known);
     for value in pose {
         if scene.initial.iter().all(|known| known.variable.text != value.name) {
@@ -61,7 +61,7 @@ fn posed<'v>(mut scene: Scene, pose: impl Iterator<Item = &'v Value>) -> Scene {
 }
 
 fn text(found: &Assemblies, mechanism: &Mechanism, starts: usize) -> String {
-    let shown = |value: &Value| {
+    let shown = |value: &CoordinateValue| {
         let unit = mechanism.units.of(&if value.angular { Unit::angle() } else { Unit::length() });
         format!("{} {}", fixed(value.value / unit.factor), unit.name)
     };

@@ -2,7 +2,7 @@
 
 use cotree::cells;
 use cotree::export::archive::Extra;
-use cotree::export::description::{Causality, Description, ScalarVariable, Start, Variability};
+use cotree::export::description::{Causality, Description, ScalarVariable, StartValue, Variability};
 use cotree::export::{ExportError, FmiVersion};
 use cotree::model::{Credits, Unit};
 use cotree::typeset::{between, short};
@@ -268,8 +268,8 @@ fn variables(title: &str, variables: &[&ScalarVariable]) -> String {
 fn initial_values(variables: &[ScalarVariable]) -> String {
     let rows = variables.iter().filter_map(|own| {
         let (value, kind) = match own.start? {
-            Start::Exact(value) => (value, "known"),
-            Start::Approximate(value) => (value, "a guess that picks the assembly"),
+            StartValue::Exact(value) => (value, "known"),
+            StartValue::Approximate(value) => (value, "a guess that picks the assembly"),
         };
         let [unit, value] = [shown_unit(&own.unit), shown(value, &own.unit)].map(|text| escape(&text));
         Some(vec![code(&own.name), unit, value, kind.to_owned()])

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use cotree::compile::{Compiled, compile_asking, compile_with_equations, everything};
-use cotree::export::description::{Description, ScalarVariable, Start};
+use cotree::export::description::{Description, ScalarVariable, StartValue};
 use cotree::formulate::Formulated;
 use cotree::model::{Dimension, Experiment, Exponents, Place, Unit, Units};
 use cotree::resolve::loosened::Loosened;
@@ -272,7 +272,7 @@ fn variable(variable: &ScalarVariable, units: &Units) -> Variable {
     let (start, [min, max]) =
         variable.causality.range().map_or_else(Default::default, |(start, bounds)| (Some(start), bounds));
     let known = match variable.start {
-        Some(Start::Exact(value)) => Some(value),
+        Some(StartValue::Exact(value)) => Some(value),
         _ => None,
     };
     let wanted = units.of(&variable.unit);

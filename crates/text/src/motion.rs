@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use cotree::equations::{Constraint, Equations, Share};
-use cotree::expr::{Arena, Expr, Node, Order, Symbol, Unary};
+use cotree::expr::{Arena, Expr, ExprNode, Order, Symbol, Unary};
 use cotree::model::{BodyId, Coordinates, Dimension, JointId, Owner, Part, Place, Quantity, Variable};
 use cotree::network::{Direction, Force, Held, Origin, Torque};
 
@@ -382,9 +382,9 @@ fn laws(equations: &mut Equations) -> HashMap<Expr, String> {
     // A force that pulls is written without its sign.
     let arena = &equations.system.arena;
     let unsigned = laws.into_iter().filter_map(|(law, owner, quantity)| match (arena.node(law), quantity) {
-        (Node::Unary(Unary::Negate, inner), Quantity::Force) => Some((inner, format!("{owner}.pull"))),
-        (Node::Unary(Unary::Negate, inner), Quantity::Torque) => Some((inner, format!("{owner}.resistance"))),
-        (Node::Unary(Unary::Negate, _), _) => None,
+        (ExprNode::Unary(Unary::Negate, inner), Quantity::Force) => Some((inner, format!("{owner}.pull"))),
+        (ExprNode::Unary(Unary::Negate, inner), Quantity::Torque) => Some((inner, format!("{owner}.resistance"))),
+        (ExprNode::Unary(Unary::Negate, _), _) => None,
         _ => Some((law, quantity.of(&owner))),
     });
     unsigned.filter(|(law, _)| deserves_name(arena, *law)).collect()
@@ -401,7 +401,7 @@ fn weights(equations: &Equations) -> HashSet<Symbol> {
         Symbol::Coordinate(..) | Symbol::Reaction(_) | Symbol::Argument => false,
     };
     let all = equations.system.arena.all().filter_map(|expr| match equations.system.arena.node(expr) {
-        Node::Symbol(symbol) => Some(symbol),
+        ExprNode::Symbol(symbol) => Some(symbol),
         _ => None,
     });
     all.filter(is_weight).collect()
@@ -409,8 +409,8 @@ fn weights(equations: &Equations) -> HashSet<Symbol> {
 
 /// Is it more than a symbol, and does it change?
 fn deserves_name(arena: &Arena, expr: Expr) -> bool {
-    let unsigned = if let Node::Unary(Unary::Negate, inner) = arena.node(expr) { inner } else { expr };
-    !matches!(arena.node(unsigned), Node::Constant(_) | Node::Symbol(_))
+    let unsigned = if let ExprNode::Unary(Unary::Negate, inner) = arena.node(expr) { inner } else { expr };
+    !matches!(arena.node(unsigned), ExprNode::Constant(_) | ExprNode::Symbol(_))
         && arena.symbols([expr]).iter().any(|symbol| !matches!(symbol, Symbol::Parameter(_)))
 }
 

@@ -4,7 +4,7 @@ use cotree::equations::Equations;
 use cotree::expr::Symbol;
 use cotree::model::Unit;
 use cotree::network::System;
-use cotree::resolve::symbolic::{Named, Style, Symbolic};
+use cotree::resolve::symbolic::{NamedNumber, Style, Symbolic};
 
 use super::document::{DocumentBlock, Piece};
 use super::modes::held_words;
@@ -46,7 +46,7 @@ pub fn with_names(equations: &Equations, symbolic: &Symbolic) -> Equations {
 }
 
 /// A table of names and values: the user's parameters, then those of the page.
-pub fn values(equations: &mut Equations, named: &[Named]) -> Vec<DocumentBlock> {
+pub fn values(equations: &mut Equations, named: &[NamedNumber]) -> Vec<DocumentBlock> {
     let mechanism = &*equations.system.mechanism.clone();
     let own = mechanism.parameters.len() - named.len();
     let mut rows: Vec<Vec<Piece>> = Vec::new();
@@ -91,7 +91,7 @@ pub fn number(value: f64, unit: &Unit) -> Piece {
 }
 
 /// What a name stands for, if that is more than a number.
-pub fn definition(equations: &mut Equations, named: &Named) -> Option<FormulaTree> {
+pub fn definition(equations: &mut Equations, named: &NamedNumber) -> Option<FormulaTree> {
     let value = equations.system.value(named.definition.as_ref()?);
     plain(equations, &[value]).pop()
 }

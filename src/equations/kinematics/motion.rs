@@ -3,7 +3,7 @@
 use crate::equations::form::{Coefficient, LinearForm};
 use crate::equations::vector::Vector;
 use crate::expr::{Arena, Expr, Order, Symbol};
-use crate::network::Signal;
+use crate::network::FunctionOfTime;
 
 /// Position, velocity and acceleration of a point, or across an element.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -53,7 +53,7 @@ impl ScalarMotion {
         ScalarMotion { position: q, velocity: v, acceleration: a }
     }
 
-    pub(super) fn signal(arena: &mut Arena, signal: Signal) -> Self {
+    pub(super) fn signal(arena: &mut Arena, signal: FunctionOfTime) -> Self {
         let [position, velocity, acceleration] =
             [signal.value, signal.rate, signal.acceleration].map(|value| LinearForm::term(arena, value, &Expr::ONE));
         ScalarMotion { position, velocity, acceleration }

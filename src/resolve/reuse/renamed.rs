@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use crate::component::{Section, body, shape, transfer};
 use crate::diagnostic::span::Text;
 use crate::model::Quantity as Variable;
-use crate::scene::document::{Content, Node};
+use crate::scene::document::{Content, DocumentNode};
 use crate::scene::expression::{substituted, with_files as with_files_of};
 use crate::scene::key::{Form, Key};
 use crate::scene::model::{Scene, Vector};
@@ -185,7 +185,7 @@ impl Walk<'_> {
         }
     }
 
-    fn value(&mut self, node: &mut Node, form: Form, own: &[Variable]) {
+    fn value(&mut self, node: &mut DocumentNode, form: Form, own: &[Variable]) {
         use Form::{
             Axis, Bodies, Body, BodyAndPoint, CarrierBody, CarrierPoint, Constant, ConstantVector, Corner, Corners,
             Curve, Friction, Joint, Law, Limits, Motion, NamedPoints, Names, OtherJoint, Play, Point, Points, Rebound,

@@ -1,6 +1,6 @@
 //! Places in the picture, and the order of drawing.
 
-use cotree::component::Stroke;
+use cotree::component::IconStroke;
 
 use super::coupling::DrawnCoupling;
 use super::view::View;
@@ -182,7 +182,7 @@ impl Drawing {
 
 impl DrawnSpring {
     /// The lines of its sign at a length in pins; if it lies beside another, with its feet on the line between their ends.
-    pub(super) fn strokes(&self, length: f64) -> Vec<Stroke> {
+    pub(super) fn strokes(&self, length: f64) -> Vec<IconStroke> {
         if self.beside == 0.0 {
             return (self.glyph)(length);
         }
@@ -192,7 +192,7 @@ impl DrawnSpring {
             (*x, *y) = (*x + foot, *y + self.beside);
         }
         let feet = [[0.0, foot], [length, length - foot]];
-        strokes.extend(feet.map(|[end, x]| Stroke::open(vec![[end, 0.0], [x, 0.0], [x, self.beside]])));
+        strokes.extend(feet.map(|[end, x]| IconStroke::open(vec![[end, 0.0], [x, 0.0], [x, self.beside]])));
         strokes
     }
 
@@ -200,7 +200,7 @@ impl DrawnSpring {
     fn lines(&self, length: f64) -> Vec<CarriedLine> {
         const LONGER: f64 = 1e-3;
         let (now, then) = (self.strokes(length), self.strokes(length + LONGER));
-        let line = |(now, then): (&Stroke, &Stroke)| {
+        let line = |(now, then): (&IconStroke, &IconStroke)| {
             let same = now.points.len() == then.points.len();
             let point = |(index, &[x, y]): (usize, &[f64; 2])| {
                 let slope = if same { (then.points[index][0] - x) / LONGER } else { x / length };

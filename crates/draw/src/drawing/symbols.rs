@@ -1,6 +1,6 @@
 //! The signs of the trade: pins, pedestals, sliders, springs, arrows.
 
-use cotree::component::{RoundGlyph, Stroke};
+use cotree::component::{IconStroke, RoundGlyph};
 
 use super::DrawnSpring;
 use super::shapes::{along, difference, extent, norm, normal, unit};
@@ -161,7 +161,7 @@ pub fn round_glyph(svg: &mut Svg, view: &View, at: Pixel, glyph: RoundGlyph) {
 }
 
 /// The strokes of a sign, all halos behind all strokes.
-fn strokes(svg: &mut Svg, strokes: &[Stroke], place: &dyn Fn(&[f64; 2]) -> Pixel) {
+fn strokes(svg: &mut Svg, strokes: &[IconStroke], place: &dyn Fn(&[f64; 2]) -> Pixel) {
     for front in [false, true] {
         for stroke in strokes {
             let points: Vec<Pixel> = stroke.points.iter().map(place).collect();

@@ -1,6 +1,6 @@
 //! What a picture shows, and what it leaves out.
 
-use cotree::component::Stroke;
+use cotree::component::IconStroke;
 
 use super::*;
 
@@ -36,7 +36,7 @@ fn slider_crank() -> Drawing {
             name: "return_spring".into(),
             between: [Some(2), None],
             ends: [wrist, wall],
-            glyph: |length| vec![Stroke::open(vec![[0.0, 0.0], [length, 0.0]])],
+            glyph: |length| vec![IconStroke::open(vec![[0.0, 0.0], [length, 0.0]])],
             beside: 0.0,
         }],
         forces: vec![DrawnForce { name: "gas".into(), on: Some(2), at: wrist, direction: [-5.0, 0.0] }],

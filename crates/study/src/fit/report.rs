@@ -1,7 +1,7 @@
 //! What was found, as a table for people and as JSON.
 
 use cotree::diagnostic::suggest::list;
-use cotree::report::data::Accuracy::Error;
+use cotree::report::data::ReliableDigits::Error;
 use cotree::report::data::{Cell, Report, Table, number, plain, unit};
 use cotree::{line, row};
 use serde_json::{Value, json};

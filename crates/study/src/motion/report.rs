@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use cotree::diagnostic::suggest;
 use cotree::line;
 use cotree::model::Units;
-use cotree::report::data::Accuracy::Noise;
+use cotree::report::data::ReliableDigits::Noise;
 use cotree::report::data::{Cell, Report, Table, named, number, per, plain, unit as unit_of};
 
 use cotree::typeset::rounded;

@@ -9,7 +9,7 @@ mod rust;
 mod syntax;
 
 use cotree::equations::Equations;
-use cotree::expr::{Arena, Binary, Expr, Node, Order, Symbol, Unary};
+use cotree::expr::{Arena, Binary, Expr, ExprNode, Order, Symbol, Unary};
 
 use crate::motion::{self, Entry, has_masses};
 use crate::symbol_name;
@@ -307,31 +307,31 @@ fn steps(arena: &Arena, loops: &[usize], results: &[(CodeBlock, [usize; 2], Expr
     let mut steps = Vec::with_capacity(order.len() + results.len());
     let mut done = std::collections::HashSet::new();
     let of = |expr: Expr| match arena.node(expr) {
-        Node::Constant(bits) => Operand::Number(f64::from_bits(bits)),
+        ExprNode::Constant(bits) => Operand::Number(f64::from_bits(bits)),
         // A trivial loop equation has no reaction.
-        Node::Symbol(Symbol::Reaction(index)) => match loops.iter().position(|&row| row == index) {
+        ExprNode::Symbol(Symbol::Reaction(index)) => match loops.iter().position(|&row| row == index) {
             Some(number) => Operand::Symbol(Symbol::Reaction(number)),
             None => Operand::Number(0.0),
         },
-        Node::Symbol(symbol) => Operand::Symbol(symbol),
+        ExprNode::Symbol(symbol) => Operand::Symbol(symbol),
         _ => Operand::Result(expr.index()),
     };
     for &expr in &order {
         let own = expr.index();
         match arena.node(expr) {
-            Node::Constant(_) | Node::Symbol(_) => {}
-            Node::Unary(function @ (Unary::Sin | Unary::Cos), a) => {
+            ExprNode::Constant(_) | ExprNode::Symbol(_) => {}
+            ExprNode::Unary(function @ (Unary::Sin | Unary::Cos), a) => {
                 let other = if function == Unary::Sin { Unary::Cos } else { Unary::Sin };
                 // An unused partner has a number beyond all others.
-                let partner = arena.existing(Node::Unary(other, a)).map_or(arena.len() + own, Expr::index);
+                let partner = arena.existing(ExprNode::Unary(other, a)).map_or(arena.len() + own, Expr::index);
                 if done.insert(a) {
                     let pair = if function == Unary::Sin { [own, partner] } else { [partner, own] };
                     steps.push(Statement::SineCosine(pair, of(a)));
                 }
             }
-            Node::Unary(function, a) => steps.push(Statement::One(own, function, of(a))),
-            Node::Binary(function, a, b) => steps.push(Statement::Two(own, function, of(a), of(b))),
-            Node::Select(a, b, c) => steps.push(Statement::Select(own, of(a), of(b), of(c))),
+            ExprNode::Unary(function, a) => steps.push(Statement::One(own, function, of(a))),
+            ExprNode::Binary(function, a, b) => steps.push(Statement::Two(own, function, of(a), of(b))),
+            ExprNode::Select(a, b, c) => steps.push(Statement::Select(own, of(a), of(b), of(c))),
         }
     }
     steps.extend(results.iter().map(|&(output, place, expr)| Statement::Store(output, place, of(expr))));

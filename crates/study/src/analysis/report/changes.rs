@@ -1,6 +1,6 @@
 //! Derivatives: of an equilibrium, of vibrations, of peaks and crossings.
 
-use cotree::report::data::Accuracy::Noise;
+use cotree::report::data::ReliableDigits::Noise;
 use cotree::report::data::{ROUNDING, Report, Table, named, number, per, unit};
 use cotree::{line, row};
 use serde_json::{Value, json};

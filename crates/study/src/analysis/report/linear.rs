@@ -1,6 +1,6 @@
 //! Linear systems at one or many points.
 
-use cotree::report::data::Accuracy::Noise;
+use cotree::report::data::ReliableDigits::Noise;
 use cotree::report::data::{Cell, ROUNDING, Report, Table, number, per, unit};
 use cotree::row;
 use nalgebra::DMatrix;

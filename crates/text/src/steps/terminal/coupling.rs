@@ -2,7 +2,7 @@
 //! relation), times the slope where an angle is the argument of a function.
 
 use cotree::expr::{Expr, Symbol};
-use cotree::network::{Direction, Element, ElementId, Port, Term};
+use cotree::network::{CouplingTerm, Direction, Element, ElementId, Port};
 
 use super::{Terminal, sum};
 use crate::name::symbol_name;
@@ -58,7 +58,7 @@ impl Terminal<'_> {
             }
             None => multiplier,
         };
-        let row = |(number, term): (usize, &Term)| {
+        let row = |(number, term): (usize, &CouplingTerm)| {
             let label = self.label(id, element, number);
             let times = |vector: FormulaTree| FormulaTree::product(vec![reaction.clone(), vector]);
             let (force, torque) = (self.letters.force(label), self.letters.torque(label));
@@ -87,7 +87,7 @@ impl Terminal<'_> {
     }
 
     /// theta, r . u, or |r|; a rolling disc's r . u is its slide.
-    fn across(&self, id: ElementId, element: &Element, number: usize, term: &Term) -> FormulaTree {
+    fn across(&self, id: ElementId, element: &Element, number: usize, term: &CouplingTerm) -> FormulaTree {
         let label = self.label(id, element, number);
         match term.port {
             Port::Angle(_) | Port::Curve(..) => self.letters.angle(label),
