@@ -18,7 +18,7 @@ use cotree_draw::drawing::{Drawing, DrawnBody};
 use cotree_fmu::context::Statistics;
 use cotree_fmu::program::Engine;
 use cotree_page::accuracy::{Accuracy, Measurement};
-use cotree_page::documentation::Page;
+use cotree_page::documentation::DocumentationPage;
 use cotree_page::page::{Facts, Live, preformatted};
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
@@ -352,8 +352,8 @@ impl Parts {
         }
     }
 
-    fn page(&self) -> Page<'_> {
-        Page { drawing: &self.drawing, facts: &self.facts, accuracy: &self.accuracy, live: &self.live }
+    fn page(&self) -> DocumentationPage<'_> {
+        DocumentationPage { drawing: &self.drawing, facts: &self.facts, accuracy: &self.accuracy, live: &self.live }
     }
 
     fn package(&self) -> Package<'_> {

@@ -24,7 +24,7 @@ use cotree_draw::png::{Size, png as drawn_as_png};
 use cotree_draw::pose::{draw, draw_at};
 use cotree_draw::{dxf, study};
 use cotree_page::film::{self, Take, Taken};
-use cotree_page::moving::Origin;
+use cotree_page::moving::MotionOrigin;
 use cotree_page::{accuracy, documentation, moving, overview};
 use cotree_study::analysis::{Study, state_at};
 use cotree_study::compare;
@@ -289,10 +289,10 @@ pub fn export(
         compiled.warn(left_out);
         let accuracy = accuracy::of(&compiled);
         let affordable = accuracy::affordable(&compiled, &accuracy);
-        let origin = module.map_or(Origin::Stored(affordable), Origin::Solver);
+        let origin = module.map_or(MotionOrigin::Stored(affordable), MotionOrigin::Solver);
         let live = moving::documentation(scene, &compiled, origin);
         let (drawing, facts) = (&overview.drawing, &overview.facts);
-        let page = documentation::Page { drawing, facts, accuracy: &accuracy, live: &live };
+        let page = documentation::DocumentationPage { drawing, facts, accuracy: &accuracy, live: &live };
         let written = page.files(&compiled.description, version).map_err(ExportError::from);
         Ok(written.and_then(|extras| compiled.write_fmu(version, extras, &runtimes, &path)))
     });

@@ -19,7 +19,7 @@ use cotree_study::analysis::{At, Sensitivities, Study};
 use cotree_study::bench;
 use cotree_study::fit::{FitError, FitRequest, Vary, fit};
 use cotree_text::Prose;
-use cotree_text::written::Notation;
+use cotree_text::written::EquationFormat;
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use serde_json::json;
@@ -241,7 +241,7 @@ impl Core {
 
     /// The equations of motion in a notation.
     fn equations(&self, py: Python<'_>, notation: &str) -> PyResult<String> {
-        let notation = request::word("notation", notation, &Notation::WORDS)?;
+        let notation = request::word("notation", notation, &EquationFormat::WORDS)?;
         py.detach(|| cotree_text::written::equations(&self.scene, notation)).map_err(|faults| scene_error(&faults))
     }
 

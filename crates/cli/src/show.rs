@@ -15,9 +15,9 @@ use cotree_draw::pose::{draw, draw_at};
 use cotree_study::analysis::state_at;
 use cotree_study::compare::{CoordinateComparison, compare};
 use cotree_text::Prose;
-use cotree_text::Written;
+use cotree_text::SymbolNotation;
 use cotree_text::written;
-use cotree_text::written::Notation;
+use cotree_text::written::EquationFormat;
 use serde::Serialize;
 
 use super::failure::Failure;
@@ -41,8 +41,8 @@ pub struct Show {
     #[arg(long, conflicts_with_all = ["equations", "steps"])]
     json: bool,
     /// The equations of motion instead of the summary
-    #[arg(long, value_name = "NOTATION", value_parser = one_of(&Notation::WORDS))]
-    equations: Option<Notation>,
+    #[arg(long, value_name = "NOTATION", value_parser = one_of(&EquationFormat::WORDS))]
+    equations: Option<EquationFormat>,
     /// With --equations: a name for every number, such as m_rod and g, and a table of the values
     #[arg(long, requires = "equations")]
     symbols: bool,
@@ -140,15 +140,17 @@ impl Show {
 }
 
 /// How equations for people and for other programs are written; `option` is not for code.
-fn prose(notation: Notation, option: &str) -> Result<Written, Failure> {
+fn prose(notation: EquationFormat, option: &str) -> Result<SymbolNotation, Failure> {
     match notation {
-        Notation::Text => Ok(Written::Prose(Prose::Text)),
-        Notation::Latex => Ok(Written::Prose(Prose::Latex)),
-        Notation::Html => Ok(Written::Prose(Prose::Html)),
-        Notation::Json => Ok(Written::Json),
-        Notation::C | Notation::Fortran | Notation::Rust | Notation::Python => Err(Failure::Usage(format!(
-            "`{option}` is for text, latex, html and json: the functions of a programming language compute with all coordinates and exact numbers"
-        ))),
+        EquationFormat::Text => Ok(SymbolNotation::Prose(Prose::Text)),
+        EquationFormat::Latex => Ok(SymbolNotation::Prose(Prose::Latex)),
+        EquationFormat::Html => Ok(SymbolNotation::Prose(Prose::Html)),
+        EquationFormat::Json => Ok(SymbolNotation::Json),
+        EquationFormat::C | EquationFormat::Fortran | EquationFormat::Rust | EquationFormat::Python => {
+            Err(Failure::Usage(format!(
+                "`{option}` is for text, latex, html and json: the functions of a programming language compute with all coordinates and exact numbers"
+            )))
+        }
     }
 }
 

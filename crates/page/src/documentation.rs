@@ -27,7 +27,7 @@ math{font-size:1.05em}";
 
 /// What the page shows beside the description.
 #[derive(Clone, Copy, Debug)]
-pub struct Page<'a> {
+pub struct DocumentationPage<'a> {
     /// The mechanism at its start.
     pub drawing: &'a Drawing,
     /// Figures, graphs and equations.
@@ -38,7 +38,7 @@ pub struct Page<'a> {
     pub live: &'a Result<Live, String>,
 }
 
-impl Page<'_> {
+impl DocumentationPage<'_> {
     /// What an FMU carries beside the model: this page, and the pictures where its version of FMI has them.
     ///
     /// # Errors

@@ -11,7 +11,7 @@
 use nalgebra::{Matrix3, SMatrix, SVector};
 
 use crate::conics::{Common, common};
-use crate::least::{End, Residuals, Terms, Unknowns, minimise};
+use crate::least::{EndCriteria, TermResiduals, Terms, Unknowns, minimise};
 use crate::poses::{Pose, UnitFrame, row};
 use crate::{Point, cross, dot, polar};
 
@@ -251,24 +251,24 @@ fn alike(a: &Dyad, b: &Dyad, size: f64) -> bool {
 }
 
 /// Errors of bars: B, C and the length shared.
-struct Bars<'p> {
+struct BarErrors<'p> {
     poses: &'p [Pose],
     weights: &'p [f64],
 }
 
-impl Terms<5, 0, 1> for Bars<'_> {
+impl Terms<5, 0, 1> for BarErrors<'_> {
     fn count(&self) -> usize {
         self.poses.len()
     }
 
-    fn at(&self, term: usize, shared: &[f64; 5], _: &[f64; 0]) -> Residuals<5, 0, 1> {
+    fn at(&self, term: usize, shared: &[f64; 5], _: &[f64; 0]) -> TermResiduals<5, 0, 1> {
         let [bx, by, cx, cy, length] = *shared;
         let (pose, weight) = (&self.poses[term], self.weights[term]);
         let bar = pose.carry(Point::new(bx, by)) - Point::new(cx, cy);
         let along = bar / bar.norm().max(f64::MIN_POSITIVE);
         let seen = along * pose.turn().conj();
         let slopes = [seen.re, seen.im, -along.re, -along.im, -1.0].map(|slope| slope * weight);
-        Residuals { value: [(bar.norm() - length) * weight], by_shared: [slopes], by_own: [[]] }
+        TermResiduals { value: [(bar.norm() - length) * weight], by_shared: [slopes], by_own: [[]] }
     }
 }
 
@@ -283,26 +283,26 @@ impl Terms<4, 0, 1> for Sliders<'_> {
         self.poses.len()
     }
 
-    fn at(&self, term: usize, shared: &[f64; 4], _: &[f64; 0]) -> Residuals<4, 0, 1> {
+    fn at(&self, term: usize, shared: &[f64; 4], _: &[f64; 0]) -> TermResiduals<4, 0, 1> {
         let [bx, by, angle, offset] = *shared;
         let (pose, weight) = (&self.poses[term], self.weights[term]);
         let (normal, place) = (polar(1.0, angle), pose.carry(Point::new(bx, by)));
         let seen = normal * pose.turn().conj();
         let slopes = [seen.re, seen.im, cross(normal, place), -1.0].map(|slope| slope * weight);
-        Residuals { value: [(dot(normal, place) - offset) * weight], by_shared: [slopes], by_own: [[]] }
+        TermResiduals { value: [(dot(normal, place) - offset) * weight], by_shared: [slopes], by_own: [[]] }
     }
 }
 
 /// The nearest local minimum from a dyad on, and the weighted sum of squares there.
 fn polished(start: &Dyad, poses: &[Pose], weights: &[f64], frame: &UnitFrame) -> (Dyad, f64) {
     let own = || vec![[]; poses.len()];
-    let end = End { sum: 0.0, share: 1e-14, ..End::after(400) };
+    let end = EndCriteria { sum: 0.0, share: 1e-14, ..EndCriteria::after(400) };
     match *start {
         Dyad::Bar { moving, ground, length } => {
             let scaled: Vec<Pose> = poses.iter().map(|pose| frame.scaled(pose)).collect();
             let (b, c) = (moving / frame.size, (ground - frame.middle) / frame.size);
             let mut at = Unknowns { shared: [b.re, b.im, c.re, c.im, length / frame.size], own: own() };
-            let sum = minimise(&Bars { poses: &scaled, weights }, &mut at, end);
+            let sum = minimise(&BarErrors { poses: &scaled, weights }, &mut at, end);
             let [bx, by, cx, cy, length] = at.shared.map(|own| own * frame.size);
             let ground = Point::new(cx, cy) + frame.middle;
             (Dyad::Bar { moving: Point::new(bx, by), ground, length: length.abs() }, sum * frame.size * frame.size)

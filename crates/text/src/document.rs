@@ -4,7 +4,7 @@ use cotree::typeset::aligned;
 use cotree_draw::svg::escape;
 
 use super::notation::latex::{self, LATEX};
-use super::notation::lines::Part;
+use super::notation::lines::FormulaPart;
 use super::notation::mathml::MATHML;
 use super::notation::plain::PLAIN;
 use super::notation::{Binding, Notation, unicode};
@@ -143,7 +143,7 @@ impl DocumentFormat {
     }
 
     fn width_of(&self, tree: &FormulaTree) -> f64 {
-        (self.notation.width)(&Part::Whole(tree, Binding::Relation))
+        (self.notation.width)(&FormulaPart::Whole(tree, Binding::Relation))
     }
 
     /// Equations with their left sides below each other; if one of these is wide, all equations are broken as a whole.

@@ -50,7 +50,7 @@ pub use minimal::minimal;
 use motion::MotionEquations;
 pub use notation::latex::escape as latex_text;
 pub use steps::steps;
-pub use symbols::Written;
+pub use symbols::SymbolNotation;
 
 /// A document for people.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -15,7 +15,7 @@ use super::motion::{Entry, MotionEquations, has_masses};
 use super::name::Name;
 use super::symbols::{values, with_names};
 use super::tree::FormulaTree;
-use super::{Written, json, page};
+use super::{SymbolNotation, json, page};
 use crate::steps::Moment;
 use closed::Closed;
 use solve::{Solved, solve};
@@ -33,7 +33,7 @@ struct Minimal {
 ///
 /// # Errors
 /// Why there are none: the loops do not determine a choice of coordinates where the motion starts.
-pub fn minimal(formulated: &mut Formulated, written: Written, symbols: bool) -> Result<String, String> {
+pub fn minimal(formulated: &mut Formulated, written: SymbolNotation, symbols: bool) -> Result<String, String> {
     let start = Moment::new(&formulated.equations.system.mechanism, &formulated.state);
     if !symbols {
         return reduced(&mut formulated.equations, &start, Vec::new(), written);
@@ -49,17 +49,17 @@ fn reduced(
     equations: &mut Equations,
     start: &Moment,
     mut blocks: Vec<DocumentBlock>,
-    written: Written,
+    written: SymbolNotation,
 ) -> Result<String, String> {
     let minimal = Minimal::new(equations, start)?;
     match written {
-        Written::Json => {
+        SymbolNotation::Json => {
             let mut value = json::described(equations, &minimal.motion);
             let own = minimal.independent.iter().map(|&own| equations.coordinates[own].name.position.as_str());
             value["independent"] = own.collect();
             Ok(format!("{value:#}\n"))
         }
-        Written::Prose(prose) => {
+        SymbolNotation::Prose(prose) => {
             blocks.extend(minimal.blocks(equations));
             let title = format!("Reduced equations of motion of {}", equations.system.mechanism.name);
             Ok(page(&title, &blocks, prose))

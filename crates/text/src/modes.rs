@@ -16,13 +16,13 @@ use super::notation::plain::PLAIN;
 use super::tree::{FormulaTree, plain};
 
 /// What holds on one side only or rubs, with its loop equation.
-struct Edge<'m> {
+struct UnilateralRow<'m> {
     own: &'m Unilateral,
     row: usize,
 }
 
 /// A mode of one of them.
-struct Mode {
+struct HoldingMode {
     /// What holds in it.
     holds: Vec<FormulaTree>,
     /// As long as this is so.
@@ -38,7 +38,7 @@ enum Lasts {
 
 /// The modes of everything in a mechanism that has some, and the levels of friction.
 pub struct Modes {
-    all: Vec<(String, Vec<(&'static str, Mode)>)>,
+    all: Vec<(String, Vec<(&'static str, HoldingMode)>)>,
     levels: Vec<(Name, FormulaTree)>,
     /// True if anything strikes.
     strikes: bool,
@@ -165,9 +165,9 @@ impl Modes {
     }
 }
 
-impl Edge<'_> {
+impl UnilateralRow<'_> {
     /// Open, closed; of a freewheel: free, caught.
-    fn of_one_side(&self, equations: &mut Equations) -> Vec<Mode> {
+    fn of_one_side(&self, equations: &mut Equations) -> Vec<HoldingMode> {
         let (own, name) = (self.own, &self.own.name);
         let closed = parameter(equations, own.closed.0);
         let lambda = FormulaTree::Name(symbol_name(equations, Symbol::Reaction(self.row)));
@@ -191,12 +191,12 @@ impl Edge<'_> {
             vec![Piece::words("it strikes: "), Piece::Math(strikes)]
         };
         vec![
-            Mode {
+            HoldingMode {
                 holds: vec![is(closed.clone(), 0.0), is(lambda, 0.0)],
                 lasts: Lasts::While(relation("<=", FormulaTree::zero(), quantity.clone())),
                 then: ends,
             },
-            Mode {
+            HoldingMode {
                 holds: vec![is(closed, 1.0), is(quantity, 0.0)],
                 lasts: presses,
                 then: vec![Piece::words(if own.held.of_rate { "it is let go" } else { "it opens" })],
@@ -205,7 +205,7 @@ impl Edge<'_> {
     }
 
     /// It sticks, slides, slides back; and does none of these where nothing touches.
-    fn of_friction(&self, equations: &mut Equations, slip: &Slip) -> Vec<Mode> {
+    fn of_friction(&self, equations: &mut Equations, slip: &Slip) -> Vec<HoldingMode> {
         let sticks = parameter(equations, self.own.closed.0);
         let direction = parameter(equations, slip.direction.0);
         let lambda = FormulaTree::Name(symbol_name(equations, Symbol::Reaction(self.row)));
@@ -222,24 +222,24 @@ impl Edge<'_> {
         let size = FormulaTree::Call("abs", vec![lambda.clone()]);
         let ends = |other: &str| vec![Piece::words(format!("it sticks, or slides {other}"))];
         let mut modes = vec![
-            Mode {
+            HoldingMode {
                 holds: holds(1.0, 0.0, rate.clone()),
                 lasts: Lasts::While(relation("<=", size, most)),
                 then: vec![Piece::words("it slides the way it is pushed")],
             },
-            Mode {
+            HoldingMode {
                 holds: holds(0.0, 1.0, lambda.clone()),
                 lasts: Lasts::While(relation("<=", FormulaTree::zero(), rate.clone())),
                 then: ends("back"),
             },
-            Mode {
+            HoldingMode {
                 holds: holds(0.0, -1.0, lambda.clone()),
                 lasts: Lasts::While(relation("<=", rate, FormulaTree::zero())),
                 then: ends("on"),
             },
         ];
         let on = slip.on.map(|on| equations.system.mechanism.unilaterals[on].name.clone());
-        modes.extend(on.map(|on| Mode {
+        modes.extend(on.map(|on| HoldingMode {
             holds: holds(0.0, 0.0, lambda),
             lasts: Lasts::Open(on),
             then: vec![Piece::words("it rubs")],
@@ -249,16 +249,16 @@ impl Edge<'_> {
 }
 
 /// Those that have a loop equation.
-fn edges<'m>(equations: &Equations, all: &'m [Unilateral]) -> Vec<Edge<'m>> {
+fn edges<'m>(equations: &Equations, all: &'m [Unilateral]) -> Vec<UnilateralRow<'m>> {
     let rows = all.iter().enumerate().filter_map(|(index, own)| Some((own, equations.row_of_unilateral(index)?)));
-    rows.map(|(own, row)| Edge { own, row }).collect()
+    rows.map(|(own, row)| UnilateralRow { own, row }).collect()
 }
 
 /// The gaps, and the rates of what slides or turns freely.
 pub fn indicators(equations: &mut Equations) -> [(&'static str, Vec<Entry>); 2] {
     let mechanism = equations.system.mechanism.clone();
     let (mut gaps, mut rates) = (Vec::new(), Vec::new());
-    for Edge { own, row } in edges(equations, &mechanism.unilaterals) {
+    for UnilateralRow { own, row } in edges(equations, &mechanism.unilaterals) {
         let Some(gap) = equations.constraints[row].one_sided.clone() else { continue };
         if own.slip.is_none() && !own.held.of_rate {
             gaps.push((gap_name(&own.name), gap.value));
@@ -279,7 +279,7 @@ pub fn sliding(equations: &mut Equations) -> (&'static str, Vec<Entry>) {
 }
 
 /// coulomb + mu x what presses, in the scene's names.
-fn level(equations: &mut Equations, edge: &Edge, slip: &Slip) -> FormulaTree {
+fn level(equations: &mut Equations, edge: &UnilateralRow, slip: &Slip) -> FormulaTree {
     let coulomb = equations.formula(&slip.law.coulomb);
     let free = equations.system.arena.binary(Binary::Max, Expr::ZERO, coulomb);
     let mut factors = vec![equations.system.value(&slip.law.mu)];
@@ -299,7 +299,7 @@ fn level(equations: &mut Equations, edge: &Edge, slip: &Slip) -> FormulaTree {
 }
 
 /// What presses: a size, or a sum of two.
-fn pressing(equations: &mut Equations, edge: &Edge, slip: &Slip) -> Option<FormulaTree> {
+fn pressing(equations: &mut Equations, edge: &UnilateralRow, slip: &Slip) -> Option<FormulaTree> {
     let size = |tree: FormulaTree| FormulaTree::Call("abs", vec![tree]);
     let variable = |equations: &Equations, quantity| {
         let variable = Variable { owner: edge.own.owner, quantity };

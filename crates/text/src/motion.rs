@@ -12,7 +12,7 @@ use super::feedback::feedback;
 use super::matrices::Matrices;
 use super::modes::{self, Modes};
 use super::name::{Name, symbol_name};
-use super::read::Context;
+use super::read::ReadingContext;
 use super::signals::signals;
 use super::tree::{FormulaTree, Formulas, formulas};
 
@@ -332,8 +332,8 @@ fn entries(equations: &mut Equations, variables: impl Iterator<Item = Variable>)
     variables.map(entry).collect()
 }
 
-pub fn context(equations: &mut Equations) -> Context {
-    Context { variables: variables(equations), weights: weights(equations) }
+pub fn context(equations: &mut Equations) -> ReadingContext {
+    ReadingContext { variables: variables(equations), weights: weights(equations) }
 }
 
 /// Angles, rates and lengths that are no symbols themselves but have a name.

@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use cotree::expr::{Arena, Binary, Expr, ExprNode, Symbol, Unary};
 
 use super::contract::contracted;
-use super::normal::{Factor, Function, Sum, Term};
+use super::normal::{CalledFunction, Factor, Sum, Term};
 
 /// Shared subexpressions with so many symbols are named; roots, such as lengths, with fewer.
 const LONG: usize = 10;
@@ -24,7 +24,7 @@ pub struct Reading {
 }
 
 #[derive(Clone, Debug, Default)]
-pub struct Context {
+pub struct ReadingContext {
     pub variables: HashMap<Expr, String>,
     /// Parameters with mass in their unit, and masses.
     pub weights: HashSet<Symbol>,
@@ -39,7 +39,7 @@ pub struct Definition {
 }
 
 impl Reading {
-    pub fn new(arena: &Arena, roots: &[Expr], context: &Context) -> Self {
+    pub fn new(arena: &Arena, roots: &[Expr], context: &ReadingContext) -> Self {
         let order = arena.reachable(roots.iter().copied());
         let (mut names, forced) = candidates(arena, &order, roots, &context.variables);
         loop {
@@ -151,7 +151,7 @@ impl<'a> SumReader<'a> {
         arena: &'a Arena,
         order: &[Expr],
         roots: &[Expr],
-        context: &'a Context,
+        context: &'a ReadingContext,
         (names, forced): (&HashSet<Expr>, &HashSet<Expr>),
     ) -> (Reading, Vec<Expr>) {
         let is_atom = |expr: &Expr| names.contains(expr) || context.variables.contains_key(expr);
@@ -210,9 +210,9 @@ impl<'a> SumReader<'a> {
                 let angle = known(a).clone().tidy();
                 Sum::of(Term::factor(Factor::Trigonometric(angle, function == Unary::Sin)))
             }
-            ExprNode::Unary(function, a) => self.call(Function::One(function), &[a]),
-            ExprNode::Binary(function, a, b) => self.call(Function::Two(function), &[a, b]),
-            ExprNode::Select(a, b, c) => self.call(Function::Select, &[a, b, c]),
+            ExprNode::Unary(function, a) => self.call(CalledFunction::One(function), &[a]),
+            ExprNode::Binary(function, a, b) => self.call(CalledFunction::Two(function), &[a, b]),
+            ExprNode::Select(a, b, c) => self.call(CalledFunction::Select, &[a, b, c]),
         }
     }
 
@@ -239,7 +239,7 @@ impl<'a> SumReader<'a> {
         self.products.entry(operand).or_insert_with(|| known[&operand].clone().tidy().product()).clone()
     }
 
-    fn call(&self, function: Function, operands: &[Expr]) -> Sum {
+    fn call(&self, function: CalledFunction, operands: &[Expr]) -> Sum {
         let arguments = operands.iter().map(|operand| self.known[operand].clone().tidy()).collect();
         Sum::of(Term::factor(Factor::Call(function, arguments)))
     }

@@ -14,7 +14,7 @@ use super::{Prose, json, titled};
 
 /// How equations with names for numbers are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Written {
+pub enum SymbolNotation {
     /// For people.
     Prose(Prose),
     /// For other programs.
@@ -22,15 +22,15 @@ pub enum Written {
 }
 
 /// The equations of motion of a mechanism in the same trees, with a name for every number.
-pub fn symbols(equations: &Equations, written: Written) -> String {
+pub fn symbols(equations: &Equations, written: SymbolNotation) -> String {
     let symbolic = Symbolic::new(&equations.system, Style::Owners);
     let mut renamed = with_names(equations, &symbolic);
     match written {
-        Written::Prose(prose) => {
+        SymbolNotation::Prose(prose) => {
             let blocks = values(&mut renamed, &symbolic.named);
             titled(&mut renamed, blocks, prose)
         }
-        Written::Json => json(&mut renamed),
+        SymbolNotation::Json => json(&mut renamed),
     }
 }
 

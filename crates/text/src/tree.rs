@@ -6,9 +6,9 @@ use cotree::equations::Equations;
 use cotree::expr::{Binary, Expr, Unary};
 
 use super::name::{Name, Names};
-use super::normal::{Factor, Function, Sum, Term};
-use super::number::{Written, written};
-use super::read::{Context, Reading};
+use super::normal::{CalledFunction, Factor, Sum, Term};
+use super::number::{WrittenNumber, written};
+use super::read::{Reading, ReadingContext};
 
 #[derive(Clone, Debug, PartialEq)]
 pub enum FormulaTree {
@@ -132,10 +132,10 @@ pub struct Formulas {
 
 /// Formulas without abbreviations.
 pub fn plain(equations: &Equations, exprs: &[Expr]) -> Vec<FormulaTree> {
-    formulas(equations, exprs, &Context::default()).formulas
+    formulas(equations, exprs, &ReadingContext::default()).formulas
 }
 
-pub fn formulas(equations: &Equations, exprs: &[Expr], context: &Context) -> Formulas {
+pub fn formulas(equations: &Equations, exprs: &[Expr], context: &ReadingContext) -> Formulas {
     let (reading, names) = (&Reading::new(&equations.system.arena, exprs, context), &Names::new(equations));
     let defined = definition_names(reading, names);
     let variables = defined.iter().scan(names.coordinates, |count, name| {
@@ -246,9 +246,9 @@ impl Layout<'_> {
 /// The number in front of a term, as factors above and below.
 fn number(value: f64) -> (Vec<FormulaTree>, Vec<FormulaTree>) {
     match written(value) {
-        Written::Decimal(1.0) => (Vec::new(), Vec::new()),
-        Written::Decimal(value) => (vec![FormulaTree::Number(value)], Vec::new()),
-        Written::Fraction { over, under, pi } => {
+        WrittenNumber::Decimal(1.0) => (Vec::new(), Vec::new()),
+        WrittenNumber::Decimal(value) => (vec![FormulaTree::Number(value)], Vec::new()),
+        WrittenNumber::Fraction { over, under, pi } => {
             let whole = |value: u32| (value != 1).then(|| FormulaTree::Number(f64::from(value)));
             let power = match pi {
                 0 => None,
@@ -260,9 +260,9 @@ fn number(value: f64) -> (Vec<FormulaTree>, Vec<FormulaTree>) {
     }
 }
 
-fn call(function: Function, mut arguments: Vec<FormulaTree>) -> FormulaTree {
+fn call(function: CalledFunction, mut arguments: Vec<FormulaTree>) -> FormulaTree {
     let name = match function {
-        Function::One(Unary::Sqrt) => {
+        CalledFunction::One(Unary::Sqrt) => {
             return match arguments.pop().unwrap_or_else(FormulaTree::zero) {
                 FormulaTree::Power(parts) if parts[1] == FormulaTree::Number(2.0) => {
                     FormulaTree::Call("abs", vec![parts[0].clone()])
@@ -270,9 +270,9 @@ fn call(function: Function, mut arguments: Vec<FormulaTree>) -> FormulaTree {
                 inside => FormulaTree::Root(Box::new(inside)),
             };
         }
-        Function::One(function) => function.definition().name,
-        Function::Select => "if",
-        Function::Two(function) => match (function, <[FormulaTree; 2]>::try_from(arguments)) {
+        CalledFunction::One(function) => function.definition().name,
+        CalledFunction::Select => "if",
+        CalledFunction::Two(function) => match (function, <[FormulaTree; 2]>::try_from(arguments)) {
             (Binary::Power, Ok(operands)) => return FormulaTree::Power(Box::new(operands)),
             (Binary::Less, Ok(operands)) => return FormulaTree::Relation("<", Box::new(operands)),
             (Binary::LessEqual, Ok(operands)) => return FormulaTree::Relation("<=", Box::new(operands)),

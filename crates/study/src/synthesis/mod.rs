@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 use cotree::scene::Faults;
 use cotree::task::{Area, Demands, Task, TaskKind};
-use cotree_synthesis::{Defect, Dyad, Limits, Linkage, Point, Pose, Region, Side, Verdict, extent, judge};
+use cotree_synthesis::{Defect, Dyad, Linkage, LinkageLimits, Point, Pose, Region, Side, Verdict, extent, judge};
 
 use drive::{Station, largest_miss};
 
@@ -55,7 +55,7 @@ pub struct Solution {
 }
 
 /// A linkage before it is judged.
-pub(crate) struct Candidate {
+pub(crate) struct CandidateLinkage {
     linkage: Linkage,
     /// The body at the task's poses or points, exactly on the linkage.
     poses: Vec<Pose>,
@@ -68,7 +68,7 @@ pub(crate) struct Candidate {
 /// What candidates come with.
 pub(crate) struct Candidates {
     dyads: Vec<Dyad>,
-    candidates: Vec<Candidate>,
+    candidates: Vec<CandidateLinkage>,
     /// Only so many good ones are shown, not alike: the others are beside them.
     most: Option<usize>,
     left_out: BTreeMap<String, usize>,
@@ -153,7 +153,7 @@ impl Judged {
 }
 
 /// Judged with the input that serves best; none if there is no input.
-fn best(candidate: &Candidate, limits: &Limits, task: &Task) -> Option<Judged> {
+fn best(candidate: &CandidateLinkage, limits: &LinkageLimits, task: &Task) -> Option<Judged> {
     let swapped = candidate.dyads.map(|[i, j]| [j, i]);
     let ways = [(candidate.linkage, candidate.dyads), (candidate.linkage.swapped(), swapped)];
     let count = if candidate.both { 2 } else { 1 };
@@ -283,8 +283,14 @@ fn solution(task: &Task, own: Judged, number: usize) -> Solution {
     let begin = stations.first().map_or(Pose::new(0.0, 0.0, 0.0), |station| station.pose);
     let name = format!("{}_{number}", cotree::model::identifier(&task.name));
     let about = format!("{} for the task {}", class(&own.linkage, &own.verdict), task.name);
-    let driven =
-        scene::Driven { name: &name, about: &about, linkage: &own.linkage, start: begin, way: [start, end], duration };
+    let driven = scene::DrivenLinkage {
+        name: &name,
+        about: &about,
+        linkage: &own.linkage,
+        start: begin,
+        way: [start, end],
+        duration,
+    };
     let text = scene::text(&driven);
     let miss = largest_miss(&text, &stations, size);
     let mut solution = undriven(own);
@@ -326,13 +332,13 @@ fn class(linkage: &Linkage, verdict: &Verdict) -> &'static str {
     }
 }
 
-fn limits(asked: &Demands) -> Limits {
+fn limits(asked: &Demands) -> LinkageLimits {
     let at = |[x, y]: [f64; 2]| Point::new(x, y);
     let region = |area: &Area| match area {
         Area::Box(low, high) => Region::Box(at(*low), at(*high)),
         Area::Polygon(corners) => Region::Polygon(corners.iter().map(|own| at(*own)).collect()),
     };
-    Limits {
+    LinkageLimits {
         ground: asked.ground.as_ref().map(region),
         moving: asked.moving.as_ref().map(region),
         length: asked.length,

@@ -10,7 +10,7 @@ const TERM: f64 = 0.9;
 const FACTOR: f64 = 0.5;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Part<'t> {
+pub enum FormulaPart<'t> {
     /// A formula in one piece, in parentheses if it binds less tightly.
     Whole(&'t FormulaTree, Binding),
     /// The sign of a term; a first term has one only if it is minus.
@@ -29,29 +29,29 @@ pub enum Part<'t> {
 }
 
 /// A part, how deep in parentheses it stands, and how wide it is.
-struct Placed<'t> {
-    part: Part<'t>,
+struct PlacedPart<'t> {
+    part: FormulaPart<'t>,
     depth: usize,
     width: f64,
 }
 
 /// The parts of a formula on lines of at most a width, as far as it can be broken.
-pub fn lines<'t>(tree: &'t FormulaTree, limit: f64, width: fn(&Part) -> f64) -> Vec<Vec<Part<'t>>> {
+pub fn lines<'t>(tree: &'t FormulaTree, limit: f64, width: fn(&FormulaPart) -> f64) -> Vec<Vec<FormulaPart<'t>>> {
     let mut breaker = Breaker { width, limit, parts: Vec::new(), depth: 0 };
     breaker.add(tree, Binding::Relation);
     breaker.lines()
 }
 
 struct Breaker<'t> {
-    width: fn(&Part) -> f64,
+    width: fn(&FormulaPart) -> f64,
     limit: f64,
-    parts: Vec<Placed<'t>>,
+    parts: Vec<PlacedPart<'t>>,
     depth: usize,
 }
 
 impl<'t> Breaker<'t> {
-    fn push(&mut self, part: Part<'t>) {
-        self.parts.push(Placed { part, depth: self.depth, width: (self.width)(&part) });
+    fn push(&mut self, part: FormulaPart<'t>) {
+        self.parts.push(PlacedPart { part, depth: self.depth, width: (self.width)(&part) });
     }
 
     fn fits(&self, tree: &'t FormulaTree, least: Binding) -> bool {
@@ -60,21 +60,23 @@ impl<'t> Breaker<'t> {
             0 => TERM,
             _ => FACTOR,
         };
-        (self.width)(&Part::Whole(tree, least)) <= share * self.limit
+        (self.width)(&FormulaPart::Whole(tree, least)) <= share * self.limit
     }
 
     /// An operand that must bind at least so tightly.
     fn add(&mut self, tree: &'t FormulaTree, least: Binding) {
         if self.fits(tree, least) {
-            return self.push(Part::Whole(tree, least));
+            return self.push(FormulaPart::Whole(tree, least));
         }
         match tree {
-            FormulaTree::Number(_) | FormulaTree::Pi | FormulaTree::Name(_) => self.push(Part::Whole(tree, least)),
+            FormulaTree::Number(_) | FormulaTree::Pi | FormulaTree::Name(_) => {
+                self.push(FormulaPart::Whole(tree, least))
+            }
             FormulaTree::Sum(terms) => self.within(Binding::Sum < least, |breaker| breaker.sum(terms)),
             FormulaTree::Product(factors) => self.within(Binding::Product < least, |breaker| {
                 for (index, factor) in factors.iter().enumerate() {
                     if index > 0 {
-                        breaker.push(Part::Times);
+                        breaker.push(FormulaPart::Times);
                     }
                     breaker.add(factor, Binding::Product);
                 }
@@ -82,7 +84,7 @@ impl<'t> Breaker<'t> {
             FormulaTree::Quotient(parts) => self.within(Binding::Product < least, |breaker| {
                 let [over, under] = parts.as_ref();
                 breaker.add(over, Binding::Product);
-                breaker.push(Part::Over);
+                breaker.push(FormulaPart::Over);
                 breaker.add(under, Binding::Power);
             }),
             FormulaTree::Power(parts) => {
@@ -95,7 +97,7 @@ impl<'t> Breaker<'t> {
             FormulaTree::Call(function, arguments) => self.parenthesized(Some(function), None, |breaker| {
                 for (index, argument) in arguments.iter().enumerate() {
                     if index > 0 {
-                        breaker.push(Part::Comma);
+                        breaker.push(FormulaPart::Comma);
                     }
                     breaker.add(argument, Binding::Relation);
                 }
@@ -104,7 +106,7 @@ impl<'t> Breaker<'t> {
                 let ([left, right], side) = (parts.as_ref(), side_binding(sign));
                 self.within(relation_binding(sign) < least, |breaker| {
                     breaker.add(left, side);
-                    breaker.push(Part::Relation(sign));
+                    breaker.push(FormulaPart::Relation(sign));
                     breaker.add(right, side);
                 });
             }
@@ -113,7 +115,7 @@ impl<'t> Breaker<'t> {
 
     fn sum(&mut self, terms: &'t [(bool, FormulaTree)]) {
         for (index, (minus, term)) in terms.iter().enumerate() {
-            self.push(Part::Sign { minus: *minus, first: index == 0 });
+            self.push(FormulaPart::Sign { minus: *minus, first: index == 0 });
             self.add(term, Binding::Product);
         }
     }
@@ -131,15 +133,15 @@ impl<'t> Breaker<'t> {
         exponent: Option<&'t FormulaTree>,
         inside: impl FnOnce(&mut Self),
     ) {
-        self.push(Part::Open(function));
+        self.push(FormulaPart::Open(function));
         self.depth += 1;
         inside(self);
         self.depth -= 1;
-        self.push(Part::Close(function, exponent));
+        self.push(FormulaPart::Close(function, exponent));
     }
 
     /// Fills the lines; each is broken where little space is lost and few parentheses are open.
-    fn lines(self) -> Vec<Vec<Part<'t>>> {
+    fn lines(self) -> Vec<Vec<FormulaPart<'t>>> {
         let mut lines = Vec::new();
         let mut rest = self.parts.as_slice();
         while let Some(count) = line_end(rest, self.limit) {
@@ -153,11 +155,11 @@ impl<'t> Breaker<'t> {
 }
 
 /// How many parts stand on the first line; none if all of them do.
-fn line_end(parts: &[Placed], limit: f64) -> Option<usize> {
+fn line_end(parts: &[PlacedPart], limit: f64) -> Option<usize> {
     let mut width = 0.0;
     let mut best: Option<(f64, usize)> = None;
     for (index, placed) in parts.iter().enumerate() {
-        let behind_comma = index > 0 && parts[index - 1].part == Part::Comma;
+        let behind_comma = index > 0 && parts[index - 1].part == FormulaPart::Comma;
         if index > 0
             && let Some(cost) = cost(&placed.part, behind_comma)
         {
@@ -175,25 +177,25 @@ fn line_end(parts: &[Placed], limit: f64) -> Option<usize> {
 }
 
 /// The cost of a break before a part, if it is permitted.
-fn cost(part: &Part, behind_comma: bool) -> Option<f64> {
+fn cost(part: &FormulaPart, behind_comma: bool) -> Option<f64> {
     match part {
-        Part::Sign { first: false, .. } | Part::Relation(_) => Some(0.0),
-        Part::Times => Some(0.3),
+        FormulaPart::Sign { first: false, .. } | FormulaPart::Relation(_) => Some(0.0),
+        FormulaPart::Times => Some(0.3),
         _ => behind_comma.then_some(0.1),
     }
 }
 
 /// How wide parts are where letters are proportional and subscripts are small.
-pub fn printed_part(part: &Part) -> f64 {
+pub fn printed_part(part: &FormulaPart) -> f64 {
     match part {
-        Part::Whole(tree, least) => bound(tree, *least),
-        Part::Sign { minus: false, first: true } => 0.0,
-        Part::Sign { first: true, .. } => 1.7,
-        Part::Sign { .. } | Part::Relation(_) => 2.6,
-        Part::Times => 0.4,
-        Part::Comma | Part::Over => 1.2,
-        Part::Open(function) => 1.2 + function.map_or(0.0, |name| name.len() as f64),
-        Part::Close(_, exponent) => 1.2 + exponent.map_or(0.0, |tree| 0.75 * printed(tree)),
+        FormulaPart::Whole(tree, least) => bound(tree, *least),
+        FormulaPart::Sign { minus: false, first: true } => 0.0,
+        FormulaPart::Sign { first: true, .. } => 1.7,
+        FormulaPart::Sign { .. } | FormulaPart::Relation(_) => 2.6,
+        FormulaPart::Times => 0.4,
+        FormulaPart::Comma | FormulaPart::Over => 1.2,
+        FormulaPart::Open(function) => 1.2 + function.map_or(0.0, |name| name.len() as f64),
+        FormulaPart::Close(_, exponent) => 1.2 + exponent.map_or(0.0, |tree| 0.75 * printed(tree)),
     }
 }
 

@@ -10,7 +10,7 @@ use cotree::expr::{Function, Shown};
 
 use super::name::Name;
 use super::tree::FormulaTree;
-use lines::{Part, lines};
+use lines::{FormulaPart, lines};
 
 /// Precedence of the outermost operation of a formula, the weakest first.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
@@ -54,7 +54,7 @@ pub struct Notation {
     pub over: &'static str,
     pub line: fn(String) -> String,
     /// The width of a part of a line, in digits.
-    pub width: fn(&Part) -> f64,
+    pub width: fn(&FormulaPart) -> f64,
 }
 
 impl Notation {
@@ -98,25 +98,25 @@ impl Notation {
 
     /// A formula on lines of about a width, in digits.
     pub fn wrapped(&self, tree: &FormulaTree, width: f64) -> Vec<String> {
-        let line = |parts: Vec<Part>| {
+        let line = |parts: Vec<FormulaPart>| {
             (self.line)(parts.iter().enumerate().map(|(index, part)| self.part(part, index == 0)).collect())
         };
         lines(tree, width, self.width).into_iter().map(line).collect()
     }
 
-    fn part(&self, part: &Part, begins_line: bool) -> String {
+    fn part(&self, part: &FormulaPart, begins_line: bool) -> String {
         match part {
-            Part::Whole(tree, least) => self.bound(tree, *least),
-            Part::Sign { minus, first } => self.sign(*minus, *first).to_owned(),
-            Part::Relation(sign) => (self.relation)(sign),
-            Part::Times => self.times[if begins_line { 2 } else { 1 }].to_owned(),
-            Part::Comma => self.comma.to_owned(),
-            Part::Over => self.over.to_owned(),
-            Part::Open(function) => {
+            FormulaPart::Whole(tree, least) => self.bound(tree, *least),
+            FormulaPart::Sign { minus, first } => self.sign(*minus, *first).to_owned(),
+            FormulaPart::Relation(sign) => (self.relation)(sign),
+            FormulaPart::Times => self.times[if begins_line { 2 } else { 1 }].to_owned(),
+            FormulaPart::Comma => self.comma.to_owned(),
+            FormulaPart::Over => self.over.to_owned(),
+            FormulaPart::Open(function) => {
                 let (name, [open, _]) = (self.brackets)(function.unwrap_or(""));
                 (self.open)(&name, open)
             }
-            Part::Close(function, exponent) => {
+            FormulaPart::Close(function, exponent) => {
                 let close = (self.close)((self.brackets)(function.unwrap_or("")).1[1]);
                 exponent.map_or_else(|| close.clone(), |exponent| self.power(&close, exponent))
             }

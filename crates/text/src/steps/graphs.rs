@@ -4,7 +4,7 @@ use cotree::equations::{Edge, EdgeRow};
 use cotree::network::Origin;
 
 use super::parts::kind;
-use super::view::{View, sign_of};
+use super::view::{GraphView, sign_of};
 use super::{Lesson, check, folded, heading, words};
 use crate::document::{DocumentBlock, Piece};
 use crate::name::Name;
@@ -131,7 +131,7 @@ pub fn shortened(list: &[&str]) -> String {
     }
 }
 
-fn is_incidence<D>(view: &View<D>) -> bool {
+fn is_incidence<D>(view: &GraphView<D>) -> bool {
     let is_node = |node: usize| node < view.nodes.len();
     view.record.edges.iter().all(|edge| {
         let [a, b] = edge.ends.map(|end| end.index());
@@ -139,7 +139,7 @@ fn is_incidence<D>(view: &View<D>) -> bool {
     })
 }
 
-fn incidence<D>(title: &str, view: &View<D>, letter: Letter) -> Vec<DocumentBlock> {
+fn incidence<D>(title: &str, view: &GraphView<D>, letter: Letter) -> Vec<DocumentBlock> {
     if view.nodes.len() < 2 {
         return Vec::new();
     }
@@ -178,7 +178,7 @@ pub fn list(mut rows: Vec<(FormulaTree, FormulaTree)>) -> Vec<DocumentBlock> {
     vec![DocumentBlock::Equations(rows), folded(text, vec![DocumentBlock::Equations(rest)])]
 }
 
-fn matrix<D>(title: &str, view: &View<D>, letter: Letter) -> Vec<DocumentBlock> {
+fn matrix<D>(title: &str, view: &GraphView<D>, letter: Letter) -> Vec<DocumentBlock> {
     let (branches, chords) = (view.record.cutsets.len(), view.record.circuits.len());
     if chords > WIDEST || branches > 2 * WIDEST {
         let text = format!("{title} is {branches} x {chords}; as a list of balances:");
@@ -191,7 +191,7 @@ fn matrix<D>(title: &str, view: &View<D>, letter: Letter) -> Vec<DocumentBlock> 
 }
 
 /// The paths that chords equal: the longest of each kind where they are many.
-fn circuits<D>(view: &View<D>, letter: Letter, kind: impl Fn(&Edge<D>) -> String) -> Vec<DocumentBlock> {
+fn circuits<D>(view: &GraphView<D>, letter: Letter, kind: impl Fn(&Edge<D>) -> String) -> Vec<DocumentBlock> {
     let mut chords: Vec<&EdgeRow> = view.record.circuits.iter().collect();
     let row = |chord: &&EdgeRow| view.by_others(chord, letter);
     if chords.len() <= 3 * MOST {

@@ -37,15 +37,15 @@ use super::{Prose, page};
 use abbreviations::Abbreviations;
 use letters::Letters;
 pub use numbers::Moment;
-use view::View;
+use view::GraphView;
 
 /// The lesson of one mechanism: its equations with names for all numbers, and the mechanism with its numbers at the start.
 struct Lesson<'a> {
     equations: Equations,
     source: &'a mut Formulated,
     letters: Letters,
-    translation: View<Translation>,
-    rotation: View<Rotation>,
+    translation: GraphView<Translation>,
+    rotation: GraphView<Rotation>,
     dynamic: bool,
     abbreviations: Abbreviations,
     /// Values that events alone change, as the motion begins with them; or why it does not begin.
@@ -84,8 +84,8 @@ impl<'a> Lesson<'a> {
         let (points, bodies) = equations.record();
         Lesson {
             letters: Letters::new(system.mechanism.dimension),
-            translation: View { nodes: labels::nodes(system), record: points },
-            rotation: View { nodes: labels::bodies(system), record: bodies },
+            translation: GraphView { nodes: labels::nodes(system), record: points },
+            rotation: GraphView { nodes: labels::bodies(system), record: bodies },
             equations,
             source,
             dynamic,

@@ -5,7 +5,7 @@ use cotree::expr::Expr;
 use cotree::network::{Angle, Direction, Element, ElementId, Held, Known, Origin, System, Translation};
 
 use super::graphs::{list, shortened};
-use super::view::View;
+use super::view::GraphView;
 use super::{Lesson, check, heading, words};
 use crate::document::DocumentBlock;
 use crate::modes::{Modes, indicators};
@@ -274,7 +274,7 @@ impl Lesson<'_> {
 
 /// The cutset of each branch of a graph.
 fn cuts<'v, D>(
-    view: &'v View<D>,
+    view: &'v GraphView<D>,
     system: &'v System,
     angular: bool,
     letter: impl Fn(&str) -> FormulaTree + 'v,

@@ -11,13 +11,13 @@ use crate::name::Name;
 use crate::tree::FormulaTree;
 
 #[derive(Clone, Debug)]
-pub struct View<D> {
+pub struct GraphView<D> {
     /// Short names of the nodes, the datum's first.
     pub nodes: Vec<String>,
     pub record: GraphRecord<D>,
 }
 
-impl<D> View<D> {
+impl<D> GraphView<D> {
     /// The labels of a row's edges, its own first.
     pub fn labels(&self, row: &EdgeRow) -> Vec<&str> {
         row.iter().map(|&(place, _)| self.record.edges[place].label.as_str()).collect()

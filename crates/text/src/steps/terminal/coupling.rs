@@ -4,12 +4,12 @@
 use cotree::expr::{Expr, Symbol};
 use cotree::network::{CouplingTerm, Direction, Element, ElementId, Port};
 
-use super::{Terminal, sum};
+use super::{TerminalWriter, sum};
 use crate::name::symbol_name;
 use crate::steps::projection::Rows;
 use crate::tree::FormulaTree;
 
-impl Terminal<'_> {
+impl TerminalWriter<'_> {
     /// The first across variable by the others: their factors change sides, and that of the first divides them.
     pub fn relation(&mut self, id: ElementId, element: &Element) -> Rows {
         let Some((first, others)) = element.coupling.as_ref().and_then(|own| own.terms.split_first()) else {

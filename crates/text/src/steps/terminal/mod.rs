@@ -14,18 +14,18 @@ use super::labels::number;
 use super::letters::Letters;
 use super::parts::kind;
 use super::projection::{Rows, is_free};
-use super::view::View;
+use super::view::GraphView;
 use super::{Lesson, heading, thinned, words};
 use crate::document::{DocumentBlock, Piece};
 use crate::name::Name;
 use crate::tree::{FormulaTree, plain};
 
 /// What writes the terminal equations of an element.
-struct Terminal<'l> {
+struct TerminalWriter<'l> {
     equations: &'l mut Equations,
     letters: Letters,
-    translation: &'l View<Translation>,
-    rotation: &'l View<Rotation>,
+    translation: &'l GraphView<Translation>,
+    rotation: &'l GraphView<Rotation>,
 }
 
 impl Lesson<'_> {
@@ -96,7 +96,7 @@ impl Lesson<'_> {
     pub fn says(&mut self, id: ElementId) -> Rows {
         let element = self.equations.system.element(id).clone();
         let Lesson { equations, letters, translation, rotation, .. } = self;
-        let mut terminal = Terminal { equations, letters: *letters, translation, rotation };
+        let mut terminal = TerminalWriter { equations, letters: *letters, translation, rotation };
         let mut rows = terminal.displacement(&element);
         rows.extend(terminal.angle(&element));
         rows.extend(terminal.relation(id, &element));
@@ -152,7 +152,7 @@ impl Lesson<'_> {
     }
 }
 
-impl Terminal<'_> {
+impl TerminalWriter<'_> {
     fn displacement(&mut self, element: &Element) -> Rows {
         let Some(row) = &element.translation else { return Rows::new() };
         let own = self.letters.displacement(&element.label);
