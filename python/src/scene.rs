@@ -15,7 +15,7 @@ use cotree::scene::{Asked, EditError};
 use cotree::{Compiled, Scene};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
-use cotree_study::analysis::{At, Sensitivities, Study};
+use cotree_study::analysis::{LinearisedAt, Sensitivities, Study};
 use cotree_study::bench;
 use cotree_study::fit::{FitError, FitRequest, Vary, fit};
 use cotree_text::Prose;
@@ -283,13 +283,13 @@ impl Core {
         let mut study = self.study(None, &settings, inputs)?;
         let start = study.experiment().start;
         let at = match times {
-            None => At::Equilibrium,
-            Some(times) if times.is_empty() => At::Times(vec![start]),
+            None => LinearisedAt::Equilibrium,
+            Some(times) if times.is_empty() => LinearisedAt::Times(vec![start]),
             Some(times) => {
                 if times.iter().any(|time| !time.is_finite() || *time < start) || !times.is_sorted() {
                     return Err(wrong(format!("times are to be ascending, from the start, {start:?} s, on")));
                 }
-                At::Times(times)
+                LinearisedAt::Times(times)
             }
         };
         let found = interruptible(py, || study.linearize(&at))?.map_err(|error| study_error(error, &settings))?;

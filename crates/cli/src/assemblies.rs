@@ -19,7 +19,7 @@ use super::{MessageFormat, output};
 /// is found.
 #[derive(Args)]
 #[command(after_help = "Example:\n  cotree assemblies four_bar.toml --drawings poses")]
-pub struct FindAssemblies {
+pub struct AssembliesCommand {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
     /// From how many starts
@@ -30,7 +30,7 @@ pub struct FindAssemblies {
     drawings: Option<PathBuf>,
 }
 
-impl FindAssemblies {
+impl AssembliesCommand {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         let scene = output::load(&self.scene)?;
         let resolved = scene.resolve()?;

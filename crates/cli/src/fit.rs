@@ -14,7 +14,7 @@ use indicatif::ProgressBar;
 
 use super::columns::Columns;
 use super::failure::Failure;
-use super::times::Times;
+use super::times::TimeArguments;
 use super::units::InUnits;
 use super::{MessageFormat, output, stop, study};
 
@@ -31,7 +31,7 @@ use super::{MessageFormat, output, stop, study};
                   cotree fit suspension.toml --to light.csv --to heavy.csv --set 2:load=200 --vary stiffness,damping\n\n\
                   The table begins with a line such as `time,wheel.s` or `time [ms]; wheel.s [mm]`: names of variables of the scene,\n\
                   in any order. Where a cell is empty nothing was measured.")]
-pub struct Fit {
+pub struct FitCommand {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
     /// What was measured: a CSV file with the columns `time` and variables of the scene; may be given several times, for experiments that are fitted together
@@ -70,7 +70,7 @@ pub struct Fit {
     tolerance: Option<f64>,
 }
 
-impl Fit {
+impl FitCommand {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         let read = [&self.scene].into_iter().chain(&self.measured).chain(&self.input);
         let read: Vec<Option<&Path>> = read.map(|path| Some(path.as_path())).collect();
@@ -80,7 +80,7 @@ impl Fit {
         let request = self.request(&scene)?;
         let units = self.units.of(&scene)?.units;
         let mut studies = self.studies(&scene, &request)?;
-        let (stop, mut progress) = (stop::listen()?, Progress::new(&request));
+        let (stop, mut progress) = (stop::listen()?, FitProgress::new(&request));
         let found = fit::fit_watched(&mut studies, &request, &mut |trial| {
             progress.show(trial);
             !stop.load(Ordering::Relaxed)
@@ -125,7 +125,7 @@ impl Fit {
             return Err(Failure::Usage(message));
         }
         let settings = self.settings.iter().map(|text| numbered(text, count)).collect::<Result<Vec<_>, _>>()?;
-        let times = Times::of(self.stop.clone(), None, self.tolerance);
+        let times = TimeArguments::of(self.stop.clone(), None, self.tolerance);
         let study = |(index, (path, table)): (usize, (&PathBuf, &CsvTable))| {
             let own = settings.iter().filter(|(number, _)| number.is_none_or(|number| number == index + 1));
             let own: Vec<String> = own.map(|(_, setting)| (*setting).to_owned()).collect();
@@ -186,13 +186,13 @@ fn drive(study: &mut Study, path: &Path, settings: &[String]) -> Result<(), Fail
 }
 
 /// The motions so far, on standard error if that is a terminal.
-struct Progress {
+struct FitProgress {
     bar: ProgressBar,
     names: Vec<String>,
     trials: usize,
 }
 
-impl Progress {
+impl FitProgress {
     fn new(request: &FitRequest) -> Self {
         let names = request.vary.iter().map(|own| own.name.clone()).collect();
         Self { bar: output::spinner(), names, trials: 0 }

@@ -24,7 +24,7 @@ use super::{MessageFormat, output, study};
                   cotree motion excavator.toml --input cylinder --range \"0 mm..400 mm\" --json\n  \
                   cotree motion four_bar.toml --point coupler.tracer --fluctuation 0.02"
 )]
-pub struct Motion {
+pub struct MotionCommand {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
     /// The joint (or its driver) that is moved; `pin.s` and `pin.angle` where it slides and turns [default: the joint with a driver]
@@ -67,7 +67,7 @@ pub struct Motion {
     plot: Option<PathBuf>,
 }
 
-impl Motion {
+impl MotionCommand {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         output::apart(&[Some(&self.scene)], &[self.table.as_deref(), self.plot.as_deref()])?;
         output::is_written_as(self.plot.as_deref(), &["svg", "png"])?;

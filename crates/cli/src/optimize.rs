@@ -12,7 +12,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::columns::Columns;
 use super::failure::Failure;
-use super::times::Times;
+use super::times::TimeArguments;
 use super::units::InUnits;
 use super::{MessageFormat, output, stop, study};
 
@@ -34,7 +34,7 @@ const TURN_STARTS: usize = 8;
                   Measures: max, min, peak (of the magnitude), range, mean, rms, first, last of a variable; a variable alone is its\n\
                   last value. Sums have weights: \"peak(a.torque) + 0.1*rms(b.fn)\".\n\
                   Limits: \"max(x) <= 3 mm\", \">=\", \"=\".")]
-pub struct Optimize {
+pub struct OptimizeCommand {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
     /// What is varied, with bounds: parameters, constant inputs or initial values, such as "crank=40..160 mm,rod=0.2..0.8 m" [bounds by default: the scene's]
@@ -93,10 +93,10 @@ pub struct Optimize {
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     #[command(flatten)]
-    times: Times,
+    times: TimeArguments,
 }
 
-impl Optimize {
+impl OptimizeCommand {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         output::apart(
             &[Some(&self.scene), self.matched.as_deref()],

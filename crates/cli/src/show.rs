@@ -34,7 +34,7 @@ use super::{MessageFormat, output, study};
                   cotree show slider_crank.toml --drawing slider_crank.svg --graph graphs.svg\n  \
                   cotree show slider_crank.toml --drawing pose.png --at \"0.3 s\""
 )]
-pub struct Show {
+pub struct ShowCommand {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
     /// The summary (and comparison) as JSON, for scripts
@@ -75,7 +75,7 @@ struct SummaryAndComparison {
     comparison: Option<CoordinateComparison>,
 }
 
-impl Show {
+impl ShowCommand {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         output::apart(&[Some(&self.scene)], &[self.graph.as_deref(), self.drawing.as_deref()])?;
         let [drawing, graph] = [["svg", "png", "tex", "dxf"], ["svg", "png", "tex", "dot"]];

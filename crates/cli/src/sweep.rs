@@ -10,11 +10,11 @@ use cotree::files;
 use cotree::run::Measure;
 use cotree::scene::Scene;
 use cotree_draw::study::sweep::SweepPicture;
-use cotree_study::sweep::{self, Design, DesignFactor, Inaccurate, Record, RecordError, Sampling};
+use cotree_study::sweep::{self, Design, DesignFactor, Inaccurate, RecordError, Sampling, SweepRecord};
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
 use super::failure::Failure;
-use super::times::Times;
+use super::times::TimeArguments;
 use super::units::InUnits;
 use super::{MessageFormat, output, stop};
 
@@ -34,7 +34,7 @@ const LARGEST_TABLE: u64 = 1 << 30;
                   between), 0.5+-0.01 or 0.5+-2% (any within), 0.5~0.01 (normal, by its standard deviation). Numbers may have units.\n\
                   Measures: max, min, peak (of the magnitude), range, mean, rms, first, last, when_max, when_min of a variable, of its\n\
                   values at communication points; a variable alone is its last value.")]
-pub struct Sweep {
+pub struct SweepCommand {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
     /// What is varied: a parameter, a constant input or an initial value, and its values; of several all combinations
@@ -70,10 +70,10 @@ pub struct Sweep {
     #[arg(long, value_name = "COUNT", default_value_t = 0, hide_default_value = true)]
     threads: usize,
     #[command(flatten)]
-    times: Times,
+    times: TimeArguments,
 }
 
-impl Sweep {
+impl SweepCommand {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         output::apart(&[Some(&self.scene), self.table.as_deref()], &[self.file(), self.plot.as_deref()])?;
         output::is_written_as(self.plot.as_deref(), &["svg", "png"])?;
@@ -159,7 +159,7 @@ impl Sweep {
         mut picture: Option<&mut SweepPicture>,
         format: MessageFormat,
     ) -> Result<(), Failure> {
-        let mut record = Record::open(path, sweep, self.resume)?;
+        let mut record = SweepRecord::open(path, sweep, self.resume)?;
         if let Some(picture) = &mut picture {
             picture.add(&record.outcomes(sweep)?);
         }

@@ -11,9 +11,9 @@ use cotree_study::contact::{self, Contacts};
 use super::super::failure::Failure;
 use super::super::units::ShownUnits;
 use super::super::{MessageFormat, output};
-use super::{Simulate, request};
+use super::{SimulateCommand, request};
 
-impl Simulate {
+impl SimulateCommand {
     /// Says it: what friction must be beside the figures, what would lift off as a warning.
     pub(super) fn say_contacts(
         &self,

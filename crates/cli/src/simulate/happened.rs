@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use super::super::failure::Failure;
 use super::super::output;
 use super::super::units::ShownUnits;
-use super::Simulate;
+use super::SimulateCommand;
 
 /// Everything of one name.
 #[derive(Default)]
@@ -23,7 +23,7 @@ struct Told {
     changes: Vec<(f64, What)>,
 }
 
-impl Simulate {
+impl SimulateCommand {
     /// A line for everything that has happened: CSV with the impulses of impacts.
     pub(super) fn write_log(&self, finish: &Finish) -> Result<(), Failure> {
         let Some(path) = &self.log else { return Ok(()) };

@@ -24,10 +24,10 @@ use cotree_fmu::model::Model;
 
 use super::columns::Columns;
 use super::failure::Failure;
-use super::times::Times;
+use super::times::TimeArguments;
 use super::units::{InUnits, ShownUnits};
 use super::{MessageFormat, output, study};
-use progress::Progress;
+use progress::RunProgress;
 use record::Record;
 
 /// Simulate a scene: its outputs over time, as a table, as a plot, and in figures
@@ -46,7 +46,7 @@ use record::Record;
                   cotree simulate slider_crank.toml --input gas.csv | head\n\n\
                   An input table begins with a line such as `time,gas_force` or `time [ms]; gas_force [kN]`; values between its rows are \
                   interpolated.")]
-pub struct Simulate {
+pub struct SimulateCommand {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
     /// Where the table goes; `-` is standard output [default: -, unless there is a summary or a plot]
@@ -102,13 +102,13 @@ pub struct Simulate {
     #[arg(long, value_name = "NAME=VALUE", requires = "sensitivity", requires = "summary")]
     crossing: Vec<String>,
     #[command(flatten)]
-    times: Times,
+    times: TimeArguments,
 }
 
 /// How a run ends, or why it fails.
 type Ended = Result<Finish, Failure>;
 
-impl Simulate {
+impl SimulateCommand {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         let read = [Some(self.scene.as_path()), self.input.as_deref(), self.overlay.as_deref()];
         output::apart(&read, &[self.file(), self.plot.as_deref()])?;
@@ -174,7 +174,7 @@ impl Simulate {
         let mut writer = is_wanted.then(|| output::begin(self.file(), record.table(shown))).transpose()?;
         let is_kept = self.plot.is_some() || self.summary || self.overlay.is_some();
         let every = request::thinning(self)?;
-        let mut progress = Progress::new(simulate::count(run.experiment));
+        let mut progress = RunProgress::new(simulate::count(run.experiment));
         let (mut points, mut rows, mut gaps) = (0, 0, Gaps::default());
         let ended = run.start(model, |time, values| {
             progress.step(time);

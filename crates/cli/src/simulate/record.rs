@@ -13,7 +13,7 @@ use cotree_draw::plot::{Plot, Series};
 
 use super::super::failure::Failure;
 use super::super::units::ShownUnits;
-use super::Simulate;
+use super::SimulateCommand;
 
 /// Values over time.
 pub struct Record {
@@ -80,7 +80,7 @@ impl Record {
     }
 
     /// The curves over time, or over another variable.
-    pub fn plot(&self, options: &Simulate, run: &Run, shown: &ShownUnits) -> Result<Plot, Failure> {
+    pub fn plot(&self, options: &SimulateCommand, run: &Run, shown: &ShownUnits) -> Result<Plot, Failure> {
         let title = run.description.model_name.clone();
         if let Some(x) = options.x.as_deref().filter(|x| *x != "time") {
             return self.plot_over(title, self.axis(x)?, &options.y);

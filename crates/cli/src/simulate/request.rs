@@ -8,11 +8,11 @@ use cotree::run::{Run, settings};
 
 use super::super::failure::Failure;
 use super::super::times;
-use super::Simulate;
+use super::SimulateCommand;
 
 /// The run that is asked for.
 pub fn run<'a>(
-    options: &Simulate,
+    options: &SimulateCommand,
     description: &'a Description,
     table: Option<&'a CsvTable>,
     reported: Vec<usize>,
@@ -39,7 +39,7 @@ pub fn run<'a>(
 }
 
 /// Of how many rows one is reported.
-pub fn thinning(options: &Simulate) -> Result<u64, Failure> {
+pub fn thinning(options: &SimulateCommand) -> Result<u64, Failure> {
     match options.every.as_deref().map(str::parse::<u64>) {
         Some(Ok(0)) => Err(Failure::Usage("--every: every 0th row is none".to_owned())),
         Some(Ok(every)) => Ok(every),

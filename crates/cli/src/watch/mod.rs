@@ -16,7 +16,7 @@ use cotree_page::moving;
 
 use super::failure::Failure;
 use super::output;
-use changes::Changes;
+use changes::FolderChanges;
 use server::{Board, ShownScene};
 
 /// Between two looks at files that change: what is the same in both has been written.
@@ -35,7 +35,7 @@ const LARGEST: u64 = 64 << 20;
 /// Files of parts and tables are watched too.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  cotree watch slider_crank.toml\n  cotree watch slider_crank.toml --port 8000")]
-pub struct Watch {
+pub struct WatchCommand {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
     /// Port of the page [default: any that is free]
@@ -46,7 +46,7 @@ pub struct Watch {
     runtimes: Option<PathBuf>,
 }
 
-impl Watch {
+impl WatchCommand {
     pub fn run(self) -> Result<(), Failure> {
         if output::is_standard(&self.scene) {
             return Err(Failure::Usage("`watch` follows a file: standard input comes but once".to_owned()));
@@ -62,26 +62,26 @@ impl Watch {
             Failure::Usage(format!("cannot serve a page on port {} of this machine: {error}", self.port))
         })?;
         output::print(&format!("{address}\n"))?;
-        Watched::new(self.scene).follow(&board, module.as_deref());
+        WatchedScene::new(self.scene).follow(&board, module.as_deref());
     }
 }
 
 /// A scene and the files that it is made of.
-struct Watched {
+struct WatchedScene {
     files: Vec<PathBuf>,
     /// The files as they were when they were shown.
     shown: Option<Vec<Option<Stamp>>>,
     contents: Option<Vec<Option<u64>>>,
 }
 
-impl Watched {
+impl WatchedScene {
     fn new(scene: PathBuf) -> Self {
-        Watched { files: vec![scene], shown: None, contents: None }
+        WatchedScene { files: vec![scene], shown: None, contents: None }
     }
 
     /// Shows the scene, and again whenever it changes.
     fn follow(mut self, board: &Board, module: Option<&[u8]>) -> ! {
-        let mut changes = Changes::new();
+        let mut changes = FolderChanges::new();
         changes.follow(&self.files);
         let (mut before, mut missed) = (None, 0);
         loop {
@@ -119,7 +119,7 @@ impl Watched {
         let are_others = all != self.files;
         if are_others {
             // Files of which nothing was known may have changed meanwhile: all is shown again.
-            *self = Watched { files: all, shown: None, contents: None };
+            *self = WatchedScene { files: all, shown: None, contents: None };
         }
         are_others
     }

@@ -8,13 +8,13 @@ use cotree_fmu::instance::{Instance, InstanceError};
 
 /// Inputs over time: linear between the rows of a table, constant before and after it. Without columns all inputs stay as they are.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Driven {
+pub(super) struct DrivenInputs {
     table: Option<CsvTable>,
     /// The input of each column.
     inputs: Vec<usize>,
 }
 
-impl Driven {
+impl DrivenInputs {
     /// # Errors
     /// A column that is no input, or in another kind of unit.
     pub fn new(mechanism: &Mechanism, table: CsvTable) -> Result<Self, String> {

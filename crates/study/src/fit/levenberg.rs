@@ -3,7 +3,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::analysis::Failure;
+use crate::analysis::AnalysisFailure;
 use crate::analysis::decompose::least_squares;
 
 /// A step that changes the values by less than this share is the last.
@@ -67,9 +67,9 @@ pub fn minimise<T>(
     start: &[f64],
     bounds: &[[f64; 2]],
     most: usize,
-    mut evaluate: impl FnMut(&[f64], Option<&T>) -> Result<(Residuals, T), Failure>,
+    mut evaluate: impl FnMut(&[f64], Option<&T>) -> Result<(Residuals, T), AnalysisFailure>,
     mut goes_on: impl FnMut(FitTrial) -> bool,
-) -> Result<Minimum<T>, Failure> {
+) -> Result<Minimum<T>, AnalysisFailure> {
     let mut values = DVector::from_column_slice(start);
     let (mut here, mut beside) = evaluate(start, None)?;
     let mut stopped = !goes_on(FitTrial { values: start, length: Some(here.values.norm()), is_accepted: true });
@@ -98,7 +98,7 @@ pub fn minimise<T>(
             let predicted = sum - (&here.values + &here.derivatives * &change).norm_squared();
             // Where there is no motion it is worse than anything.
             let there = evaluate(next.as_slice(), Some(&beside));
-            blocked = there.as_ref().err().map(Failure::to_string);
+            blocked = there.as_ref().err().map(AnalysisFailure::to_string);
             let length = there.as_ref().ok().map(|(there, _)| there.values.norm());
             let there = there.ok().filter(|(there, _)| there.values.norm_squared() < sum);
             stopped = !goes_on(FitTrial { values: next.as_slice(), length, is_accepted: there.is_some() });
@@ -202,12 +202,12 @@ mod tests {
         start: &[f64],
         bounds: &[[f64; 2]],
         most: usize,
-        mut evaluate: impl FnMut(&[f64]) -> Result<Residuals, Failure>,
+        mut evaluate: impl FnMut(&[f64]) -> Result<Residuals, AnalysisFailure>,
     ) -> Minimum<()> {
         minimise(start, bounds, most, |x, _| Ok((evaluate(x)?, ())), |_| true).unwrap()
     }
 
-    fn rosenbrock(x: &[f64]) -> Result<Residuals, Failure> {
+    fn rosenbrock(x: &[f64]) -> Result<Residuals, AnalysisFailure> {
         let values = DVector::from_vec(vec![10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]]);
         Ok(Residuals { values, derivatives: DMatrix::from_row_slice(2, 2, &[-20.0 * x[0], 10.0, -1.0, 0.0]) })
     }
@@ -235,7 +235,7 @@ mod tests {
         let times = [0.0, 1.0, 2.0, 3.0];
         let found = least(&[5.0], &[OPEN], 100, |x| {
             if x[0] < 0.0 {
-                return Err(Failure::Range);
+                return Err(AnalysisFailure::Range);
             }
             let values = times.iter().map(|t| (-x[0] * t).exp() - (-0.3 * t).exp());
             let derivatives = times.iter().map(|t| -t * (-x[0] * t).exp());

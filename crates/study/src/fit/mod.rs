@@ -15,7 +15,9 @@ use cotree_fmu::model::State;
 use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
 
-use crate::analysis::{Along, AlongAt as At, Differentiated, Failure, Guess, Study, StudyError, Varying, is_finite};
+use crate::analysis::{
+    Along, AlongAt as At, AnalysisFailure, Differentiated, Guess, Study, StudyError, Varying, is_finite,
+};
 use estimate::Estimates;
 pub(crate) use levenberg::Residuals;
 use levenberg::minimise;
@@ -195,7 +197,7 @@ impl FitProblem<'_, '_> {
         mut self,
         name: String,
         watch: &mut dyn FnMut(FitTrial) -> bool,
-    ) -> Result<Result<Fit, FitError>, Failure> {
+    ) -> Result<Result<Fit, FitError>, AnalysisFailure> {
         let start = self.start();
         let most = MOST_EVALUATIONS[0] + MOST_EVALUATIONS[1] * start.len();
         let (mut values, mut evaluations, mut poses) = (start.clone(), 0, None);
@@ -255,12 +257,12 @@ impl FitProblem<'_, '_> {
     }
 
     /// The motion of each experiment with these values.
-    fn motions(&self, values: &[f64], from: Option<&Vec<State>>) -> Result<Vec<Along>, Failure> {
+    fn motions(&self, values: &[f64], from: Option<&Vec<State>>) -> Result<Vec<Along>, AnalysisFailure> {
         let motion = |(index, own): (usize, &FittedMotion)| {
             let motion = own.motion(values, from.and_then(|poses| poses.get(index)));
             motion.map_err(|cause| match self.experiments.len() {
                 1 => cause,
-                _ => Failure::Experiment { number: index + 1, cause: Box::new(cause) },
+                _ => AnalysisFailure::Experiment { number: index + 1, cause: Box::new(cause) },
             })
         };
         self.experiments.iter().enumerate().map(motion).collect()
@@ -308,7 +310,7 @@ fn starts(motions: Vec<Along>) -> Vec<State> {
 
 impl FittedMotion<'_, '_> {
     /// The motion with these values. It starts on the branch on which another one does: where lengths move far the guesses of the scene are near no branch, or another one.
-    fn motion(&self, values: &[f64], from: Option<&State>) -> Result<Along, Failure> {
+    fn motion(&self, values: &[f64], from: Option<&State>) -> Result<Along, AnalysisFailure> {
         let most = self.first.get().map_or(u64::MAX, |first| DEAREST.saturating_mul(first.work));
         let found = self.varying.along(values, self.table.times(), from, most)?;
         self.judge(&found)?;
@@ -316,7 +318,7 @@ impl FittedMotion<'_, '_> {
     }
 
     /// Finds out by the first motion what counts; another one that has fewer values would fit the better for it.
-    fn judge(&self, found: &Along) -> Result<(), Failure> {
+    fn judge(&self, found: &Along) -> Result<(), AnalysisFailure> {
         let is_missing = |&&(row, column): &&(usize, usize)| {
             let (values, derivatives) = &found.rows[row];
             !is_finite(values, derivatives, self.places.outputs[column])
@@ -326,7 +328,7 @@ impl FittedMotion<'_, '_> {
         let First { kept, .. } = self.first.get_or_init(|| First { work: found.work, kept: kept() });
         let lost = kept.iter().find(is_missing).or(if kept.is_empty() { measured.first() } else { None });
         let Some(&(row, column)) = lost else { return Ok(()) };
-        Err(Failure::NotFinite { time: self.table.times()[row], what: self.table.names()[column].clone() })
+        Err(AnalysisFailure::NotFinite { time: self.table.times()[row], what: self.table.names()[column].clone() })
     }
 
     /// Row and column of each measured value that counts.

@@ -192,18 +192,18 @@ fn variables(mechanism: &Mechanism) -> Vec<Variable> {
 }
 
 /// A driven mechanism, compiled once for motions of any length.
-pub(super) struct Driven {
+pub(super) struct DrivenMechanism {
     compiled: Compiled,
     pub model: Arc<Model>,
     pace: f64,
 }
 
-impl Driven {
+impl DrivenMechanism {
     /// Efforts are left out if the mechanism lacks masses for them, or where those at rest are asked for.
-    fn new(driven: &Moved, drive: &DrivenJoint) -> Result<Driven, SimulateError> {
+    fn new(driven: &Moved, drive: &DrivenJoint) -> Result<DrivenMechanism, SimulateError> {
         match drive.speed != 0.0 && driven.has_efforts {
-            true => Driven::of(driven.compiled(asked(driven, drive))?, drive),
-            false => Driven::of_motion(driven, drive),
+            true => DrivenMechanism::of(driven.compiled(asked(driven, drive))?, drive),
+            false => DrivenMechanism::of_motion(driven, drive),
         }
     }
 
@@ -213,19 +213,19 @@ impl Driven {
         drive: &DrivenJoint,
         direction: f64,
         outputs: Vec<Output>,
-    ) -> Result<Driven, SimulateError> {
-        Driven::of(driven(moved, drive, drive.start, direction).compiled(outputs)?, drive)
+    ) -> Result<DrivenMechanism, SimulateError> {
+        DrivenMechanism::of(driven(moved, drive, drive.start, direction).compiled(outputs)?, drive)
     }
 
     /// Without efforts.
-    fn of_motion(driven: &Moved, drive: &DrivenJoint) -> Result<Driven, SimulateError> {
+    fn of_motion(driven: &Moved, drive: &DrivenJoint) -> Result<DrivenMechanism, SimulateError> {
         let motions = asked(driven, drive).into_iter().filter(|output| !is_effort(&driven.mechanism, output)).collect();
-        Driven::of(driven.compiled(motions)?, drive)
+        DrivenMechanism::of(driven.compiled(motions)?, drive)
     }
 
-    fn of(compiled: Compiled, drive: &DrivenJoint) -> Result<Driven, SimulateError> {
+    fn of(compiled: Compiled, drive: &DrivenJoint) -> Result<DrivenMechanism, SimulateError> {
         let model = Arc::new(Model::new(compiled.program.clone()).map_err(RunError::from)?);
-        Ok(Driven { compiled, model, pace: drive.pace() })
+        Ok(DrivenMechanism { compiled, model, pace: drive.pace() })
     }
 
     /// Runs over so many steps of the input.
@@ -353,7 +353,7 @@ fn turn(moved: &Moved, drive: &DrivenJoint) -> Result<InputTable, SimulateError>
     let first = ((drive.start - beside) / shown - 1e-9).ceil();
     let begin = first * shown + beside;
     let driven = lasting(driven(moved, drive, begin, 1.0), drive, TAU);
-    let mut columns = Driven::new(&driven, drive)?.run(step, count as f64)?;
+    let mut columns = DrivenMechanism::new(&driven, drive)?.run(step, count as f64)?;
     let periodic = closes(&columns, &moved.mechanism, count);
     if !periodic {
         return Ok(InputTable { grid: [begin, step], periodic, columns });
@@ -407,11 +407,11 @@ fn stroke(moved: &Moved, drive: &DrivenJoint, [from, to]: [f64; 2]) -> Result<In
     let mut there = lasting(driven(moved, drive, from, drive.direction()), drive, (to - from).abs());
     if way.abs() > AT_ONCE * step.abs() {
         let approach = lasting(driven(moved, drive, drive.start, way.signum()), drive, way.abs());
-        let columns = Driven::of_motion(&approach, drive)?.run(way.abs(), 1.0)?;
+        let columns = DrivenMechanism::of_motion(&approach, drive)?.run(way.abs(), 1.0)?;
         let last = |variable| columns.get(&mechanism.variable_name(variable))?.last().copied();
         there.mechanism = there.mechanism.posed(last);
     }
-    let columns = Driven::new(&there, drive)?.run(step.abs(), count as f64)?;
+    let columns = DrivenMechanism::new(&there, drive)?.run(step.abs(), count as f64)?;
     Ok(InputTable { grid: [from, step], periodic: false, columns })
 }
 
@@ -454,7 +454,7 @@ pub fn reach(moved: &Moved, drive: &DrivenJoint, direction: f64, most: f64) -> R
         return Ok(0.0);
     }
     let driven = lasting(driven(moved, drive, drive.start, direction), drive, most);
-    let driven = Driven::new(&driven, drive)?;
+    let driven = DrivenMechanism::new(&driven, drive)?;
     let try_it = |way: f64| driven.run(way, 1.0).ok();
     let (mut good, mut bad) = (0.0, most);
     for _ in 0..40 {

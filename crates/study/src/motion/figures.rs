@@ -9,16 +9,16 @@ use serde::Serialize;
 
 use super::cams::{Cam, cams};
 use super::centres::{Centres, RelativeCentres, centres};
-use super::curve::{self, Path};
+use super::curve::{self, PointPath};
 use super::direction::directions;
 use super::drive::{self, InputTable, Moved};
 use super::dwell::Dwell;
 use super::flywheel::Fluctuation;
-use super::friction::{self, Friction};
+use super::friction::{self, DriveFriction};
 use super::growth::{Figured, Unbounded};
 use super::input::Watched;
 use super::report::radius_of;
-use super::samples::{ANGULAR, At, Derivatives, Samples, lagrange};
+use super::samples::{ANGULAR, Derivatives, Samples, ValueAt, lagrange};
 use super::stops::Stops;
 use super::{DrivenJoint, MotionError, MotionRequest, SpecialPlaces, grashof, unit_of};
 use crate::contact;
@@ -61,9 +61,9 @@ pub struct Figures {
     /// The name of the scene.
     pub name: String,
     /// The driven joint.
-    pub input: Link,
+    pub input: MovedVariable,
     /// What is of interest.
-    pub output: Option<Link>,
+    pub output: Option<MovedVariable>,
     /// The speed of the input [rad/s] or [m/s]; 0: forces are those at rest.
     pub speed: f64,
     /// Where that is from.
@@ -89,7 +89,7 @@ pub struct Figures {
     /// What kind of four-bar it is.
     pub four_bar: Option<String>,
     /// Where the output stands still: the input and the output there.
-    pub limits: Vec<At>,
+    pub limits: Vec<ValueAt>,
     /// The way of the output between its extreme positions.
     pub stroke: Option<f64>,
     /// The longer part of the turn between two limits over the shorter one.
@@ -105,7 +105,7 @@ pub struct Figures {
     /// Its power \[W\].
     pub power: Option<Extent>,
     /// What dry friction takes of it.
-    pub friction: Option<Friction>,
+    pub friction: Option<DriveFriction>,
     /// Are there neither masses nor loads, and so no forces?
     pub no_forces: bool,
     /// The forces of the joints \[N\].
@@ -118,7 +118,7 @@ pub struct Figures {
     pub inertia: Option<Extent>,
     /// Fluctuation of the speed, and flywheel.
     pub fluctuation: Option<Fluctuation>,
-    pub path: Option<Path>,
+    pub path: Option<PointPath>,
     pub cams: Vec<Cam>,
     /// Contacts that would have to pull, and what friction rolling takes.
     pub contacts: Vec<String>,
@@ -135,7 +135,7 @@ pub struct Figures {
 
 /// What moves.
 #[derive(Clone, Debug, Default, Serialize)]
-pub struct Link {
+pub struct MovedVariable {
     pub name: String,
     /// Is it an angle?
     pub angular: bool,
@@ -143,17 +143,17 @@ pub struct Link {
     pub unit: String,
 }
 
-impl Link {
-    fn new(name: &str, unit: &str) -> Link {
-        Link { name: name.to_owned(), angular: unit == "rad", unit: unit.to_owned() }
+impl MovedVariable {
+    fn new(name: &str, unit: &str) -> MovedVariable {
+        MovedVariable { name: name.to_owned(), angular: unit == "rad", unit: unit.to_owned() }
     }
 }
 
 /// The extremes of a quantity.
 #[derive(Clone, Debug, Serialize)]
 pub struct Extent {
-    pub min: At,
-    pub max: At,
+    pub min: ValueAt,
+    pub max: ValueAt,
     pub rms: f64,
     pub mean: f64,
     /// Where it grows without bound: the figures are those of the rest.
@@ -163,7 +163,7 @@ pub struct Extent {
 /// The largest size of a force.
 #[derive(Clone, Debug, Serialize)]
 pub struct Peak {
-    pub max: At,
+    pub max: ValueAt,
     pub rms: f64,
     /// Where it grows without bound: the figures are those of the rest.
     pub unbounded: Option<Unbounded>,
@@ -173,7 +173,7 @@ pub struct Peak {
 #[derive(Clone, Debug, Serialize)]
 pub struct Largest {
     #[serde(flatten)]
-    pub at: At,
+    pub at: ValueAt,
     /// Where it grows without bound: the figure is that of the rest.
     pub unbounded: Option<Unbounded>,
 }
@@ -190,8 +190,8 @@ pub struct JointForce {
 #[derive(Clone, Debug, Serialize)]
 pub struct Transmission {
     pub joint: String,
-    pub min: At,
-    pub max: At,
+    pub min: ValueAt,
+    pub max: ValueAt,
 }
 
 /// A quantity over the input.
@@ -223,7 +223,7 @@ pub(super) fn of(subject: &Subject, table: &InputTable) -> Result<Figures, Motio
     figures.lacking = lacking.to_vec();
     figures.four_bar = grashof::class(mechanism, drive.joint, &request.units);
     let inputs: Vec<f64> = (0..table.count()).map(|index| table.input(index)).collect();
-    let Link { name, unit, .. } = figures.input.clone();
+    let MovedVariable { name, unit, .. } = figures.input.clone();
     figures.table.push(MotionColumn { name, unit, values: inputs });
     if let Some(output) = output {
         figures.output(output, table, drive, request.dwell)?;
@@ -241,7 +241,7 @@ pub(super) fn of(subject: &Subject, table: &InputTable) -> Result<Figures, Motio
     }
     figures.profiles(table);
     if let Some(smooth) = smooth.as_ref().filter(|_| !only_table) {
-        figures.friction = Friction::of(moved, drive, table, smooth)?;
+        figures.friction = DriveFriction::of(moved, drive, table, smooth)?;
     }
     figures.dynamics(subject, table);
     if !only_table {
@@ -349,7 +349,7 @@ impl Figures {
         let input = &mechanism.joints[drive.joint.0];
         Figures {
             name: mechanism.name.clone(),
-            input: Link::new(&drive::called(input, drive.motion), &unit_of(drive.motion).si),
+            input: MovedVariable::new(&drive::called(input, drive.motion), &unit_of(drive.motion).si),
             speed: drive.speed,
             full_turn: table.periodic,
             cams: cams(mechanism),
@@ -381,7 +381,7 @@ impl Figures {
         drive: &DrivenJoint,
         dwell: Option<f64>,
     ) -> Result<(), MotionError> {
-        let (name, link) = (&output.name, Link::new(&output.name, &output.unit.si));
+        let (name, link) = (&output.name, MovedVariable::new(&output.name, &output.unit.si));
         let missing = || MotionError::Request(format!("`{name}` cannot be computed: the scene gives no masses for it"));
         let position = output.variables.first().and_then(|name| table.get(name)).ok_or_else(missing)?;
         // An angle may turn on and on; between neighbours it is smooth.
@@ -399,7 +399,7 @@ impl Figures {
             // 1/q': at a limit infinite.
             self.push("advantage", &ratio(&input, &link.unit, 1), &first.map(|value| 1.0 / value));
         }
-        self.limits = first.zeros().iter().map(|&input| At { input, value: unwound.at_input(input) }).collect();
+        self.limits = first.zeros().iter().map(|&input| ValueAt { input, value: unwound.at_input(input) }).collect();
         if self.limits.len() >= 2 || !table.periodic {
             let mut reached = self.at_dead_points(&unwound);
             reached.extend([unwound.min().value, unwound.max().value]);
@@ -503,19 +503,19 @@ impl Figures {
         let least = 1e-6 * along.with(&across, f64::hypot).max().value;
         let end = |zero: &Samples, other: &Samples, value: f64| {
             let input = zero.zeros().into_iter().find(|&input| other.at_input(input).abs() > least);
-            input.map(|input| At { input, value })
+            input.map(|input| ValueAt { input, value })
         };
         // Where the motion folds it goes on smoothly in its double.
         let double = directed[0].with(&directed[1], f64::atan2).map(|angle| 2.0 * angle);
         let parts = [double.map(f64::sin), double.map(f64::cos)].map(|part| self.at_dead_points(&part));
         let folds = self.folds.into_iter().flatten().zip(parts[0].iter().zip(&parts[1]));
-        let at_folds: Vec<At> = folds
+        let at_folds: Vec<ValueAt> = folds
             .map(|(input, (sin, cos))| {
                 let angle = 0.5 * sin.atan2(*cos);
-                At { input, value: acute(angle.sin(), angle.cos()) }
+                ValueAt { input, value: acute(angle.sin(), angle.cos()) }
             })
             .collect();
-        let extreme = |kink: Option<At>, inner: At, beats: fn(&f64, &f64) -> bool| {
+        let extreme = |kink: Option<ValueAt>, inner: ValueAt, beats: fn(&f64, &f64) -> bool| {
             let all = at_folds
                 .iter()
                 .copied()
@@ -547,7 +547,8 @@ impl Figures {
     /// What would lift off or slip.
     fn contacts(&mut self, mechanism: &Mechanism, table: &InputTable, units: &Units) {
         let inputs: Vec<f64> = (0..table.count()).map(|index| table.input(index)).collect();
-        let place = contact::Input { named: format!("`{}` =", self.input.name), unit: shown(units, &self.input.unit) };
+        let place =
+            contact::ContactAxis { named: format!("`{}` =", self.input.name), unit: shown(units, &self.input.unit) };
         let values = |name: &str| Some(table.get(name)?.values().to_vec());
         let found = contact::over(mechanism, units, &inputs, &place, values);
         let faults = found.faults.iter().map(|fault| format!("{}; {}", fault.message, fault.help));

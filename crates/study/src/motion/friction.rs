@@ -13,7 +13,7 @@ const NOTHING: f64 = 1e-9;
 
 /// What the drive needs for dry friction that sticks at rest.
 #[derive(Clone, Debug, Serialize)]
-pub struct Friction {
+pub struct DriveFriction {
     /// What friction takes over the turn or range \[J\].
     pub loss: f64,
     /// What loads and masses take \[J\]; below zero where they drive.
@@ -40,7 +40,7 @@ pub(super) fn without(moved: &Moved, drive: &DrivenJoint) -> Result<Option<(Move
     Ok(Some((smooth, table)))
 }
 
-impl Friction {
+impl DriveFriction {
     /// From the efforts with friction and without; none if there are no efforts.
     ///
     /// # Errors
@@ -62,7 +62,7 @@ impl Friction {
         let returning = |moved: &Moved| Ok::<_, MotionError>(drive::sample(moved, &back, None)?.effort());
         let locked =
             returning(moved)?.zip(returning(smooth)?).and_then(|(with, without)| share_locked(&with, &without, &back));
-        Ok(Some(Friction { loss, work, efficiency, locked, without: Some(without) }))
+        Ok(Some(DriveFriction { loss, work, efficiency, locked, without: Some(without) }))
     }
 }
 

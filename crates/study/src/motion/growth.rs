@@ -4,7 +4,7 @@
 use serde::Serialize;
 
 use super::SpecialPlaces;
-use super::samples::{At, Samples};
+use super::samples::{Samples, ValueAt};
 
 /// Figures leave out this share of the way on either side: a convention, as a peak is as large as one comes close.
 const LEFT_OUT: f64 = 0.02;
@@ -29,7 +29,7 @@ pub(super) struct Figured {
 
 impl Figured {
     pub fn of(samples: &Samples, places: &SpecialPlaces) -> Figured {
-        let places: Vec<Place> = Place::all(places).filter(|place| place.is_pole(samples)).collect();
+        let places: Vec<SideOfPlace> = SideOfPlace::all(places).filter(|place| place.is_pole(samples)).collect();
         if places.is_empty() {
             return Figured { pieces: vec![samples.clone()], unbounded: None };
         }
@@ -45,18 +45,18 @@ impl Figured {
         Figured { pieces: samples.pieces(&is_far), unbounded }
     }
 
-    pub fn max(&self) -> At {
+    pub fn max(&self) -> ValueAt {
         self.extreme(Samples::max, |a, b| a > b)
     }
 
-    pub fn min(&self) -> At {
+    pub fn min(&self) -> ValueAt {
         self.extreme(Samples::min, |a, b| a < b)
     }
 
-    fn extreme(&self, of: fn(&Samples) -> At, beats: fn(f64, f64) -> bool) -> At {
+    fn extreme(&self, of: fn(&Samples) -> ValueAt, beats: fn(f64, f64) -> bool) -> ValueAt {
         let found =
             self.pieces.iter().map(of).reduce(|best, own| if beats(own.value, best.value) { own } else { best });
-        found.unwrap_or(At { input: f64::NAN, value: f64::NAN })
+        found.unwrap_or(ValueAt { input: f64::NAN, value: f64::NAN })
     }
 
     pub fn mean(&self) -> f64 {
@@ -80,14 +80,14 @@ impl Figured {
 }
 
 /// One side of a special place.
-struct Place {
+struct SideOfPlace {
     input: f64,
     /// 1.0: the samples above it.
     side: f64,
 }
 
-impl Place {
-    fn all(places: &SpecialPlaces) -> impl Iterator<Item = Place> {
+impl SideOfPlace {
+    fn all(places: &SpecialPlaces) -> impl Iterator<Item = SideOfPlace> {
         let sides = match places {
             SpecialPlaces::Ordinary => Vec::new(),
             SpecialPlaces::Folds(folds) => {
@@ -97,7 +97,7 @@ impl Place {
                 inputs.iter().flat_map(|input| [(*input, 1.0), (*input, -1.0)]).collect()
             }
         };
-        sides.into_iter().map(|(input, side)| Place { input, side })
+        sides.into_iter().map(|(input, side)| SideOfPlace { input, side })
     }
 
     /// How far a sample is from there; none on the other side.

@@ -173,7 +173,7 @@ pub(super) fn is_there(
 }
 
 /// A mechanism at its start.
-pub(super) struct Start {
+pub(super) struct InputStart {
     /// Of the input [rad] or [m].
     pub position: f64,
     /// [rad/s] or [m/s]
@@ -189,7 +189,7 @@ pub(super) fn start(
     mechanism: &Mechanism,
     asked: &[Output],
     driven @ (joint, [position, rate, _]): (JointId, Derivatives),
-) -> Result<Start, MotionError> {
+) -> Result<InputStart, MotionError> {
     let input = &mechanism.joints[joint.0];
     // Where it starts does not depend on masses.
     let formulated = formulate(&mechanism.with_mass(1.0), &[]);
@@ -218,7 +218,7 @@ pub(super) fn start(
         _ => (mechanism.clone(), asked.to_vec()),
     };
     let moved = Moved { mechanism: begun, watched, has_efforts: true, source: scene.source.clone() };
-    Ok(Start { position, speed, moved })
+    Ok(InputStart { position, speed, moved })
 }
 
 /// What lacks a mass has none: forces are then those of the loads and of the other masses. Where motion itself needs masses it stays as it is.

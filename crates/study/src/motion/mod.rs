@@ -28,10 +28,10 @@ use cotree::typeset::rounded;
 
 pub use cams::Cam;
 use drive::{COUNT, InputTable, Moved};
-pub use figures::{Figures, Link, MotionColumn, Speed};
-use input::{Start, Watched};
+pub use figures::{Figures, MotionColumn, MovedVariable, Speed};
+use input::{InputStart, Watched};
 pub use report::usual;
-pub use samples::At;
+pub use samples::ValueAt;
 use samples::{ANGULAR, Derivatives};
 use stops::Obstacles;
 pub use stops::Stops;
@@ -192,7 +192,7 @@ fn worked_out(
     let input @ (joint, motion) = input::driven(mechanism, request.input.as_deref())?;
     let output = input::output(scene, mechanism, input, request.output.as_deref())?;
     let asked: Vec<Output> = output.iter().map(|output| output.asked.clone()).collect();
-    let Start { position: start, speed, moved } = input::start(scene, mechanism, &asked, input)?;
+    let InputStart { position: start, speed, moved } = input::start(scene, mechanism, &asked, input)?;
     let still = speed.abs() <= 1e-9;
     let origin = match request.speed {
         Some(_) => Speed::Asked,

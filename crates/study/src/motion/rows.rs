@@ -14,7 +14,7 @@ const MOST: f64 = 1e5;
 const SAME: f64 = 1e-6;
 
 /// Places at equal distances.
-struct Wanted {
+struct EvenPlaces {
     first: f64,
     step: f64,
     count: usize,
@@ -49,7 +49,7 @@ pub(super) fn rows(subject: &Subject, figures: &Figures) -> Result<Vec<MotionCol
 }
 
 /// Where rows are wanted: from the beginning of a range on, else at the multiples of the distance; of a turn up to before its end.
-fn places(subject: &Subject, full_turn: bool, [first, last]: [f64; 2], sample: f64) -> Result<Wanted, MotionError> {
+fn places(subject: &Subject, full_turn: bool, [first, last]: [f64; 2], sample: f64) -> Result<EvenPlaces, MotionError> {
     let way = (last - first).abs() + if full_turn { sample } else { 0.0 };
     let every = match subject.request.every {
         None => way / PARTS,
@@ -71,11 +71,11 @@ fn places(subject: &Subject, full_turn: bool, [first, last]: [f64; 2], sample: f
         true => (left / every - near).ceil(),
         false => (left / every + near).floor() + 1.0,
     };
-    Ok(Wanted { first: begin, step: every * sample.signum(), count: count.max(0.0) as usize })
+    Ok(EvenPlaces { first: begin, step: every * sample.signum(), count: count.max(0.0) as usize })
 }
 
 /// What the study has at places beside its samples: the motion once more, through these places, as finely.
-fn sampled(subject: &Subject, places: &Wanted, last: f64) -> Result<Vec<MotionColumn>, MotionError> {
+fn sampled(subject: &Subject, places: &EvenPlaces, last: f64) -> Result<Vec<MotionColumn>, MotionError> {
     let drive = subject.drive;
     let intervals = places.count.saturating_sub(1);
     if places.count == 0 {

@@ -21,7 +21,7 @@ use cotree::scene::Scene;
 use cotree_fmu::model::State;
 use thiserror::Error;
 
-use crate::analysis::{Failure, Guess, Study, StudyError, Varying};
+use crate::analysis::{AnalysisFailure, Guess, Study, StudyError, Varying};
 pub use around::Around;
 pub use goal::{Goal, Limit, Relation};
 use motion::Motions;
@@ -180,7 +180,7 @@ fn searching<T>(
     study: &mut Study,
     request: &OptimizeRequest,
     from: &[(usize, Vec<f64>)],
-    of: impl FnOnce(&Searches) -> Result<Result<T, OptimizeError>, Failure>,
+    of: impl FnOnce(&Searches) -> Result<Result<T, OptimizeError>, AnalysisFailure>,
 ) -> Result<T, OptimizeError> {
     let names: Vec<String> = request.vary.iter().map(|vary| vary.name.clone()).collect();
     let experiment = study.experiment();
@@ -220,7 +220,7 @@ enum MeasuredMotion<'a, 'f> {
 type Start = Option<State>;
 
 impl MeasuredMotion<'_, '_> {
-    fn seen(&self, values: &[f64], from: Option<&Start>) -> Result<(search::SeenCourses, Start), Failure> {
+    fn seen(&self, values: &[f64], from: Option<&Start>) -> Result<(search::SeenCourses, Start), AnalysisFailure> {
         match self {
             MeasuredMotion::Experiment(motions) => {
                 let (seen, start) = motions.seen(values, from.and_then(Option::as_ref))?;
@@ -241,7 +241,7 @@ struct Searches<'a, 'f> {
 }
 
 /// How a search ended: where, or why there was no motion at any of its starts.
-type Outcome = Result<EndPoint<Start>, Failure>;
+type Outcome = Result<EndPoint<Start>, AnalysisFailure>;
 
 /// What all searches share while they run.
 struct SharedProgress<'w> {
@@ -293,7 +293,7 @@ impl Searches<'_, '_> {
         let starts =
             Starts { scene: start, bounds: &problem.bounds, count: self.request.starts, seed: self.request.seed };
         let most = MOST_EVALUATIONS[0] + MOST_EVALUATIONS[1] * start.len();
-        let mut outcome = Err(Failure::Range);
+        let mut outcome = Err(AnalysisFailure::Range);
         let before = self.from.iter().filter(|(own, _)| *own == number).map(|(_, values)| values.clone());
         for point in before.chain(starts.of(number)) {
             let evaluate = |values: &[f64], from: Option<&Start>| {
@@ -318,7 +318,7 @@ impl Searches<'_, '_> {
         outcome
     }
 
-    fn best(&self, name: String, outcomes: Vec<Outcome>) -> Result<Result<Best, OptimizeError>, Failure> {
+    fn best(&self, name: String, outcomes: Vec<Outcome>) -> Result<Result<Best, OptimizeError>, AnalysisFailure> {
         let found: Vec<&EndPoint<Start>> = outcomes.iter().filter_map(|own| own.as_ref().ok()).collect();
         let better = |one: &&&EndPoint<Start>, other: &&&EndPoint<Start>| one.goal.total_cmp(&other.goal);
         let Some(best) = found.iter().filter(|own| own.violation() <= MET).min_by(better) else {

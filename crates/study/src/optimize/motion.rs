@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::course::Course;
 use super::search::SeenCourses;
-use crate::analysis::{Along, Failure, Varying};
+use crate::analysis::{Along, AnalysisFailure, Varying};
 use crate::fit::{DEAREST, Residuals};
 
 /// The motions of a scene.
@@ -59,7 +59,7 @@ impl<'a, 'f> Motions<'a, 'f> {
         motions
     }
 
-    fn along(&self, values: &[f64], from: Option<&State>) -> Result<Along, Failure> {
+    fn along(&self, values: &[f64], from: Option<&State>) -> Result<Along, AnalysisFailure> {
         self.varying.along(values, &self.times, from, self.most)
     }
 
@@ -67,7 +67,7 @@ impl<'a, 'f> Motions<'a, 'f> {
     ///
     /// # Errors
     /// There is no motion, it has no derivatives, or something has no value.
-    pub fn seen(&self, values: &[f64], from: Option<&State>) -> Result<(SeenCourses, State), Failure> {
+    pub fn seen(&self, values: &[f64], from: Option<&State>) -> Result<(SeenCourses, State), AnalysisFailure> {
         let along = match (from, &self.home) {
             (Some(from), _) => self.along(values, Some(from))?,
             (None, Some(home)) => self.along(values, Some(home)).or_else(|_| self.along(values, None))?,
@@ -78,7 +78,7 @@ impl<'a, 'f> Motions<'a, 'f> {
         Ok((SeenCourses { courses, residuals }, along.start))
     }
 
-    fn course(&self, along: &Along, output: usize) -> Result<Course, Failure> {
+    fn course(&self, along: &Along, output: usize) -> Result<Course, AnalysisFailure> {
         let times: Vec<f64> = self.grid.iter().map(|&row| self.times[row]).collect();
         let rows = || self.grid.iter().map(|&row| &along.rows[row]);
         let values = DVector::from_iterator(times.len(), rows().map(|(values, _)| values[output]));
@@ -89,7 +89,7 @@ impl<'a, 'f> Motions<'a, 'f> {
             None => Ok(Course { times, values, slopes }),
             Some(row) => {
                 let name = self.varying.outputs().nth(output).map_or("", |(name, _)| name);
-                Err(Failure::NotFinite { time: times[row], what: name.to_owned() })
+                Err(AnalysisFailure::NotFinite { time: times[row], what: name.to_owned() })
             }
         }
     }

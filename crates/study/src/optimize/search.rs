@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use super::course::{Course, Largest, Linear, SmoothPiece, parts};
 use super::goal::Goal;
 use super::quadratic::{Inequality, Least, least};
-use crate::analysis::Failure;
+use crate::analysis::AnalysisFailure;
 use crate::fit::Residuals;
 
 /// How far the first step goes at most, as a share of each range.
@@ -153,11 +153,11 @@ pub fn search<T>(
     problem: &Problem,
     start: &[f64],
     most: usize,
-    mut evaluate: impl FnMut(&[f64], Option<&T>) -> Result<(SeenCourses, T), Failure>,
+    mut evaluate: impl FnMut(&[f64], Option<&T>) -> Result<(SeenCourses, T), AnalysisFailure>,
     mut goes_on: impl FnMut() -> bool,
-) -> Result<EndPoint<T>, Failure> {
+) -> Result<EndPoint<T>, AnalysisFailure> {
     let (seen, beside) = evaluate(start, None)?;
-    let (goal, beyond) = problem.worth(&seen).ok_or(Failure::Range)?;
+    let (goal, beyond) = problem.worth(&seen).ok_or(AnalysisFailure::Range)?;
     let mut state = SearchState {
         problem,
         here: Here { values: DVector::from_column_slice(start), seen, beside, goal, beyond },
@@ -170,7 +170,7 @@ pub fn search<T>(
     };
     let (mut evaluations, mut last) = (1, (state.here.goal, state.here.beyond.clone(), 1));
     let ended = loop {
-        let model = LinearModel::new(problem, &state.here.seen, &state.here.values).ok_or(Failure::Range)?;
+        let model = LinearModel::new(problem, &state.here.seen, &state.here.values).ok_or(AnalysisFailure::Range)?;
         if !goes_on() {
             break Ended::Stopped;
         }
@@ -281,7 +281,7 @@ impl<T> SearchState<'_, T> {
         model: &LinearModel,
         step: &Step,
         evaluations: &mut usize,
-        evaluate: &mut impl FnMut(&[f64], Option<&T>) -> Result<(SeenCourses, T), Failure>,
+        evaluate: &mut impl FnMut(&[f64], Option<&T>) -> Result<(SeenCourses, T), AnalysisFailure>,
     ) {
         let cost = self.cost(self.here.goal, &self.here.beyond);
         let mut trial = |state: &Self, change: &DVector<f64>| {
@@ -289,7 +289,7 @@ impl<T> SearchState<'_, T> {
             let values = model.moved(&state.here.values, change);
             let (seen, beside) =
                 evaluate(values.as_slice(), Some(&state.here.beside)).map_err(|error| error.to_string())?;
-            let (goal, beyond) = state.problem.worth(&seen).ok_or_else(|| Failure::Range.to_string())?;
+            let (goal, beyond) = state.problem.worth(&seen).ok_or_else(|| AnalysisFailure::Range.to_string())?;
             Ok::<_, String>(Here { values, seen, beside, goal, beyond })
         };
         let gain = |state: &Self, there: &Here<T>| (cost - state.cost(there.goal, &there.beyond)) / step.predicted;
@@ -771,7 +771,7 @@ mod tests {
     #[test]
     fn places_without_a_motion_are_avoided() {
         let evaluate = |x: &[f64], _: Option<&()>| match x[0] < 1.0 {
-            true => Err(Failure::Range),
+            true => Err(AnalysisFailure::Range),
             false => Ok((
                 SeenCourses {
                     courses: vec![course(&[((x[0] - 1.5).powi(2), vec![2.0 * (x[0] - 1.5)])])],
@@ -783,7 +783,7 @@ mod tests {
         let found = search(&problem(Some("x"), &[], &[OPEN]), &[9.0], 100, evaluate, || true).unwrap();
         assert!(found.ended == Ended::Settled && (found.values[0] - 1.5).abs() < 1e-6, "{found:?}");
         let evaluate = |x: &[f64], _: Option<&()>| match x[0] < 1.0 {
-            true => Err(Failure::Range),
+            true => Err(AnalysisFailure::Range),
             false => Ok((SeenCourses { courses: vec![course(&[(x[0], vec![1.0])])], residuals: None }, ())),
         };
         let found = search(&problem(Some("x"), &[], &[OPEN]), &[9.0], 200, evaluate, || true).unwrap();

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use super::{GROUPS, at, closures_of};
 use crate::analysis::one_sided::closures;
-use crate::analysis::{Closure, Equilibrium, Point, Stability};
+use crate::analysis::{Closure, Equilibrium, OperatingPoint, Stability};
 
 /// What holds as much as it can but for this share is about to slide: an equilibrium is found to about as much.
 const VERGE: f64 = 1e-9;
@@ -136,7 +136,7 @@ impl Statics {
 
 struct PointReader<'a> {
     formulated: &'a mut Formulated,
-    point: &'a Point,
+    point: &'a OperatingPoint,
 }
 
 impl PointReader<'_> {

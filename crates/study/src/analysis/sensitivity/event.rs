@@ -4,7 +4,7 @@ use cotree::expr::Order;
 use cotree_fmu::model::State;
 use nalgebra::{DVector, RowDVector};
 
-use super::super::Failure;
+use super::super::AnalysisFailure;
 use super::super::variation::{ColumnBlock, RowBlock};
 use super::corner::Switched;
 use super::step::{DifferentiatedMotion, move_on, sides, switches};
@@ -42,7 +42,7 @@ impl DifferentiatedMotion<'_> {
         known: &mut [Option<bool>],
         after: &DVector<f64>,
         [from, to]: [f64; 2],
-    ) -> Result<Option<Crossing>, Failure> {
+    ) -> Result<Option<Crossing>, AnalysisFailure> {
         let mut first: Option<Crossing> = None;
         for (switch, new) in sides(after).into_iter().enumerate() {
             let old = known[switch];
@@ -63,7 +63,7 @@ impl DifferentiatedMotion<'_> {
     }
 
     /// The last time at which a switching function is still on its side.
-    fn located(&self, switch: usize, side: bool, [mut low, mut high]: [f64; 2]) -> Result<f64, Failure> {
+    fn located(&self, switch: usize, side: bool, [mut low, mut high]: [f64; 2]) -> Result<f64, AnalysisFailure> {
         let mut before = self.motion.clone();
         for _ in 0..HALVINGS {
             let middle = low + 0.5 * (high - low);
@@ -82,12 +82,12 @@ impl DifferentiatedMotion<'_> {
     }
 
     /// How far from a crossing the law is the one before or after it: there and twice as far the accelerations are the same.
-    fn beside(&self, switch: usize, side: bool, located: f64, interval: f64) -> Result<f64, Failure> {
+    fn beside(&self, switch: usize, side: bool, located: f64, interval: f64) -> Result<f64, AnalysisFailure> {
         let shortest = ROUNDINGS * f64::EPSILON * located.abs();
         let [.., longest] = BESIDE.map(|share| (share * interval).max(shortest));
         for distance in BESIDE.map(|share| (share * interval).max(shortest)) {
             let mut motion = self.motion.clone();
-            let mut read = |shift: f64| -> Result<_, Failure> {
+            let mut read = |shift: f64| -> Result<_, AnalysisFailure> {
                 let (point, numbers) = self.at(&mut motion, (located + shift * distance).max(self.motion.time()))?;
                 let is_before = (numbers.values(RowBlock::Switches)[switch] > 0.0) == side;
                 Ok((is_before, self.values(&point, Order::Acceleration)))
@@ -109,7 +109,7 @@ impl DifferentiatedMotion<'_> {
     }
 
     /// Goes over a crossing; the motion and its derivatives are those just before it.
-    pub(super) fn cross(&mut self, crossing: &Crossing) -> Result<(), Failure> {
+    pub(super) fn cross(&mut self, crossing: &Crossing) -> Result<(), AnalysisFailure> {
         let Crossing { switch, time, beside, interval, reached } = *crossing;
         let mut motion = self.motion.clone();
         let (before, numbers) = self.at(&mut motion, time)?;
@@ -172,6 +172,6 @@ impl DifferentiatedMotion<'_> {
     }
 }
 
-fn refused(time: f64, what: &str) -> Failure {
-    Failure::NoDerivative { time, what: what.to_owned() }
+fn refused(time: f64, what: &str) -> AnalysisFailure {
+    AnalysisFailure::NoDerivative { time, what: what.to_owned() }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::super::Failure;
+use super::super::AnalysisFailure;
 use super::super::decompose::svd;
 use super::super::variation::{ColumnBlock, Numbers, RowBlock};
 
@@ -43,14 +43,14 @@ pub fn check_repeated(numbers: &Numbers, parameters: usize, positions: &DMatrix<
 }
 
 /// True if the loop equations that repeat others still do so: with other lengths they may not.
-pub fn still_repeat(numbers: &Numbers) -> Result<bool, Failure> {
+pub fn still_repeat(numbers: &Numbers) -> Result<bool, AnalysisFailure> {
     let of = |row: RowBlock| numbers.block(row, ColumnBlock::Positions);
     let (imposed, repeated) = (of(RowBlock::Loops), of(RowBlock::Repeated));
     if imposed.is_empty() || repeated.is_empty() {
         return Ok(repeated.iter().all(|entry| *entry == 0.0));
     }
     let parts = svd(imposed, false, true)?;
-    let Some(along) = parts.v_t else { return Err(Failure::Range) };
+    let Some(along) = parts.v_t else { return Err(AnalysisFailure::Range) };
     let left = &repeated - (&repeated * along.transpose()) * along;
     Ok((0..left.nrows()).all(|row| left.row(row).amax() <= CONTRADICTION * repeated.row(row).amax()))
 }
@@ -61,7 +61,7 @@ fn least(a: &DMatrix<f64>, b: &DMatrix<f64>) -> Result<(DMatrix<f64>, bool), Str
     if a.nrows() == 0 || n == 0 {
         return Ok((DMatrix::zeros(n, b.ncols()), n == 0));
     }
-    let parts = svd(a.clone(), true, true).map_err(|error: Failure| error.to_string())?;
+    let parts = svd(a.clone(), true, true).map_err(|error: AnalysisFailure| error.to_string())?;
     let limit = RANK * parts.singular_values.max();
     let rank = parts.singular_values.iter().filter(|value| **value > limit).count();
     let mut solution = DMatrix::zeros(n, b.ncols());
